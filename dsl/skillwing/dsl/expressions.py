@@ -1,0 +1,249 @@
+"""Predicates of the language: their syntax tree, their meaning, and how they print.
+
+A predicate speaks of resource states, of data and of a goal's inputs. `evaluate` is the one judge of it: the
+resource manager, the mocks, the checker and the verifier all call it.
+"""
+
+from __future__ import annotations
+
+import json
+import operator
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Literal as OneOf
+from typing import TypeAlias, cast
+
+from skillwing.dsl.spans import Span
+
+Scope: TypeAlias = OneOf["resource", "data", "input"]
+Operator: TypeAlias = OneOf["==", "!=", "<", "<=", ">", ">="]
+
+
+@dataclass(frozen=True, slots=True)
+class Name:
+    """A resource, a datum or an input, or a field of a structured one (`position.z`).
+
+    `scope` says which of the three; only an expression that the checker has not seen yet lacks it.
+    """
+
+    path: str
+    scope: Scope | None = None
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+    @property
+    def root(self) -> str:
+        """The declared name: `position` for `position.z`."""
+        return self.path.partition(".")[0]
+
+    @property
+    def fields(self) -> tuple[str, ...]:
+        """The field names that follow the root: `("z",)` for `position.z`."""
+        return tuple(self.path.split(".")[1:])
+
+
+@dataclass(frozen=True, slots=True)
+class Symbol:
+    """A word that stands for itself: a state of a resource or a value of an enum."""
+
+    name: str
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Literal:
+    """A number, `true`, `false` or a string."""
+
+    value: bool | int | float | str
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
+Operand: TypeAlias = "Name | Symbol | Literal"
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """`left operator right`."""
+
+    operator: Operator
+    left: Operand
+    right: Operand
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Not:
+    """`not operand`."""
+
+    operand: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class And:
+    """`left and right`."""
+
+    left: Expression
+    right: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class Or:
+    """`left or right`."""
+
+    left: Expression
+    right: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class Implies:
+    """`left => right`, read from the right: `a => b => c` is `a => (b => c)`."""
+
+    left: Expression
+    right: Expression
+
+
+Expression: TypeAlias = "Comparison | Not | And | Or | Implies | Name | Literal"
+
+
+@dataclass(frozen=True, slots=True)
+class Environment:
+    """What an expression is judged on.
+
+    resources: state of each resource. data: *fresh* values only; a datum that is stale, or was never published, is
+    left out. inputs: the goal's inputs, defaults filled in. Structured values are mappings or objects with attributes.
+    """
+
+    resources: Mapping[str, str] = field(default_factory=dict[str, str])
+    data: Mapping[str, object] = field(default_factory=dict[str, object])
+    inputs: Mapping[str, object] = field(default_factory=dict[str, object])
+
+
+class UnboundNameError(LookupError):
+    """An expression names a resource or an input that the environment does not hold."""
+
+    def __init__(self, name: Name) -> None:
+        self.name = name
+        super().__init__(
+            f"The environment gives no {name.scope or 'meaning'} for `{name.path}`; "
+            "every resource state and input has to be given before an expression can be judged."
+        )
+
+
+def evaluate(expression: Expression, environment: Environment) -> bool:
+    """Judge a checked expression.
+
+    If any datum that it names is absent, the whole predicate is false, whatever stands around that name: a guard
+    never holds on what nobody knows. Raises UnboundNameError for a resource or input that is not given.
+    """
+    if any(name.scope == "data" and name.root not in environment.data for name in references(expression)):
+        return False
+    return _holds(expression, environment)
+
+
+def references(expression: Expression) -> Iterator[Name]:
+    """Yield every name in the expression from left to right, repetitions included."""
+    match expression:
+        case Name():
+            yield expression
+        case Literal():
+            return
+        case Comparison(left=left, right=right):
+            yield from (side for side in (left, right) if isinstance(side, Name))
+        case Not(operand):
+            yield from references(operand)
+        case And(left, right) | Or(left, right) | Implies(left, right):
+            yield from references(left)
+            yield from references(right)
+
+
+def names_used(expression: Expression, scope: Scope | None = None) -> frozenset[str]:
+    """Return the declared names (`position` for `position.z`) used in the expression, of one scope if given."""
+    return frozenset(name.root for name in references(expression) if scope is None or name.scope == scope)
+
+
+_COMPARE: Mapping[Operator, Callable[[object, object], bool]] = cast(
+    Mapping[Operator, Callable[[object, object], bool]],
+    {
+        "==": operator.eq,
+        "!=": operator.ne,
+        "<": operator.lt,
+        "<=": operator.le,
+        ">": operator.gt,
+        ">=": operator.ge,
+    },
+)
+
+
+def _holds(expression: Expression, environment: Environment) -> bool:
+    match expression:
+        case Comparison(operator=sign, left=left, right=right):
+            return bool(_COMPARE[sign](_value(left, environment), _value(right, environment)))
+        case Not(operand):
+            return not _holds(operand, environment)
+        case And(left, right):
+            return _holds(left, environment) and _holds(right, environment)
+        case Or(left, right):
+            return _holds(left, environment) or _holds(right, environment)
+        case Implies(left, right):
+            return not _holds(left, environment) or _holds(right, environment)
+        case Name() | Literal():
+            return bool(_value(expression, environment))
+
+
+def _value(operand: Operand, environment: Environment) -> object:
+    if isinstance(operand, Literal):
+        return operand.value
+    if isinstance(operand, Symbol):
+        return operand.name
+    sources: dict[Scope | None, Mapping[str, object]] = {
+        "resource": environment.resources,
+        "data": environment.data,
+        "input": environment.inputs,
+    }
+    source = sources.get(operand.scope, {})
+    if operand.root not in source:
+        raise UnboundNameError(operand)
+    value = source[operand.root]
+    for name in operand.fields:
+        value = cast(Mapping[str, object], value)[name] if isinstance(value, Mapping) else getattr(value, name)
+    return value
+
+
+# How tightly each form binds; an operand that binds less tightly than its place needs parentheses.
+_IMPLIES, _OR, _AND, _NOT, _ATOM = range(5)
+
+
+def to_text(expression: Expression) -> str:
+    """Print the expression in the language, with no more parentheses than it needs."""
+    return _print(expression, _IMPLIES)
+
+
+def _print(expression: Expression, place: int) -> str:
+    match expression:
+        case Implies(left, right):
+            text, binding = f"{_print(left, _OR)} => {_print(right, _IMPLIES)}", _IMPLIES
+        case Or(left, right):
+            text, binding = f"{_print(left, _OR)} or {_print(right, _AND)}", _OR
+        case And(left, right):
+            text, binding = f"{_print(left, _AND)} and {_print(right, _NOT)}", _AND
+        case Not(operand):
+            text, binding = f"not {_print(operand, _NOT)}", _NOT
+        case Comparison(operator=sign, left=left, right=right):
+            text, binding = f"{_operand_text(left)} {sign} {_operand_text(right)}", _ATOM
+        case Name() | Literal():
+            text, binding = _operand_text(expression), _ATOM
+    return f"({text})" if binding < place else text
+
+
+def _operand_text(operand: Operand) -> str:
+    match operand:
+        case Name(path=path):
+            return path
+        case Symbol(name=name):
+            return name
+        case Literal(value=value):
+            return literal_text(value)
+
+
+def literal_text(value: bool | int | float | str) -> str:
+    """Print a literal as the language writes it: `true`, `0.5`, `"text"`."""
+    return json.dumps(value, ensure_ascii=False)

@@ -1,0 +1,381 @@
+"""The skillset model: what a `.skillset` file means, once it has been checked.
+
+Everything is immutable and in declaration order. Names of effects are names within their skill. Spans tell where an
+element was declared; they take no part in equality or in the schema hash.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass, field, fields, is_dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Protocol, TypeAlias, TypeVar, cast
+from typing import Literal as OneOf
+
+from skillwing.dsl.expressions import And, Comparison, Expression, Implies, Literal, Name, Not, Or, to_text
+from skillwing.dsl.spans import Span
+from skillwing.dsl.suggest import closest, listed
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+__all__ = [
+    "ArrayType",
+    "DataItem",
+    "Effect",
+    "EnumType",
+    "Event",
+    "Field",
+    "Interrupt",
+    "Invariant",
+    "Precondition",
+    "Predicate",
+    "Resource",
+    "Result",
+    "ScalarType",
+    "Skill",
+    "Skillset",
+    "Span",
+    "StructType",
+    "Transition",
+    "Type",
+    "UnknownNameError",
+]
+
+STALE_AFTER_PERIODS = 3
+DEFAULT_INTERRUPT_TIMEOUT = 5.0
+DEFAULT_DISPATCH_TIMEOUT = 1.0
+
+Value: TypeAlias = bool | int | float | str
+PredicateKind: TypeAlias = OneOf["resource", "data"]
+
+
+class UnknownNameError(LookupError):
+    """Something was asked for by a name that the skillset does not declare.
+
+    kind: "skill", "resource", "datum", ...; name: what was asked for; known: what exists.
+    """
+
+    def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
+        self.kind = kind
+        self.name = name
+        self.known = tuple(known)
+        guess = closest(name, self.known)
+        hint = f"; did you mean `{guess}`?" if guess else "."
+        super().__init__(f"There is no {kind} `{name}`{hint} What exists: {listed(self.known, limit=30)}.")
+
+
+# --- types ---------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class ScalarType:
+    """`bool`, `int8` ... `int64`, `uint8` ... `uint64`, `float32`, `float64` or `string`."""
+
+    name: str
+
+    @property
+    def is_integer(self) -> bool:
+        return self.name.startswith(("int", "uint"))
+
+    @property
+    def is_float(self) -> bool:
+        return self.name.startswith("float")
+
+    @property
+    def is_number(self) -> bool:
+        return self.is_integer or self.is_float
+
+    @property
+    def bounds(self) -> tuple[int, int] | None:
+        """Smallest and largest value of an integer type; None for every other."""
+        if not self.is_integer:
+            return None
+        bits = int(self.name.lstrip("uint"))
+        return (0, 2**bits - 1) if self.name.startswith("u") else (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
+
+
+@dataclass(frozen=True, slots=True)
+class EnumType:
+    """`enum Name { A B C }`."""
+
+    name: str
+    values: tuple[str, ...]
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class ArrayType:
+    """`T[]` (length None) or `T[n]`."""
+
+    element: Type
+    length: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class StructType:
+    """`type Name { field: T ... }`."""
+
+    name: str
+    fields: tuple[Field, ...]
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+    def field(self, name: str) -> Field:
+        return _lookup("field", name, self.fields)
+
+
+Type: TypeAlias = "ScalarType | EnumType | ArrayType | StructType"
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """`name: type [unit] in low..high = default`; everything after the type is optional. Bounds are inclusive."""
+
+    name: str
+    type: Type
+    unit: str | None = None
+    low: float | None = None
+    high: float | None = None
+    default: Value | None = None
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class DataItem:
+    """A datum of the functional layer. period: promised publishing period in seconds, or None for no promise."""
+
+    name: str
+    type: Type
+    unit: str | None = None
+    period: float | None = None
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+    @property
+    def stale_after(self) -> float | None:
+        """Age in seconds from which the datum counts as stale; None: never."""
+        return None if self.period is None else STALE_AFTER_PERIODS * self.period
+
+
+# --- resources -----------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Transition:
+    """`source -> target`, with `extern` one that only the functional layer may take."""
+
+    source: str
+    target: str
+    extern: bool = False
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Resource:
+    """A named state machine."""
+
+    name: str
+    states: tuple[str, ...]
+    initial: str
+    transitions: tuple[Transition, ...]
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+    def allows(self, source: str, target: str, extern: bool) -> bool:
+        """Tell whether a caller may bring the resource from `source` to `target`.
+
+        Skills (`extern=False`) take internal transitions only, the functional layer (`extern=True`) extern ones only.
+        Naming the state that the resource is already in changes nothing and is open to both.
+        """
+        if source == target:
+            return source in self.states
+        return any((edge.source, edge.target, edge.extern) == (source, target, extern) for edge in self.transitions)
+
+
+@dataclass(frozen=True, slots=True)
+class Effect:
+    """Transitions applied together or not at all, as (resource, target state) pairs; `e {}` has none."""
+
+    name: str
+    transitions: tuple[tuple[str, str], ...]
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """A named set of external transitions. guard: what has to hold for it to fire, None for nothing."""
+
+    name: str
+    guard: Expression | None
+    effect: Effect
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
+# --- skills --------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Predicate:
+    """`name: resource=(expression)` or `name: data=(expression)`."""
+
+    name: str
+    kind: PredicateKind
+    expression: Expression
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Precondition:
+    """Checks that have to hold together. success: effect of the start, failure: effect of a refusal; None for none."""
+
+    checks: tuple[Predicate, ...] = ()
+    success: str | None = None
+    failure: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Invariant:
+    """What has to hold while the skill runs. violation: effect that is applied when it breaks."""
+
+    name: str
+    kind: PredicateKind
+    expression: Expression
+    violation: str | None
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """One way to end. apply: effect, or None; post: what has to hold after the effect, or None."""
+
+    name: str
+    success: bool
+    apply: str | None = None
+    post: Expression | None = None
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Interrupt:
+    """apply: effect once the skill has stopped, or None; timeout: seconds until a stop is forced."""
+
+    apply: str | None = None
+    timeout: float = DEFAULT_INTERRUPT_TIMEOUT
+
+
+@dataclass(frozen=True, slots=True)
+class Skill:
+    """One capability of the robot.
+
+    progress_period: seconds between two feedback messages, None without feedback. lost: effect that is applied when
+    the manager dies. deadline: longest run in seconds, None for no limit. dispatch_timeout: seconds the developer's
+    `on_dispatch` may take.
+    """
+
+    name: str
+    progress_period: float | None = None
+    feedback: tuple[Field, ...] = ()
+    inputs: tuple[Field, ...] = ()
+    outputs: tuple[Field, ...] = ()
+    effects: tuple[Effect, ...] = ()
+    preconditions: Precondition = Precondition()
+    invariants: tuple[Invariant, ...] = ()
+    results: tuple[Result, ...] = ()
+    interrupt: Interrupt = Interrupt()
+    lost: str | None = None
+    deadline: float | None = None
+    dispatch_timeout: float = DEFAULT_DISPATCH_TIMEOUT
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+    def effect(self, name: str) -> Effect:
+        return _lookup(f"effect of {self.name}", name, self.effects)
+
+    def transitions(self, effect: str | None) -> tuple[tuple[str, str], ...]:
+        """The (resource, target) pairs of an effect given by name; none for None."""
+        return () if effect is None else self.effect(effect).transitions
+
+    def result(self, name: str) -> Result:
+        return _lookup(f"result of {self.name}", name, self.results)
+
+    def invariant(self, name: str) -> Invariant:
+        return _lookup(f"invariant of {self.name}", name, self.invariants)
+
+    def input(self, name: str) -> Field:
+        return _lookup(f"input of {self.name}", name, self.inputs)
+
+
+@dataclass(frozen=True)
+class Skillset:
+    """A whole robot, or a subsystem of one."""
+
+    name: str
+    types: tuple[EnumType | StructType, ...] = ()
+    data: tuple[DataItem, ...] = ()
+    resources: tuple[Resource, ...] = ()
+    events: tuple[Event, ...] = ()
+    skills: tuple[Skill, ...] = ()
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+    def skill(self, name: str) -> Skill:
+        """Return the skill of that name; raises UnknownNameError. The other look-ups do likewise."""
+        return _lookup("skill", name, self.skills)
+
+    def resource(self, name: str) -> Resource:
+        return _lookup("resource", name, self.resources)
+
+    def datum(self, name: str) -> DataItem:
+        return _lookup("datum", name, self.data)
+
+    def event(self, name: str) -> Event:
+        return _lookup("event", name, self.events)
+
+    def type(self, name: str) -> EnumType | StructType:
+        return _lookup("type", name, self.types)
+
+    @cached_property
+    def schema_hash(self) -> str:
+        """16 hex digits that change exactly when the meaning does.
+
+        Comments, layout and the order in which skills, resources, data, events and types are declared do not count.
+        """
+        content: dict[str, object] = {"name": self.name}
+        for group in ("types", "data", "resources", "events", "skills"):
+            content[group] = {element.name: _content(element) for element in getattr(self, group)}
+        return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
+
+
+# --- look-up and canonical form ------------------------------------------------------------------------------------
+
+
+class _Named(Protocol):
+    @property
+    def name(self) -> str: ...
+
+
+_N = TypeVar("_N", bound=_Named)
+
+
+def _lookup(kind: str, name: str, elements: tuple[_N, ...]) -> _N:
+    for element in elements:
+        if element.name == name:
+            return element
+    raise UnknownNameError(kind, name, (element.name for element in elements))
+
+
+def _canonical(value: object) -> object:
+    """Reduce a part of an element to plain JSON values without spans. A named type in use is its name."""
+    match value:
+        case Comparison() | Not() | And() | Or() | Implies() | Name() | Literal():
+            return to_text(value)
+        case EnumType(name=name) | StructType(name=name):
+            return name
+        case tuple():
+            return [_canonical(item) for item in cast(tuple[object, ...], value)]
+        case _ if is_dataclass(value) and not isinstance(value, type):
+            return _content(value)
+        case _:
+            return value
+
+
+def _content(element: DataclassInstance) -> dict[str, object]:
+    return {item.name: _canonical(getattr(element, item.name)) for item in fields(element) if item.name != "span"}

@@ -1,0 +1,29 @@
+"""Did-you-mean: the known name closest to a mistyped one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+def closest(name: str, known: Iterable[str]) -> str | None:
+    """Return the name in `known` that resembles `name` most, or None if none comes near.
+
+    Letter case is forgiven first, since `in_air` for `IN_AIR` is the commonest slip.
+    """
+    candidates = list(dict.fromkeys(known))
+    folded = {candidate.casefold(): candidate for candidate in candidates}
+    matches = get_close_matches(name.casefold(), folded, n=1, cutoff=0.6)
+    return folded[matches[0]] if matches else None
+
+
+def listed(names: Iterable[str], limit: int = 12) -> str:
+    """Enumerate names for a sentence: `a`, `b` and `c`; a long list is cut and says so."""
+    quoted = [f"`{name}`" for name in names]
+    if not quoted:
+        return "none"
+    if len(quoted) > limit:
+        return ", ".join(quoted[:limit]) + f" and {len(quoted) - limit} more"
+    if len(quoted) == 1:
+        return quoted[0]
+    return ", ".join(quoted[:-1]) + " and " + quoted[-1]
