@@ -1,0 +1,72 @@
+"""A box-shaped building whose facades have recessed windows, as a triangle mesh."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+_RECESS = 0.25
+_BAY, _WINDOW = 2.0, (0.6, 1.6)
+_STOREY, _OPENING = 2.8, (0.9, 2.2)
+
+
+def building_mesh(size: tuple[float, float, float]) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+    """Vertices (N, 3) and faces (M, 3) of a building of this size [m], standing on z = 0, centred in x and y.
+
+    Windows are pushed inwards by 25 cm, and the step is closed all around, so that rays and scans see their edges.
+    """
+    length, width, height = size
+    x, y, z = np.eye(3)
+    corner = np.array([length / 2, width / 2, 0.0])
+    quads: list[NDArray[np.float64]] = []
+    for origin, along, extent in (
+        (-corner, x, length),
+        (corner * (1, -1, 0), y, width),
+        (corner, -x, length),
+        (corner * (-1, 1, 0), -y, width),
+    ):
+        quads += _facade(origin, along, z, extent, height)
+    roof = np.array([-corner, corner * (1, -1, 0), corner, corner * (-1, 1, 0)]) + height * z
+    quads.append(roof)
+    vertices = np.concatenate(quads)
+    first = 4 * np.arange(len(quads))[:, None]
+    faces = np.concatenate([first + np.array(corners) for corners in ((0, 1, 2), (0, 2, 3))])
+    return vertices, faces.astype(np.int32)
+
+
+def _facade(
+    origin: NDArray[np.float64],
+    along: NDArray[np.float64],
+    up: NDArray[np.float64],
+    extent: float,
+    height: float,
+) -> list[NDArray[np.float64]]:
+    inwards = np.cross(up, along)
+    columns, is_window_column = _cuts(extent, _BAY, _WINDOW)
+    rows, is_window_row = _cuts(height, _STOREY, _OPENING)
+    quads: list[NDArray[np.float64]] = []
+    for (left, right), glazed_column in zip(pairwise(columns), is_window_column, strict=True):
+        for (low, high), glazed_row in zip(pairwise(rows), is_window_row, strict=True):
+            rim = np.array(
+                [origin + along * a + up * b for a, b in ((left, low), (right, low), (right, high), (left, high))]
+            )
+            if not (glazed_column and glazed_row):
+                quads.append(rim)
+                continue
+            pane = rim + _RECESS * inwards
+            quads.append(pane)
+            for i, j in ((0, 1), (1, 2), (2, 3), (3, 0)):
+                quads.append(np.array([rim[i], rim[j], pane[j], pane[i]]))
+    return quads
+
+
+def _cuts(extent: float, period: float, opening: tuple[float, float]) -> tuple[list[float], list[bool]]:
+    """Cut an extent into alternating wall and opening; openings that would not fit whole are left out."""
+    edges, glazed, start = [0.0], list[bool](), 0.0
+    while start + opening[1] < extent - 0.3:
+        edges += [start + opening[0], start + opening[1]]
+        glazed += [False, True]
+        start += period
+    return [*edges, extent], [*glazed, False]
