@@ -1,0 +1,160 @@
+"""What nodes and shells may ask of the world: messages, timers, one thread, one clock.
+
+A `Node` attaches itself to a `Bus` and from then on lives in callbacks, which the bus runs one at a time on
+the node's one thread. There are two buses: `zenoh_bus.ZenohBus` in everything a user runs, and
+`inprocess.InProcessNetwork`, where any number of nodes share one virtual time and advance in lockstep,
+bit-reproducibly. Nothing above this module knows which of the two it lives on.
+
+Keys are relative to the robot's namespace. Payloads are bytes: see `skillwing.services.protocol`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from skillwing.services.protocol import ErrorReply
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """One publication. Streams carry raw array bytes in `payload` and their MessagePack header in `attachment`."""
+
+    key: str
+    payload: bytes
+    attachment: bytes = b""
+
+
+@dataclass(frozen=True, slots=True)
+class Answered:
+    """A reply to a query."""
+
+    payload: bytes
+    attachment: bytes = b""
+
+
+@dataclass(frozen=True, slots=True)
+class Refused:
+    """A typed error reply to a query."""
+
+    error: ErrorReply
+
+
+@dataclass(frozen=True, slots=True)
+class Unanswered:
+    """No reply: nobody there, or nobody in time. The request may still be executed; ask again with the same id."""
+
+    timed_out: bool
+
+
+Answer = Answered | Refused | Unanswered
+
+
+class Request(Protocol):
+    """A query to answer exactly once, now or later."""
+
+    @property
+    def key(self) -> str: ...
+    @property
+    def payload(self) -> bytes: ...
+    def reply(self, payload: bytes, attachment: bytes = b"") -> None: ...
+    def refuse(self, error: ErrorReply) -> None: ...
+
+
+class Publisher(Protocol):
+    def put(self, payload: bytes, attachment: bytes = b"") -> None: ...
+
+
+class Handle(Protocol):
+    """Something declared on the bus that can be taken back. Idempotent."""
+
+    def cancel(self) -> None: ...
+
+
+class Bus(Protocol):
+    """One node's view of the network. Every callback runs on the node's one thread."""
+
+    @property
+    def name(self) -> str:
+        """The node's name, unique in its robot."""
+        ...
+
+    def now(self) -> float:
+        """Robot time in seconds."""
+        ...
+
+    def advertise(self, key: str, *, events: bool = False) -> Publisher:
+        """A publisher. `events=True`: nothing may be lost (cache, recovery, history for late joiners);
+        otherwise a stream, where an old sample may be dropped for a new one."""
+        ...
+
+    def subscribe(
+        self,
+        key_expression: str,
+        on_sample: Callable[[Sample], None],
+        *,
+        events: bool = False,
+        latest_only: bool = False,
+    ) -> Handle:
+        """`latest_only`: while the node is busy only the newest sample of each key is kept."""
+        ...
+
+    def serve(self, key_expression: str, on_request: Callable[[Request], None]) -> Handle: ...
+
+    def ask(
+        self,
+        key: str,
+        payload: bytes,
+        on_answer: Callable[[Answer], None],
+        *,
+        timeout: float = 2.0,
+        attachment: bytes = b"",
+    ) -> None:
+        """Send a query; `on_answer` is called exactly once. `timeout` is in seconds of transport time: wall time
+        on Zenoh, virtual time in process."""
+        ...
+
+    def declare_alive(self, key: str) -> Handle:
+        """A liveliness token that vanishes with this process."""
+        ...
+
+    def watch_alive(self, key_expression: str, on_change: Callable[[str, bool], None]) -> Handle:
+        """`on_change(key, alive)` for every token there is, and from then on at each change."""
+        ...
+
+    def after(self, delay: float, action: Callable[[], None], *, wall: bool = False) -> Handle:
+        """Call `action` once, `delay` seconds from now, in robot time unless `wall`."""
+        ...
+
+    def every(self, period: float, action: Callable[[], None]) -> Handle:
+        """Call `action` at each multiple of `period` seconds of robot time from now on, without drift."""
+        ...
+
+    def post(self, action: Callable[[], None]) -> None:
+        """Run `action` on the node's thread soon. The only method that other threads may call."""
+        ...
+
+    def run_until(self, done: Callable[[], bool], timeout: float | None = None) -> bool:
+        """Run callbacks until `done()` holds (True) or `timeout` seconds of transport time passed (False)."""
+        ...
+
+    def close(self) -> None: ...
+
+
+class Node(Protocol):
+    """A process's content. Made by a factory `(options: dict[str, Any]) -> Node`, named `"package.module:factory"`
+    in process tables. `owns_clock` is True for the one node that *is* robot time (the simulator)."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def owns_clock(self) -> bool: ...
+
+    def attach(self, bus: Bus) -> None:
+        """Declare everything and return at once; live in callbacks from then on."""
+        ...
+
+    def detach(self) -> None:
+        """The process is about to end in good order: publish last words, release what outlives a process."""
+        ...

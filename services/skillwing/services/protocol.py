@@ -1,0 +1,483 @@
+"""The wire protocol: every message and key that crosses a process boundary, defined once.
+
+Payloads are MessagePack. `encode` and `decode` are the only way in and out: they refuse unknown fields,
+wrong types, non-finite numbers, foreign protocol versions and oversized payloads with a `ProtocolError`.
+Times `t` are robot time in seconds. Ids of goals are UUIDv7 strings chosen by the client; ids of timeline
+records name the process that wrote them, so that a `cause` can be followed across processes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any, TypeVar
+
+import msgspec
+
+PROTOCOL_VERSION = 1
+MAX_MESSAGE_BYTES = 1 << 20
+MAX_NESTING = 32
+"""Deepest nesting of a decoded payload; deeper ones are refused before they are walked."""
+
+CLOCK_KEY = "fl/clock"
+"""Where the owner of robot time publishes `ClockTick`; part of the functional layer, but followed by every process."""
+
+
+class ProtocolError(Exception):
+    """A payload that is not a valid message; `str()` is a sentence for people."""
+
+
+class Message(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Base of all messages. `v` is the protocol version of the sender."""
+
+    v: int = PROTOCOL_VERSION
+
+
+M = TypeVar("M", bound=Message)
+_encoder = msgspec.msgpack.Encoder()
+_decoders: dict[Any, msgspec.msgpack.Decoder[Any]] = {}
+
+
+def encode(message: Message) -> bytes:
+    """The MessagePack bytes of `message`."""
+    return _encoder.encode(message)
+
+
+def decode(payload: bytes, kind: type[M]) -> M:
+    """The message of type `kind` (a `Message` class or a union of tagged ones) in `payload`.
+
+    Raises `ProtocolError` where the payload is anything else.
+    """
+    if len(payload) > MAX_MESSAGE_BYTES:
+        raise ProtocolError(f"the message has {len(payload)} bytes; at most {MAX_MESSAGE_BYTES} are accepted")
+    decoder = _decoders.get(kind)
+    if decoder is None:
+        decoder = _decoders[kind] = msgspec.msgpack.Decoder(kind)
+    try:
+        message = decoder.decode(payload)
+    except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
+        raise ProtocolError(f"not a valid {getattr(kind, '__name__', 'message')}: {error}") from error
+    if message.v != PROTOCOL_VERSION:
+        raise ProtocolError(f"the sender speaks protocol {message.v}, this process speaks {PROTOCOL_VERSION}")
+    require_finite(message)
+    return message
+
+
+def require_finite(value: object, depth: int = 0) -> None:
+    """Raise `ProtocolError` if a float anywhere inside `value` is NaN or infinite."""
+    if depth > MAX_NESTING:
+        raise ProtocolError(f"the message is nested more than {MAX_NESTING} levels deep")
+    if isinstance(value, float):
+        if not math.isfinite(value):
+            raise ProtocolError("the message holds a number that is not finite")
+    elif isinstance(value, msgspec.Struct):
+        for name in value.__struct_fields__:
+            require_finite(getattr(value, name), depth + 1)
+    elif isinstance(value, Mapping):
+        for key, item in value.items():  # pyright: ignore[reportUnknownVariableType]
+            require_finite(key, depth + 1)  # pyright: ignore[reportUnknownArgumentType]
+            require_finite(item, depth + 1)  # pyright: ignore[reportUnknownArgumentType]
+    elif isinstance(value, (list, tuple)):
+        for item in value:  # pyright: ignore[reportUnknownVariableType]
+            require_finite(item, depth + 1)  # pyright: ignore[reportUnknownArgumentType]
+
+
+# --- goals -------------------------------------------------------------------------------------------------
+
+
+class State(StrEnum):
+    """States of Figure 5 that a goal passes through."""
+
+    VALIDATING = "VALIDATING"
+    DISPATCHING = "DISPATCHING"
+    RUNNING = "RUNNING"
+    INTERRUPTING = "INTERRUPTING"
+    TERMINATED = "TERMINATED"
+
+
+class Ending(StrEnum):
+    """How a goal ended (DESIGN section 3)."""
+
+    NOT_VALIDATED = "NV"
+    NOT_READY = "NR"
+    INVARIANT_VIOLATED = "RI"
+    SUCCEEDED = "S"
+    NOT_HELD = "N"
+    INTERRUPTED = "IT"
+    BUSY = "BUSY"
+    ERROR = "ERROR"
+    LOST = "LOST"
+
+
+class Terminal(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The one terminal answer of a goal.
+
+    `reason` is a sentence. `failing` names every failing precondition (NR) or the input fields (NV).
+    `result` is set for S and N, `invariant` and `subject` for RI, `running_goal` for BUSY, `forced` for an
+    IT that the timeout enforced, `detected_by` for LOST. `success` says which side of the result partition
+    S is on: S_BLOCKED is a result that held, and still a failure of the skill.
+    """
+
+    ending: Ending
+    reason: str
+    result: str | None = None
+    success: bool = False
+    failing: tuple[str, ...] = ()
+    invariant: str | None = None
+    subject: str | None = None
+    output: dict[str, Any] | None = None
+    forced: bool = False
+    running_goal: str | None = None
+    detected_by: str | None = None
+
+    @property
+    def label(self) -> str:
+        """The name used in timelines: `S_AT_ALTITUDE`, `N_ARRIVED`, `RI`, `IT`, ..."""
+        return f"{self.ending}_{self.result}" if self.result else str(self.ending)
+
+
+class GoalStatus(Message, frozen=True, kw_only=True):
+    """State of one goal; published on every change and the answer to start, interrupt and goal queries.
+
+    `record` is the id of the timeline record of this change.
+    """
+
+    goal_id: str
+    skill: str
+    state: State
+    t: float
+    terminal: Terminal | None = None
+    record: str | None = None
+
+
+class GoalProgress(Message, frozen=True, kw_only=True):
+    """Periodic typed feedback of a running goal."""
+
+    goal_id: str
+    skill: str
+    t: float
+    feedback: dict[str, Any]
+
+
+class StartGoal(Message, frozen=True, kw_only=True):
+    """Start a skill. The same `goal_id` again returns that goal's state and never runs it twice.
+
+    `deadline` (robot time) makes a delayed request harmless: after it the manager refuses to start.
+    """
+
+    goal_id: str
+    inputs: dict[str, Any]
+    client: str
+    schema: str
+    deadline: float | None = None
+    cause: str | None = None
+
+
+class InterruptGoal(Message, frozen=True, kw_only=True):
+    goal_id: str
+    client: str
+    cause: str | None = None
+
+
+class QueryGoal(Message, frozen=True, kw_only=True):
+    """Ask for one goal, or with `goal_id=None` for the running one, else the latest."""
+
+    goal_id: str | None = None
+
+
+# --- resources ---------------------------------------------------------------------------------------------
+
+
+class ResourceStates(Message, frozen=True, kw_only=True):
+    revision: int
+    states: dict[str, str]
+    t: float
+
+
+class ResourceChange(Message, frozen=True, kw_only=True):
+    resource: str
+    before: str
+    after: str
+    revision: int
+    t: float
+    record: str
+    cause: str | None = None
+
+
+class QueryStates(Message, frozen=True, kw_only=True):
+    pass
+
+
+class FireExtern(Message, frozen=True, kw_only=True):
+    """Drive an extern transition. `source` names who asks; `cause` the record that made it happen."""
+
+    resource: str
+    target: str
+    source: str
+    cause: str | None = None
+
+
+class FireEvent(Message, frozen=True, kw_only=True):
+    event: str
+    source: str
+    cause: str | None = None
+
+
+class BeginGoal(Message, frozen=True, kw_only=True, tag="begin"):
+    """Ask for preconditions and start effect as one atomic step. Idempotent for the same goal id."""
+
+    goal_id: str
+    skill: str
+    inputs: dict[str, Any]
+    manager: str
+    owner: str
+    schema: str
+    cause: str | None = None
+
+
+class EndGoal(Message, frozen=True, kw_only=True, tag="end"):
+    """End a granted goal: `how` is `result` (with its name), `interrupt` or `error`."""
+
+    goal_id: str
+    skill: str
+    token: int
+    how: str
+    result: str | None = None
+    cause: str | None = None
+
+
+class RenewGoal(Message, frozen=True, kw_only=True, tag="renew"):
+    goal_id: str
+    skill: str
+    token: int
+
+
+GoalCall = BeginGoal | EndGoal | RenewGoal
+
+
+class Granted(Message, frozen=True, kw_only=True, tag="granted"):
+    """`token` is the fencing token: larger than that of every earlier grant."""
+
+    goal_id: str
+    token: int
+    revision: int
+    record: str
+
+
+class NotReady(Message, frozen=True, kw_only=True, tag="not_ready"):
+    """`failing` maps every failing precondition to a sentence saying why it fails."""
+
+    goal_id: str
+    failing: dict[str, str]
+    record: str
+
+
+class Violated(Message, frozen=True, kw_only=True, tag="violated"):
+    """An invariant of a granted goal broke; its violation effect has been applied. Also pushed on `verdict`."""
+
+    goal_id: str
+    skill: str
+    invariant: str
+    subject: str
+    reason: str
+    t: float
+    record: str
+
+
+class Ended(Message, frozen=True, kw_only=True, tag="ended"):
+    """The end was applied. `held=False`: effect or postcondition did not hold, `reason` says which."""
+
+    goal_id: str
+    held: bool
+    reason: str
+    revision: int
+    record: str
+
+
+GoalVerdict = Granted | NotReady | Violated | Ended
+
+
+# --- data --------------------------------------------------------------------------------------------------
+
+
+class DataSample(Message, frozen=True, kw_only=True):
+    """A value published by the robot bridge at robot time `t`."""
+
+    name: str
+    value: Any
+    t: float
+
+
+class QueryData(Message, frozen=True, kw_only=True):
+    pass
+
+
+class DataReading(Message, frozen=True, kw_only=True):
+    """Latest value as the data manager knows it. `stale` after three promised periods, or never received."""
+
+    name: str
+    value: Any
+    t: float | None
+    age: float | None
+    stale: bool
+
+
+# --- observation -------------------------------------------------------------------------------------------
+
+
+class RecordKind(StrEnum):
+    RESOURCE = "resource"
+    GOAL = "goal"
+    HEALTH = "health"
+    FAULT = "fault"
+    DATA = "data"
+    MISSION = "mission"
+    PROCESS = "process"
+
+
+class Record(Message, frozen=True, kw_only=True):
+    """One state change of anything. `cause` is the id of the record that made it happen."""
+
+    id: str
+    t: float
+    source: str
+    kind: RecordKind
+    subject: str
+    before: str | None
+    after: str
+    text: str = ""
+    cause: str | None = None
+    goal_id: str | None = None
+    detail: dict[str, Any] = {}
+
+
+class TreeNode(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """One node of a behaviour tree; `parent` is an index into the same list, None for the root.
+
+    `status` is RUNNING, SUCCESS, FAILURE or INVALID (not visited).
+    """
+
+    index: int
+    parent: int | None
+    name: str
+    kind: str
+    status: str
+    feedback: str = ""
+
+
+class TreeSnapshot(Message, frozen=True, kw_only=True):
+    mission: str
+    t: float
+    nodes: tuple[TreeNode, ...]
+
+
+class MissionStatus(Message, frozen=True, kw_only=True):
+    """`phase` is IDLE, RUNNING, SUCCEEDED, FAILED or ABORTED."""
+
+    mission: str
+    phase: str
+    t: float
+    text: str
+    waypoint: int = 0
+    waypoints: int = 0
+    goal: tuple[float, float, float] | None = None
+
+
+class ClockTick(Message, frozen=True, kw_only=True):
+    """Robot time, and how fast it is meant to run against the wall clock (1.0 real time)."""
+
+    t: float
+    factor: float = 1.0
+
+
+# --- errors ------------------------------------------------------------------------------------------------
+
+
+class ErrorCode(StrEnum):
+    BAD_REQUEST = "BAD_REQUEST"
+    SCHEMA_MISMATCH = "SCHEMA_MISMATCH"
+    UNKNOWN_NAME = "UNKNOWN_NAME"
+    UNKNOWN_GOAL = "UNKNOWN_GOAL"
+    NOT_ALLOWED = "NOT_ALLOWED"
+    STALE_TOKEN = "STALE_TOKEN"
+    TOO_LATE = "TOO_LATE"
+    UNAVAILABLE = "UNAVAILABLE"
+    INTERNAL = "INTERNAL"
+
+
+class ErrorReply(Message, frozen=True, kw_only=True):
+    """A typed refusal: one sentence what is wrong, one what to do."""
+
+    code: ErrorCode
+    message: str
+    help: str = ""
+    known: tuple[str, ...] = ()
+
+
+# --- keys --------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Keys:
+    """Keys of one skillset, relative to the robot's namespace."""
+
+    skillset: str
+
+    def data(self, name: str) -> str:
+        return f"{self.skillset}/data/{name}"
+
+    @property
+    def resource_states(self) -> str:
+        return f"{self.skillset}/resource/state"
+
+    @property
+    def resource_extern(self) -> str:
+        return f"{self.skillset}/resource/extern"
+
+    @property
+    def resource_goal(self) -> str:
+        return f"{self.skillset}/resource/goal"
+
+    def resource(self, name: str) -> str:
+        """Publications of changes; `"*"` for all."""
+        return f"{self.skillset}/resource/change/{name}"
+
+    def verdict(self, skill: str) -> str:
+        """Where violations are pushed to the skill's manager."""
+        return f"{self.skillset}/resource/verdict/{skill}"
+
+    def event(self, name: str) -> str:
+        return f"{self.skillset}/event/{name}"
+
+    def start(self, skill: str) -> str:
+        return f"{self.skillset}/skill/{skill}/start"
+
+    def interrupt(self, skill: str) -> str:
+        return f"{self.skillset}/skill/{skill}/interrupt"
+
+    def goal(self, skill: str) -> str:
+        return f"{self.skillset}/skill/{skill}/goal"
+
+    def status(self, skill: str) -> str:
+        return f"{self.skillset}/skill/{skill}/status"
+
+    def progress(self, skill: str) -> str:
+        return f"{self.skillset}/skill/{skill}/progress"
+
+    def alive(self, process: str) -> str:
+        """Liveliness token of a process; `"**"` for all."""
+        return f"{self.skillset}/alive/{process}"
+
+    @property
+    def timeline(self) -> str:
+        return f"{self.skillset}/timeline"
+
+    @property
+    def mission_tree(self) -> str:
+        return f"{self.skillset}/mission/tree"
+
+    @property
+    def mission_status(self) -> str:
+        return f"{self.skillset}/mission/status"

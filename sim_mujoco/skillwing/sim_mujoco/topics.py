@@ -1,0 +1,310 @@
+"""The functional layer's API: its topics and messages, which a real autopilot could serve instead.
+
+No skill, resource or tree is known here. Frames are ENU for the world (x east, y north, z up, origin at the
+home pad) and FLU for the body (REP 103); headings are radians counter-clockwise from east. `token` is a
+fencing token, an integer that grows with every grant: a command with a smaller token than the newest one seen for
+the same axis is refused. This module needs only msgspec.
+
+Array streams carry raw little-endian bytes in the payload and one of the `*Header` messages as attachment.
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+import msgspec
+
+from skillwing.services.protocol import CLOCK_KEY, Message
+
+Vector3 = tuple[float, float, float]
+
+CLOCK = CLOCK_KEY  # ClockTick, 50 Hz
+NAVIGATION = "fl/navigation"  # Navigation, 50 Hz
+FLIGHT = "fl/flight"  # FlightState, 10 Hz and at each change
+BATTERY = "fl/battery"  # Battery, 1 Hz
+RANGE = "fl/range"  # Range, 20 Hz
+IMU = "fl/imu"  # float32 [n, 7] rows (t - t0, acceleration 3, angular rate 3) FLU, ImuHeader
+LIDAR = "fl/lidar"  # float32 [columns, beams] ranges in m, 0 = no return, LidarHeader
+ZED_DEPTH = "fl/zed/depth"  # uint16 [height, width] depth along the optical axis in mm, 0 = no return, DepthHeader
+HEALTH = "fl/health"  # Health under fl/health/<sensor>, events
+TRUTH = "fl/truth"  # Truth, 20 Hz: for judges and recordings only, never for the robot
+AUTOPILOT_SETPOINT = "fl/autopilot/setpoint"  # AutopilotSetpoint, 50 Hz, guidance -> autopilot
+FAULT = "fl/fault"  # query SetFault -> Done
+PILOT = "fl/pilot"  # query SetPilot -> Done
+GUIDANCE_COMMAND = "fl/guidance/command"  # query GuidanceCommand -> Done
+GUIDANCE_STATUS = "fl/guidance/status"  # GuidanceStatus, 20 Hz
+AUTHORITY = "fl/authority"  # Revoked, events: the bridge tells whose commands no longer count
+OBSTACLE_COMMAND = "fl/obstacles/command"  # query SelectObstacleSource -> Done
+OBSTACLE_STATUS = "fl/obstacles/status"  # ObstacleStatus, 10 Hz
+MAPPING_COMMAND = "fl/mapping/command"  # query ControlMapping -> Done
+MAPPING_STATUS = "fl/mapping/status"  # MappingStatus, 2 Hz
+MAP = "fl/mapping/map"  # float32 [n, 3] centres of occupied voxels that changed since the last one, MapHeader, 1 Hz
+MAP_SNAPSHOT = "fl/mapping/snapshot"  # query Empty -> float32 [n, 3] all occupied voxel centres + MapHeader
+
+
+def health_key(sensor: str) -> str:
+    return f"{HEALTH}/{sensor}"
+
+
+class Empty(Message, frozen=True, kw_only=True):
+    pass
+
+
+class Done(Message, frozen=True, kw_only=True):
+    """A command was taken. Refusals are typed error replies."""
+
+    text: str = ""
+
+
+class Navigation(Message, frozen=True, kw_only=True):
+    """Navigation solution at `t`: position and velocity ENU, attitude as quaternion (w, x, y, z) body to world,
+    angular velocity FLU, heading in radians."""
+
+    t: float
+    position: Vector3
+    velocity: Vector3
+    quaternion: tuple[float, float, float, float]
+    angular_velocity: Vector3
+    heading: float
+
+
+class FlightState(Message, frozen=True, kw_only=True):
+    """`authority`: the safety pilot lets this computer fly. `failsafe` is "" or what the autopilot does by itself."""
+
+    t: float
+    on_ground: bool
+    rotors_on: bool
+    home_valid: bool
+    authority: bool
+    failsafe: str = ""
+
+
+class Battery(Message, frozen=True, kw_only=True):
+    t: float
+    percent: float
+    voltage: float
+
+
+class Range(Message, frozen=True, kw_only=True):
+    """Distance down along the body's -z; None when nothing is within reach."""
+
+    t: float
+    distance: float | None
+
+
+class ImuHeader(Message, frozen=True, kw_only=True):
+    t0: float
+    count: int
+
+
+class LidarHeader(Message, frozen=True, kw_only=True):
+    """One revolution. Column c was measured at t0 + (c + 0.5) / columns * (t1 - t0). The ring is orthogonal to the
+    nose: see `lidar_directions` in the sensor model. `mount` is the sensor's place in FLU."""
+
+    t0: float
+    t1: float
+    columns: int
+    beams: int
+    mount: Vector3
+
+
+class DepthHeader(Message, frozen=True, kw_only=True):
+    """Pinhole model; `mount` is the camera's place in FLU, its optical axis is the body's x."""
+
+    t: float
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    mount: Vector3
+
+
+class SensorStatus(StrEnum):
+    UNKNOWN = "UNKNOWN"
+    OK = "OK"
+    FAILED = "FAILED"
+
+
+class Health(Message, frozen=True, kw_only=True):
+    """What a sensor node found out about itself. `id` is unique and becomes the root of a cause chain."""
+
+    id: str
+    t: float
+    sensor: str
+    status: SensorStatus
+    reason: str = ""
+    cause: str | None = None
+
+
+class Truth(Message, frozen=True, kw_only=True):
+    """Ground truth for judges: `clearance` is the distance of the hull from the nearest obstacle."""
+
+    t: float
+    position: Vector3
+    quaternion: tuple[float, float, float, float]
+    velocity: Vector3
+    collisions: int
+    clearance: float
+    inside_fence: bool
+
+
+class AutopilotSetpoint(Message, frozen=True, kw_only=True):
+    """Position with velocity feed-forward and heading; `land`/`rotors` as the autopilot's modes."""
+
+    t: float
+    position: Vector3
+    velocity: Vector3
+    heading: float
+    rotors: bool
+
+
+class SetFault(Message, frozen=True, kw_only=True):
+    """Switch a corruptor. Kinds: blackout, freeze, noise, bias, dropout, slow."""
+
+    sensor: str
+    kind: str
+    on: bool = True
+    magnitude: float | None = None
+
+
+class SetPilot(Message, frozen=True, kw_only=True):
+    """The safety pilot takes authority (False) or gives it to the computer (True)."""
+
+    authority: bool
+
+
+class Nose(StrEnum):
+    ALONG_TRACK = "ALONG_TRACK"
+    FREE = "FREE"
+
+
+class TakeOff(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="take_off"):
+    height: float
+    speed: float
+
+
+class Land(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="land"):
+    speed: float
+
+
+class FlyTo(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="fly_to"):
+    target: Vector3
+    speed: float
+    nose: Nose
+
+
+class Hold(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="hold"):
+    pass
+
+
+class Turn(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="turn"):
+    """Turn to a heading; with `lock` hold it until stopped."""
+
+    heading: float
+    lock: bool
+
+
+class Stop(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="stop"):
+    """End the motion of `goal_id`: brake, then hold position. Status reports HOLDING once at rest."""
+
+
+Motion = TakeOff | Land | FlyTo | Hold | Turn | Stop
+
+
+class GuidanceCommand(Message, frozen=True, kw_only=True):
+    goal_id: str
+    token: int
+    motion: Motion
+
+
+class MotionState(StrEnum):
+    IDLE = "IDLE"  # nobody holds this axis; the drone holds what it has
+    TURNING = "TURNING"  # on the spot, before moving
+    MOVING = "MOVING"
+    WAITING = "WAITING"  # at rest, because the obstacle information is stale
+    STOPPING = "STOPPING"
+    STOPPED = "STOPPED"  # a Stop was carried out; the drone is at rest
+    DONE = "DONE"  # arrived, at altitude, landed, aligned
+    BLOCKED = "BLOCKED"  # at rest in front of an obstacle, or cannot make headway
+    ABORTED = "ABORTED"  # revoked, out of the fence, drifted too far
+
+
+class AxisStatus(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Of the body axes or of the heading: who commands it and how far it is (m, or rad for heading)."""
+
+    goal_id: str | None
+    state: MotionState
+    remaining: float
+    text: str = ""
+
+
+class GuidanceStatus(Message, frozen=True, kw_only=True):
+    """`target` is the end of the segment being flown, `setpoint` where the drone should be now."""
+
+    t: float
+    body: AxisStatus
+    heading: AxisStatus
+    setpoint: Vector3
+    target: Vector3 | None
+    free_distance: float | None
+
+
+class Revoked(Message, frozen=True, kw_only=True):
+    """Commands with a token up to and including `token` for goal `goal_id` no longer count."""
+
+    goal_id: str
+    token: int
+    record: str | None = None
+
+
+class ObstacleSource(StrEnum):
+    NONE = "NONE"
+    ZED = "ZED"
+    LIDAR = "LIDAR"
+
+
+class SelectObstacleSource(Message, frozen=True, kw_only=True):
+    """Which sensor the depth map is made from. `goal_id` is who asks."""
+
+    goal_id: str
+    token: int
+    source: ObstacleSource
+
+
+class ObstacleStatus(Message, frozen=True, kw_only=True):
+    """`free_distance`: metres that are free along the segment from the drone to guidance's target (None: no
+    segment, or the source does not look that way); `horizon`: how far it could have seen; `ahead`: nearest
+    obstacle in the direction of view or motion; `stamp`: when the measurement was taken."""
+
+    t: float
+    source: ObstacleSource
+    free_distance: float | None
+    horizon: float
+    ahead: float | None
+    stamp: float | None
+
+
+class ControlMapping(Message, frozen=True, kw_only=True):
+    goal_id: str
+    token: int
+    run: bool
+
+
+class MappingStatus(Message, frozen=True, kw_only=True):
+    """`diverged`: the map can no longer be trusted. `pose_source` says honestly where poses come from."""
+
+    t: float
+    running: bool
+    diverged: bool
+    scans: int
+    voxels: int
+    pose_source: str
+
+
+class MapHeader(Message, frozen=True, kw_only=True):
+    t: float
+    voxel_size: float
+    count: int
+    complete: bool
