@@ -13,7 +13,8 @@ import numpy as np
 from .facade import building_mesh
 from .layout import HOME, ROUTE, Kind, Obstacle, make_courtyard
 from .terrain import Terrain, make_terrain
-from .triangles import Triangles, static_triangles
+from .triangles import Triangles
+from .triangulation import static_triangles
 
 TERRAIN, BUILDING, OTHER = 0, 1, 2
 LABELS: Final = ("terrain", "building", "other")

@@ -1,0 +1,53 @@
+"""Stereo depth camera looking along the nose: 320 x 180 pixels, 15 Hz, 54 degrees high, up to 20 m."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .geometry import Vector, add, to_world
+from .motion import Motion
+from .poses import rotations
+from .rays import RayScene
+
+ZED_MOUNT: Vector = (0.3, 0.0, -0.05)
+"""Where the camera sits on the drone, FLU [m]."""
+WIDTH, HEIGHT = 320, 180
+PERIOD = 1 / 15
+REACH, NEAREST = 20.0, 0.4
+FOCAL = HEIGHT / 2 / math.tan(math.radians(54.0) / 2)
+"""Focal length [px], the same in both directions; the optical axis passes through the image's centre."""
+_NOISE = 0.0015
+"""Depth noise grows with the square of the depth, as disparity noise does: sigma = 0.0015 z^2 [m]."""
+
+
+def depth_directions(width: int = WIDTH, height: int = HEIGHT, focal: float = FOCAL) -> NDArray[np.float32]:
+    """Directions (height, width, 3) in FLU with x = 1: a pixel's point is its depth times its direction."""
+    left = -(np.arange(width) + 0.5 - width / 2) / focal
+    up = -(np.arange(height) + 0.5 - height / 2) / focal
+    y, z = np.meshgrid(left, up)
+    return np.stack([np.ones_like(y), y, z], axis=-1).astype(np.float32)
+
+
+class DepthCamera:
+    """One picture at a time, of the static world."""
+
+    def __init__(self, rays: RayScene, rng: np.random.Generator) -> None:
+        self._rays, self._rng = rays, rng
+        directions = depth_directions().reshape(-1, 3)
+        length = np.linalg.norm(directions, axis=1)
+        self._rays_in_body = directions / length[:, None]
+        self._depth_per_range = (1.0 / length).astype(np.float32)
+        self._reach = REACH * float(length.max())
+
+    def picture(self, motion: Motion) -> NDArray[np.float32]:
+        """Depth along the optical axis (180, 320) [m], 0 = no return."""
+        turn = rotations(np.array([motion.quaternion]))[0].astype(np.float32)
+        origin = np.array(add(motion.position, to_world(motion.quaternion, ZED_MOUNT)), dtype=np.float32)
+        ranges = self._rays.distances(origin, self._rays_in_body @ turn.T, self._reach)
+        depth = ranges * self._depth_per_range
+        depth += np.float32(_NOISE) * depth * depth * self._rng.standard_normal(len(depth), dtype=np.float32)
+        depth[(depth < NEAREST) | (depth > REACH)] = 0.0
+        return depth.reshape(HEIGHT, WIDTH)
