@@ -54,6 +54,4 @@ class Lidar:
         )
         seen = ranges > NEAREST
         noise = np.float32(RANGE_NOISE) * self._rng.standard_normal(len(ranges), dtype=np.float32)
-        return np.where(seen, ranges + noise, np.float32(0.0)).reshape(LIDAR_MOUNT: Vector = (0.0, 0.0, -0.42)
-"""Where the sensor sits on the drone, FLU [m]."""
-COLUMNS, BEAMS)
+        return np.where(seen, ranges + noise, np.float32(0.0)).reshape(COLUMNS, BEAMS)
