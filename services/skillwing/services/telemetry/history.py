@@ -1,0 +1,205 @@
+"""The history of a run, folded from what the managers publish: skill bars, resource lanes, causes and switches.
+
+Pure: messages go in, in whatever order the network delivers them and as often as it repeats them; the same set of
+messages gives the same history. Times are robot time in seconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+
+from skillwing.services.protocol import Ending, GoalStatus, Record, RecordKind, Terminal
+
+PHASES = frozenset({"IDLE", "RUNNING", "SUCCEEDED", "FAILED", "ABORTED"})
+"""Phases of a mission; a mission record that goes anywhere else is a switch between branches of its tree."""
+
+
+class Outcome(StrEnum):
+    """The colour of a skill bar, as in the paper's timelines."""
+
+    RUNNING = "running"
+    SUCCESS = "success"
+    FAILURE = "failure"
+    INTERRUPTED = "interrupted"
+
+
+@dataclass(frozen=True, slots=True)
+class SkillBar:
+    """One goal from the first sign of it to its end. `t_end` and `terminal` are None while it runs.
+
+    `terminal` is the label of its ending (`S_ARRIVED`, `RI`, `IT`, ...), `reason` a sentence, `record` the id of
+    the timeline record of its last change.
+    """
+
+    skill: str
+    goal_id: str
+    t_start: float
+    t_end: float | None = None
+    terminal: str | None = None
+    outcome: Outcome = Outcome.RUNNING
+    reason: str = ""
+    record: str | None = None
+
+    @property
+    def refused(self) -> bool:
+        """The goal ended without having run: its inputs, the preconditions or another goal forbade it."""
+        return self.terminal in (Ending.NOT_VALIDATED, Ending.NOT_READY, Ending.BUSY)
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """A resource was in `state` from `t_start` to `t_end` (None: it still is)."""
+
+    state: str
+    t_start: float
+    t_end: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Switch:
+    """The mission changed to another branch of its tree. `chain` leads from the root cause to the switch itself."""
+
+    t: float
+    before: str
+    after: str
+    chain: tuple[Record, ...]
+
+
+def outcome_of(terminal: Terminal) -> Outcome:
+    if terminal.ending is Ending.INTERRUPTED:
+        return Outcome.INTERRUPTED
+    return Outcome.SUCCESS if terminal.ending is Ending.SUCCEEDED and terminal.success else Outcome.FAILURE
+
+
+def is_switch(record: Record) -> bool:
+    """A mission record that leaves one branch for another. The first choice of a branch leaves none."""
+    return record.kind is RecordKind.MISSION and bool(record.before) and record.after not in PHASES
+
+
+class History:
+    """Folds records and goal statuses. `initial` gives the resources' declared initial states at time 0."""
+
+    def __init__(self, initial: Mapping[str, str] | None = None) -> None:
+        self._initial = dict(initial or {})
+        self._records: dict[str, Record] = {}
+        self._statuses: dict[str, list[GoalStatus]] = {}
+        self._ends: dict[str, Record] = {}
+
+    @classmethod
+    def of(
+        cls,
+        records: Iterable[Record],
+        statuses: Iterable[GoalStatus] = (),
+        initial: Mapping[str, str] | None = None,
+    ) -> History:
+        history = cls(initial)
+        for record in records:
+            history.add_record(record)
+        for status in statuses:
+            history.add_status(status)
+        return history
+
+    def add_record(self, record: Record) -> bool:
+        """False if this record was known already."""
+        if record.id in self._records:
+            return False
+        self._records[record.id] = record
+        if record.kind is RecordKind.GOAL and record.goal_id and record.after in _ENDED_BY_OTHERS:
+            self._ends[record.goal_id] = record
+        return True
+
+    def add_status(self, status: GoalStatus) -> bool:
+        """False if this status was known already."""
+        known = self._statuses.setdefault(status.goal_id, [])
+        if status in known:
+            return False
+        known.append(status)
+        return True
+
+    @property
+    def records(self) -> tuple[Record, ...]:
+        """In order of time; records of the same instant in the order in which their process wrote them."""
+        return tuple(sorted(self._records.values(), key=_moment))
+
+    @property
+    def end(self) -> float:
+        """The latest time anything is known of; 0 for an empty history."""
+        times = [record.t for record in self._records.values()]
+        times += [status.t for known in self._statuses.values() for status in known]
+        return max(times, default=0.0)
+
+    def bar(self, goal_id: str) -> SkillBar:
+        """The bar of a goal; KeyError for a goal no status was seen of.
+
+        A goal whose manager died before it could tell is ended by the record of whoever noticed.
+        """
+        known = self._statuses[goal_id]
+        start = min(status.t for status in known)
+        ends = [status for status in known if status.terminal is not None]
+        last = min(ends, key=_when) if ends else max(known, key=_when)
+        if last.terminal is None and (end := self._ends.get(goal_id)) is not None:
+            outcome = Outcome.INTERRUPTED if end.after == Ending.INTERRUPTED else Outcome.FAILURE
+            return SkillBar(last.skill, goal_id, start, max(start, end.t), end.after, outcome, end.text, end.id)
+        if last.terminal is None:
+            return SkillBar(last.skill, goal_id, start, record=last.record)
+        terminal = last.terminal
+        outcome, reason = outcome_of(terminal), terminal.reason
+        return SkillBar(last.skill, goal_id, start, last.t, terminal.label, outcome, reason, last.record)
+
+    @property
+    def bars(self) -> tuple[SkillBar, ...]:
+        """Every goal, in order of its start."""
+        bars = (self.bar(goal_id) for goal_id in self._statuses)
+        return tuple(sorted(bars, key=lambda bar: (bar.t_start, bar.skill, bar.goal_id)))
+
+    @property
+    def lanes(self) -> dict[str, tuple[Span, ...]]:
+        """The states of every resource without gaps: each span ends where the next one starts."""
+        changes: dict[str, list[Record]] = {name: [] for name in self._initial}
+        for record in self.records:
+            if record.kind is RecordKind.RESOURCE:
+                changes.setdefault(record.subject, []).append(record)
+        return {name: _spans(self._initial.get(name), records) for name, records in changes.items()}
+
+    def chain(self, record_id: str | None) -> tuple[Record, ...]:
+        """The causes of a record, from the root to the record itself. Ends early at a record that was not seen."""
+        chain: list[Record] = []
+        seen: set[str] = set()
+        while record_id is not None and record_id not in seen and (record := self._records.get(record_id)):
+            seen.add(record_id)
+            chain.append(record)
+            record_id = record.cause
+        return tuple(reversed(chain))
+
+    @property
+    def switches(self) -> tuple[Switch, ...]:
+        return tuple(
+            Switch(record.t, record.before or "", record.after, self.chain(record.id))
+            for record in self.records
+            if is_switch(record)
+        )
+
+
+# The endings that somebody else than the skill's manager may have to declare.
+_ENDED_BY_OTHERS = frozenset({Ending.LOST, Ending.INVARIANT_VIOLATED, Ending.ERROR, Ending.INTERRUPTED})
+
+
+def _when(status: GoalStatus) -> tuple[float, str, str]:
+    return status.t, str(status.state), status.record or ""
+
+
+def _moment(record: Record) -> tuple[float, str, int]:
+    process, _, number = record.id.rpartition("#")
+    return record.t, process, int(number) if number.isdecimal() else 0
+
+
+def _spans(initial: str | None, changes: list[Record]) -> tuple[Span, ...]:
+    """Spans of one resource. Before the first change it was in that change's `before`, or else in `initial`."""
+    first = changes[0].before if changes and changes[0].before else initial
+    moments = [(0.0, first)] if first else []
+    moments += [(change.t, change.after) for change in changes]
+    ends = [t for t, _ in moments[1:]] + [None]
+    spans = (Span(state, t, end) for (t, state), end in zip(moments, ends, strict=True))
+    return tuple(span for span in spans if span.t_end is None or span.t_end > span.t_start)

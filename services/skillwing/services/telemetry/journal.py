@@ -1,0 +1,63 @@
+"""The part of a run's record that never fails to be written: JSON lines, one message each, flushed at once.
+
+`timeline.jsonl` holds every timeline record and `goals.jsonl` every change of a goal. Whatever else dies, they can
+be read up to the last line, so pictures and reports are made from them.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import Generic, Self, TypeVar
+
+import msgspec
+
+from skillwing.services.protocol import GoalStatus, Message, Record
+
+TIMELINE_FILE = "timeline.jsonl"
+GOALS_FILE = "goals.jsonl"
+
+M = TypeVar("M", bound=Message)
+
+
+class JsonLines(Generic[M]):
+    """An append-only file of messages, one JSON object a line; on disk when `write` returns."""
+
+    def __init__(self, path: Path) -> None:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        self._file = path.open("ab", buffering=0)
+
+    def write(self, message: M) -> None:
+        self._file.write(msgspec.json.encode(message) + b"\n")
+
+    def close(self) -> None:
+        self._file.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None):
+        self.close()
+
+
+def read_records(run_dir: Path) -> list[Record]:
+    """The timeline records of a run, as they arrived; empty if nothing was recorded."""
+    return read_lines(run_dir / TIMELINE_FILE, Record)
+
+
+def read_goals(run_dir: Path) -> list[GoalStatus]:
+    """The goal changes of a run, as they arrived; empty if nothing was recorded."""
+    return read_lines(run_dir / GOALS_FILE, GoalStatus)
+
+
+def read_lines(path: Path, kind: type[M]) -> list[M]:
+    """Every message of the file. A last line that its writer could not finish is left out."""
+    if not path.exists():
+        return []
+    *lines, unfinished = path.read_bytes().split(b"\n")
+    messages = [msgspec.json.decode(line, type=kind) for line in lines]
+    if unfinished:
+        with suppress(msgspec.DecodeError):
+            messages.append(msgspec.json.decode(unfinished, type=kind))
+    return messages

@@ -1,0 +1,53 @@
+"""One set of colours for everything people look at: green success, red failure, grey interrupted, blue running."""
+
+from __future__ import annotations
+
+from skillwing.services.telemetry.history import Outcome
+
+GREEN = "#2e9e4f"
+RED = "#d64545"
+GREY = "#9aa0a6"
+BLUE = "#3b82f6"
+AMBER = "#e69f00"
+INK = "#24292f"
+PAPER = "#f5f6f8"
+
+OUTCOME_COLOURS = {
+    Outcome.RUNNING: BLUE,
+    Outcome.SUCCESS: GREEN,
+    Outcome.FAILURE: RED,
+    Outcome.INTERRUPTED: GREY,
+}
+
+TREE_COLOURS = {"RUNNING": BLUE, "SUCCESS": GREEN, "FAILURE": RED}
+"""By status; a node that is not visited has `REST`."""
+REST = "#c5cad1"
+
+_BAD = ("FAIL", "CRITICAL", "DIVERGED", "LOST", "UNAVAILABLE")
+_DOUBTFUL = ("UNKNOWN", "INVALID", "LOW", "DEGRADED")
+_CALM = "#cfe3d4"
+_BUSY = ("#f2b84b", "#7fb2f0", "#c39be0", "#76c7c0")
+
+
+def state_colours(states: tuple[str, ...], initial: str) -> dict[str, str]:
+    """A colour for each state of a resource: names of trouble are red or amber, others tell states apart.
+
+    The first harmless state, or the initial one if that is harmless, is pale: it is the one that needs no attention.
+    """
+    colours: dict[str, str] = {}
+    harmless = [state for state in states if not state.startswith(_BAD + _DOUBTFUL)]
+    resting = initial if initial in harmless else next(iter(harmless), None)
+    busy = iter(_BUSY * len(states))
+    for state in states:
+        if state.startswith(_BAD):
+            colours[state] = RED
+        elif state.startswith(_DOUBTFUL):
+            colours[state] = AMBER
+        else:
+            colours[state] = _CALM if state == resting else next(busy)
+    return colours
+
+
+def rgba(colour: str, alpha: int = 255) -> int:
+    """`#rrggbb` as the 0xRRGGBBAA number that Rerun takes."""
+    return int(colour.lstrip("#"), 16) << 8 | alpha
