@@ -1,0 +1,95 @@
+"""Diagnostics: what is wrong in a source file, where, and what to write instead."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from skillwing.dsl.codes import CODES, Severity
+from skillwing.dsl.spans import Span
+
+_TAB_WIDTH = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnostic:
+    """One problem. code: key of `codes.CODES`; related: another place that belongs to it, with a few words."""
+
+    code: str
+    span: Span
+    message: str
+    help: str | None = None
+    related: tuple[Span, str] | None = None
+
+    @property
+    def severity(self) -> Severity:
+        return CODES[self.code].severity
+
+    @property
+    def title(self) -> str:
+        return CODES[self.code].title
+
+
+class SkillsetError(Exception):
+    """A source file is not a valid skillset. diagnostics: every problem found, warnings included, in file order.
+
+    `str()` renders all of them for a reader.
+    """
+
+    def __init__(self, diagnostics: Iterable[Diagnostic], source: str) -> None:
+        self.diagnostics = in_file_order(diagnostics)
+        self.source = source
+        super().__init__(render_all(self.diagnostics, source))
+
+
+def in_file_order(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
+    """Sort by place, then code; drop exact repetitions."""
+    unique = dict.fromkeys(diagnostics)
+    return tuple(sorted(unique, key=lambda item: (item.span.line, item.span.column, item.code)))
+
+
+def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
+    return any(diagnostic.severity == "error" for diagnostic in diagnostics)
+
+
+def render(diagnostic: Diagnostic, source: str) -> str:
+    """Draw one diagnostic: code and sentence, place, the line with carets, the help."""
+    span = diagnostic.span
+    lines = [f"{diagnostic.severity}[{diagnostic.code}]: {diagnostic.message}", f"  --> {span}"]
+    lines += _excerpt(span, source, "^")
+    if diagnostic.related is not None:
+        place, words = diagnostic.related
+        lines += [f"note: {words} ({place})", *_excerpt(place, source, "-")]
+    if diagnostic.help is not None:
+        lines.append(f"help: {diagnostic.help}")
+    return "\n".join(lines)
+
+
+def render_all(diagnostics: Iterable[Diagnostic], source: str) -> str:
+    """Draw several, with a closing line that counts them."""
+    listed = tuple(diagnostics)
+    errors = sum(diagnostic.severity == "error" for diagnostic in listed)
+    counts = [
+        f"{count} {kind}{'' if count == 1 else 's'}"
+        for count, kind in ((errors, "error"), (len(listed) - errors, "warning"))
+        if count
+    ]
+    return "\n\n".join([*(render(diagnostic, source) for diagnostic in listed), " and ".join(counts) or "no problem"])
+
+
+def _excerpt(span: Span, source: str, mark: str) -> list[str]:
+    """The source line of the span with marks under it; a span over several lines is marked to the line's end."""
+    lines = source.split("\n")
+    if not 1 <= span.line <= len(lines):
+        return []
+    line = lines[span.line - 1].rstrip("\r")
+    start = span.column - 1
+    end = span.end_column - 1 if span.end_line == span.line else len(line)
+    before, marked = line[:start].expandtabs(_TAB_WIDTH), line[start:end].expandtabs(_TAB_WIDTH)
+    number = str(span.line)
+    gutter = " " * len(number)
+    return [
+        f" {gutter} |",
+        f" {number} | {line.expandtabs(_TAB_WIDTH)}",
+        f" {gutter} | {' ' * len(before)}{mark * max(1, len(marked))}",
+    ]

@@ -1,0 +1,15 @@
+"""How names of the language become names of Python."""
+
+from __future__ import annotations
+
+import keyword
+
+
+def class_name(name: str) -> str:
+    """`goto_straight` becomes `GotoStraight`; capitals that are there stay."""
+    return "".join(piece[:1].upper() + piece[1:] for piece in name.split("_"))
+
+
+def is_usable(name: str) -> bool:
+    """Tell whether generated code can use the name as a field, a parameter and a method."""
+    return not (name.startswith("_") or keyword.iskeyword(name) or name == "self")

@@ -1,0 +1,269 @@
+"""Resolving predicates: which resource, datum or input every name means, and whether the sides fit each other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from skillwing.dsl.expressions import (
+    And,
+    Comparison,
+    Expression,
+    Implies,
+    Literal,
+    Name,
+    Not,
+    Operand,
+    Or,
+    Scope,
+    Symbol,
+    literal_text,
+)
+from skillwing.dsl.model import DataItem, EnumType, Field, Resource, ScalarType, StructType, Type
+from skillwing.dsl.report import Report
+from skillwing.dsl.spans import Span
+from skillwing.dsl.syntax import PredicateSyntax, Word
+from skillwing.dsl.types import type_text
+
+_BOOL = ScalarType("bool")
+_TEXT = ScalarType("string")
+_NUMBER = ScalarType("float64")
+
+
+@dataclass(frozen=True, slots=True)
+class Vocabulary:
+    """What a predicate may speak of. Inputs hide data of the same name."""
+
+    resources: Mapping[str, Resource]
+    data: Mapping[str, DataItem]
+    inputs: Mapping[str, Field]
+
+
+class Predicates:
+    """Resolves the predicates of one place; every problem goes to the report."""
+
+    def __init__(self, vocabulary: Vocabulary, report: Report) -> None:
+        self._known = vocabulary
+        self._report = report
+
+    def resolve(self, predicate: PredicateSyntax) -> Expression | None:
+        """Return the expression with every name resolved, or None if some part is wrong."""
+        return self._expression(predicate.expression, predicate.kind == "resource")
+
+    def _expression(self, expression: Expression, on_resources: bool) -> Expression | None:
+        match expression:
+            case And(left, right) | Or(left, right) | Implies(left, right):
+                # Both sides are looked at even if the first is wrong.
+                sides = self._expression(left, on_resources), self._expression(right, on_resources)
+                return None if sides[0] is None or sides[1] is None else type(expression)(sides[0], sides[1])
+            case Not(operand):
+                resolved = self._expression(operand, on_resources)
+                return None if resolved is None else Not(resolved)
+            case Comparison():
+                return self._state_comparison(expression) if on_resources else self._data_comparison(expression)
+            case Name() | Literal():
+                return self._bare(expression, on_resources)
+
+    # --- resource=(...)
+
+    def _state_comparison(self, comparison: Comparison) -> Comparison | None:
+        left, right = comparison.left, comparison.right
+        subject, state = (left, right) if not self._names_resource(right) else (right, left)
+        if self._names_resource(left) and self._names_resource(right):
+            self._report.add("SW020", comparison.span, "A resource is compared with a state, not with a resource.")
+            return None
+        resource = self._resource(subject)
+        if resource is None:
+            return None
+        if comparison.operator not in {"==", "!="}:
+            message = f"States have no order, so `{comparison.operator}` says nothing about `{resource.name}`."
+            self._report.add("SW020", comparison.span, message, "Use `==` or `!=`.")
+            return None
+        if not isinstance(state, Name) or state.fields:
+            message = f"`{_text(state)}` is not a state of `{resource.name}`."
+            self._report.add("SW020", state.span, message, f"Compare with one of {_states(resource)}.")
+            return None
+        if state.path not in resource.states:
+            self._report.unknown("SW011", _word(state), f"state of `{resource.name}`", resource.states)
+            return None
+        name, symbol = Name(resource.name, "resource", subject.span), Symbol(state.path, state.span)
+        sides = (name, symbol) if subject is left else (symbol, name)
+        return Comparison(comparison.operator, *sides, span=comparison.span)
+
+    def _names_resource(self, operand: Operand) -> bool:
+        return isinstance(operand, Name) and operand.path in self._known.resources
+
+    def _resource(self, operand: Operand) -> Resource | None:
+        if not isinstance(operand, Name):
+            message = f"`{_text(operand)}` is not a resource."
+            self._report.add("SW020", operand.span, message, "Write `RESOURCE == STATE`.")
+            return None
+        if operand.path in self._known.resources:
+            return self._known.resources[operand.path]
+        if operand.root in self._known.data or operand.root in self._known.inputs:
+            kind = "an input" if operand.root in self._known.inputs else "a datum"
+            message = f"`{operand.root}` is {kind}, not a resource."
+            self._report.add("SW027", operand.span, message, "Write `data=(...)` for what speaks of data or inputs.")
+            return None
+        self._report.unknown("SW010", _word(operand), "resource", self._known.resources)
+        return None
+
+    # --- data=(...)
+
+    def _data_comparison(self, comparison: Comparison) -> Comparison | None:
+        left, right = comparison.left, comparison.right
+        left_symbol, right_symbol = self._enum_value(left, right), self._enum_value(right, left)
+        if left_symbol or right_symbol:
+            return self._enum_comparison(comparison, left_symbol, right_symbol)
+        typed_left, typed_right = self._typed(left), self._typed(right)
+        if typed_left is None or typed_right is None:
+            return None
+        (resolved_left, left_type), (resolved_right, right_type) = typed_left, typed_right
+        if not _comparable(left_type, right_type):
+            message = (
+                f"`{_text(left)}` is a {type_text(left_type)}, `{_text(right)}` a {type_text(right_type)}: "
+                "they cannot be compared."
+            )
+            self._report.add("SW020", comparison.span, message, _comparison_advice(left_type, right_type))
+            return None
+        ordered = comparison.operator not in {"==", "!="}
+        if ordered and not (isinstance(left_type, ScalarType) and left_type.is_number):
+            message = f"`{comparison.operator}` compares numbers, and a {type_text(left_type)} is none."
+            self._report.add("SW020", comparison.span, message, "Use `==` or `!=`.")
+            return None
+        return Comparison(comparison.operator, resolved_left, resolved_right, comparison.span)
+
+    def _enum_value(self, operand: Operand, other: Operand) -> EnumType | None:
+        """The enum of `other`, if `operand` is a single undeclared word: then it can only be one of its values."""
+        if not isinstance(operand, Name) or operand.fields or self._scope(operand) is not None:
+            return None
+        if not isinstance(other, Name) or self._scope(other) is None:
+            return None
+        declared = self._type_of(other, quiet=True)
+        return declared if isinstance(declared, EnumType) else None
+
+    def _enum_comparison(
+        self, comparison: Comparison, left_enum: EnumType | None, right_enum: EnumType | None
+    ) -> Comparison | None:
+        sides: list[Operand] = []
+        for operand, enum in ((comparison.left, left_enum), (comparison.right, right_enum)):
+            if enum is None:
+                typed = self._typed(operand)
+                if typed is not None:
+                    sides.append(typed[0])
+            elif _text(operand) in enum.values:
+                sides.append(Symbol(_text(operand), operand.span))
+            else:
+                self._report.unknown("SW015", _word(operand), f"value of `{enum.name}`", enum.values)
+        if comparison.operator not in {"==", "!="}:
+            message = f"The values of an enum have no order, so `{comparison.operator}` says nothing."
+            self._report.add("SW020", comparison.span, message, "Use `==` or `!=`.")
+            return None
+        return Comparison(comparison.operator, sides[0], sides[1], comparison.span) if len(sides) == 2 else None
+
+    def _typed(self, operand: Operand) -> tuple[Operand, Type] | None:
+        match operand:
+            case Literal(value=bool()):
+                return operand, _BOOL
+            case Literal(value=str()):
+                return operand, _TEXT
+            case Literal():
+                return operand, _NUMBER
+            case Symbol():
+                return None
+            case Name():
+                declared = self._type_of(operand)
+                if declared is None:
+                    return None
+                return Name(operand.path, self._scope(operand), operand.span), declared
+
+    def _scope(self, name: Name) -> Scope | None:
+        if name.root in self._known.inputs:
+            return "input"
+        return "data" if name.root in self._known.data else None
+
+    def _type_of(self, name: Name, quiet: bool = False) -> Type | None:
+        """The type of a datum or input, or of its field; problems are reported unless `quiet`."""
+        source = self._known.inputs.get(name.root) or self._known.data.get(name.root)
+        if source is None:
+            if not quiet:
+                self._report_unknown(name)
+            return None
+        declared = source.type
+        for field in name.fields:
+            members: Iterable[Field] = declared.fields if isinstance(declared, StructType) else ()
+            types = {member.name: member.type for member in members}
+            if field not in types:
+                if not quiet:
+                    kind = f"field of `{type_text(declared)}`"
+                    self._report.unknown("SW015", Word(field, _span(name)), kind, types)
+                return None
+            declared = types[field]
+        return declared
+
+    def _report_unknown(self, name: Name) -> None:
+        if name.root in self._known.resources:
+            message = f"`{name.root}` is a resource."
+            advice = "Write `resource=(...)` for what speaks of resources."
+            self._report.add("SW027", name.span, message, advice)
+            return
+        known = (*self._known.inputs, *self._known.data)
+        self._report.unknown("SW014", Word(name.root, _span(name)), "datum or input", known)
+
+    # --- without comparison
+
+    def _bare(self, expression: Name | Literal, on_resources: bool) -> Name | Literal | None:
+        if isinstance(expression, Literal) and isinstance(expression.value, bool):
+            return expression
+        if on_resources:
+            resource = self._resource(expression)
+            if resource is not None:
+                message = f"`{resource.name}` alone says nothing."
+                self._report.add("SW028", expression.span, message, f"Compare it with one of {_states(resource)}.")
+            return None
+        typed = self._typed(expression)
+        if typed is None:
+            return None
+        resolved, declared = typed
+        if declared != _BOOL or not isinstance(resolved, Name):
+            message = f"`{_text(expression)}` is a {type_text(declared)}, not a predicate."
+            self._report.add("SW028", expression.span, message, "Compare it with something, such as `> 0`.")
+            return None
+        return resolved
+
+
+def _comparable(left: Type, right: Type) -> bool:
+    if isinstance(left, ScalarType) and isinstance(right, ScalarType):
+        return left == right or (left.is_number and right.is_number)
+    return isinstance(left, EnumType) and left == right
+
+
+def _comparison_advice(left: Type, right: Type) -> str:
+    for declared in (left, right):
+        if isinstance(declared, StructType):
+            return f"Compare a field of `{declared.name}`, such as `.{declared.fields[0].name if declared.fields else ''}`."
+        if isinstance(declared, EnumType):
+            return f"Compare with one of {', '.join(f'`{value}`' for value in declared.values)}."
+    return "Compare a number with a number, a text with a text, a bool with `true` or `false`."
+
+
+def _states(resource: Resource) -> str:
+    return ", ".join(f"`{state}`" for state in resource.states)
+
+
+def _text(operand: Operand) -> str:
+    match operand:
+        case Name(path=path):
+            return path
+        case Symbol(name=name):
+            return name
+        case Literal(value=value):
+            return literal_text(value)
+
+
+def _word(operand: Operand) -> Word:
+    return Word(_text(operand), _span(operand))
+
+
+def _span(operand: Operand) -> Span:
+    return operand.span or Span("", 1, 1, 1, 1)

@@ -1,0 +1,260 @@
+"""Syntax nodes: a `.skillset` file as it was written, before names are resolved.
+
+Every node keeps the spans of its words, so that the checker can point at the very word that is wrong. Predicates
+use the nodes of `expressions.py`, with names still unresolved.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from skillwing.dsl.expressions import Expression, Literal, Symbol
+from skillwing.dsl.model import PredicateKind
+from skillwing.dsl.spans import Span
+
+
+@dataclass(frozen=True, slots=True)
+class Word:
+    """A name, a unit or another single word of the source."""
+
+    text: str
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """A number as written; `value` is an int only if it was written without point and exponent."""
+
+    value: int | float
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class TypeUse:
+    """A type in use: `float64`, `Position[]`. arrays: one length (None for open) per pair of brackets."""
+
+    name: Word
+    arrays: tuple[Word, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class BoundsSyntax:
+    low: Number
+    high: Number
+
+
+@dataclass(frozen=True, slots=True)
+class FieldSyntax:
+    name: Word
+    type: TypeUse
+    unit: Word | None
+    bounds: BoundsSyntax | None
+    default: Literal | Symbol | None
+
+
+@dataclass(frozen=True, slots=True)
+class DatumSyntax:
+    name: Word
+    type: TypeUse
+    unit: Word | None
+    period: Number | None
+
+
+@dataclass(frozen=True, slots=True)
+class DataSyntax:
+    items: tuple[DatumSyntax, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class EnumSyntax:
+    name: Word
+    values: tuple[Word, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class StructSyntax:
+    name: Word
+    fields: tuple[FieldSyntax, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class StatesSyntax:
+    names: tuple[Word, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class InitialSyntax:
+    state: Word
+
+
+@dataclass(frozen=True, slots=True)
+class TransitionSyntax:
+    """`source -> target`; a side of `*` stands for every state."""
+
+    source: Word
+    target: Word
+    extern: bool
+
+
+@dataclass(frozen=True, slots=True)
+class ResourceSyntax:
+    name: Word
+    items: tuple[StatesSyntax | InitialSyntax | TransitionSyntax, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ChangeSyntax:
+    """`resource -> STATE` within an effect."""
+
+    resource: Word
+    target: Word
+
+
+@dataclass(frozen=True, slots=True)
+class EffectSyntax:
+    name: Word
+    changes: tuple[ChangeSyntax, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class PredicateSyntax:
+    """`resource=(...)` or `data=(...)`."""
+
+    kind: PredicateKind
+    expression: Expression
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class GuardSyntax:
+    predicate: PredicateSyntax
+
+
+@dataclass(frozen=True, slots=True)
+class EventEffectSyntax:
+    changes: tuple[ChangeSyntax, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class EventSyntax:
+    name: Word
+    items: tuple[GuardSyntax | EventEffectSyntax, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class CheckSyntax:
+    name: Word
+    predicate: PredicateSyntax
+
+
+@dataclass(frozen=True, slots=True)
+class InvariantSyntax:
+    name: Word
+    predicate: PredicateSyntax
+    violation: Word | None
+
+
+@dataclass(frozen=True, slots=True)
+class ApplySyntax:
+    """`apply=effect`."""
+
+    effect: Word
+
+
+@dataclass(frozen=True, slots=True)
+class ResultSyntax:
+    """partition: "success" or "failure", None where the result is unmarked."""
+
+    name: Word
+    partition: str | None
+    apply: ApplySyntax | None
+    post: PredicateSyntax | None
+
+
+# The sections of a skill. `keyword` is where the section starts: a section given twice is reported there.
+
+
+@dataclass(frozen=True, slots=True)
+class ProgressSection:
+    keyword: Word
+    period: Number
+    fields: tuple[FieldSyntax, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class LimitSection:
+    """`deadline=...` or `dispatch_timeout=...`."""
+
+    keyword: Word
+    seconds: Number
+
+
+@dataclass(frozen=True, slots=True)
+class FieldsSection:
+    """`input { ... }` or `output { ... }`."""
+
+    keyword: Word
+    fields: tuple[FieldSyntax, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class EffectSection:
+    keyword: Word
+    effects: tuple[EffectSyntax, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class PreconditionSection:
+    keyword: Word
+    checks: tuple[CheckSyntax, ...]
+    success: tuple[Word, ...]
+    failure: tuple[Word, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class InvariantSection:
+    keyword: Word
+    invariants: tuple[InvariantSyntax, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ResultSection:
+    keyword: Word
+    results: tuple[ResultSyntax, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class EndSection:
+    """`interrupt { ... }` or `lost { ... }`."""
+
+    keyword: Word
+    applies: tuple[ApplySyntax, ...]
+    timeouts: tuple[Number, ...]
+
+
+Section: TypeAlias = (
+    ProgressSection
+    | LimitSection
+    | FieldsSection
+    | EffectSection
+    | PreconditionSection
+    | InvariantSection
+    | ResultSection
+    | EndSection
+)
+
+
+@dataclass(frozen=True, slots=True)
+class SkillSyntax:
+    name: Word
+    sections: tuple[Section, ...]
+
+
+Element: TypeAlias = DataSyntax | EnumSyntax | StructSyntax | ResourceSyntax | EventSyntax | SkillSyntax
+
+
+@dataclass(frozen=True, slots=True)
+class SkillsetSyntax:
+    name: Word
+    elements: tuple[Element, ...]
