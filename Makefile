@@ -32,10 +32,16 @@ format: setup
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-# The lock holds hashes and no addresses; `uv` is needed only here.
+# Locks hold hashes and no addresses; `uv` is needed only here. requirements.lock is everything a developer
+# needs; locks/ holds what the container images need.
+COMPILE := uv pip compile --universal --python-version 3.11 --generate-hashes --no-header --no-annotate \
+	--no-emit-index-url --no-emit-find-links --quiet
+
 lock:
-	uv pip compile pyproject.toml --universal --python-version 3.11 --all-extras --group dev \
-		--generate-hashes --no-header --no-annotate --no-emit-index-url --no-emit-find-links -o requirements.lock
+	$(COMPILE) pyproject.toml --all-extras --group dev -o requirements.lock
+	$(COMPILE) pyproject.toml -c requirements.lock -o locks/manager.lock
+	$(COMPILE) pyproject.toml --extra all -c requirements.lock -o locks/full.lock
+	echo "hatchling>=1.26" | $(COMPILE) - -c requirements.lock -o locks/build.lock
 
 clean:
 	rm -rf $(VENV) .pytest_cache .ruff_cache .hypothesis
