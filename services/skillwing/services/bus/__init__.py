@@ -16,6 +16,9 @@ from typing import Protocol
 
 from skillwing.services.protocol import ErrorReply
 
+EVENT_HISTORY = 1000
+"""How many publications of an event publisher are kept for late and cut-off subscribers."""
+
 
 @dataclass(frozen=True, slots=True)
 class Sample:
@@ -52,12 +55,14 @@ Answer = Answered | Refused | Unanswered
 
 
 class Request(Protocol):
-    """A query to answer exactly once, now or later."""
+    """A query to answer exactly once, now or later; a second answer is a RuntimeError."""
 
     @property
     def key(self) -> str: ...
     @property
     def payload(self) -> bytes: ...
+    @property
+    def attachment(self) -> bytes: ...
     def reply(self, payload: bytes, attachment: bytes = b"") -> None: ...
     def refuse(self, error: ErrorReply) -> None: ...
 

@@ -1,0 +1,493 @@
+"""The in-process bus: any number of nodes in one virtual time, in lockstep and bit-reproducibly.
+
+Everything that happens is an event on one heap, ordered by (time, order of creation). Taking the next event moves
+the clock to its time, so that a minute of robot time costs what its callbacks cost. Nothing here knows a thread or a
+wall clock. Messages take `latency` seconds; with `jitter` each takes a seeded random time more, while messages
+between the same two nodes keep their order, as they do on a network.
+
+An exception in a callback leaves `run_until` with its traceback: in a test nothing is swallowed.
+"""
+
+from __future__ import annotations
+
+import heapq
+import random
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+from skillwing.services.bus import (
+    EVENT_HISTORY,
+    Answer,
+    Answered,
+    Bus,
+    Handle,
+    Node,
+    Refused,
+    Request,
+    Sample,
+    Unanswered,
+)
+from skillwing.services.bus.keys import matches
+from skillwing.services.protocol import ErrorReply
+
+T = TypeVar("T")
+
+
+class InProcessNetwork:
+    """Robots, their nodes, and the one clock they share, which starts at 0.
+
+    seed: of the jitter; latency: seconds that every message takes; jitter: the most that chance adds to it.
+    """
+
+    def __init__(self, seed: int = 0, latency: float = 0.0002, jitter: float = 0.0) -> None:
+        self._random = random.Random(seed)
+        self._latency = latency
+        self._jitter = jitter
+        self._now = 0.0
+        self._created = 0
+        self._agenda: list[tuple[float, int, _Event]] = []
+        self._robots: dict[str, _Robot] = {}
+        self._last_arrival: dict[tuple[InProcessBus, InProcessBus], float] = {}
+        self._running = False
+
+    def now(self) -> float:
+        """Virtual time in seconds."""
+        return self._now
+
+    def bus(self, name: str, robot: str = "r1") -> Bus:
+        """A new node's view. Raises ValueError if a node of that name lives in that robot already."""
+        nodes = self._robots.setdefault(robot, _Robot()).nodes
+        if name in nodes:
+            raise ValueError(f"robot {robot} already has a node `{name}`; close its bus first or choose another name")
+        nodes[name] = InProcessBus(self, self._robots[robot], name)
+        return nodes[name]
+
+    def attach(self, node: Node, robot: str = "r1") -> Bus:
+        """Make a bus of the node's name and attach the node to it."""
+        bus = self.bus(node.name, robot)
+        node.attach(bus)
+        return bus
+
+    def run_until(self, done: Callable[[], bool], timeout: float | None = None) -> bool:
+        """Run events until `done()` holds (True), or until `timeout` virtual seconds have passed (False).
+
+        Without a timeout it also returns False when no event is left, for then nothing can change any more.
+        """
+        if self._running:
+            raise RuntimeError("run_until was called from a callback; a node lives in callbacks and must not wait")
+        deadline = None if timeout is None else self._now + timeout
+        self._running = True
+        try:
+            while not done():
+                if not self._step(deadline):
+                    return done()
+            return True
+        finally:
+            self._running = False
+
+    def run_for(self, seconds: float) -> None:
+        """Run everything that happens in the next `seconds` of virtual time."""
+        self.run_until(lambda: False, seconds)
+
+    def _step(self, deadline: float | None) -> bool:
+        """Run the next event. False, with the clock at the deadline, if there is none until then."""
+        agenda = self._agenda
+        while agenda and agenda[0][2].action is None:
+            heapq.heappop(agenda)
+        if not agenda or (deadline is not None and agenda[0][0] > deadline):
+            if deadline is not None:
+                self._now = deadline
+            return False
+        self._now, _, event = heapq.heappop(agenda)
+        action, event.action = event.action, None
+        if action is not None:
+            action()
+        return True
+
+    def schedule(self, at: float, action: Callable[[], None]) -> _Event:
+        """Put an action on the agenda; one that is already due runs now, after what was scheduled before it."""
+        event = _Event(action)
+        self._created += 1
+        heapq.heappush(self._agenda, (max(at, self._now), self._created, event))
+        return event
+
+    def send(self, source: InProcessBus, target: InProcessBus, arrive: Callable[[], None]) -> None:
+        """Run `arrive` after the time that a message from one node to another takes."""
+        at = self._now + self._latency
+        if self._jitter > 0.0:
+            link = (source, target)
+            at = max(at + self._random.uniform(0.0, self._jitter), self._last_arrival.get(link, 0.0))
+            self._last_arrival[link] = at
+        self.schedule(at, arrive)
+
+
+class InProcessBus:
+    """One node's view of an `InProcessNetwork`; see `Bus` for what each method promises."""
+
+    def __init__(self, network: InProcessNetwork, robot: _Robot, name: str) -> None:
+        self._network = network
+        self._robot = robot
+        self._name = name
+        self._timers: set[_Event] = set()
+        self._serving: dict[_Question, None] = {}
+        self.closed = False
+
+    @property
+    def name(self) -> str:
+        return self._name
+
+    def now(self) -> float:
+        return self._network.now()
+
+    def advertise(self, key: str, *, events: bool = False) -> _Publisher:
+        publisher = _Publisher(self._network, self._robot, self, key, deque(maxlen=EVENT_HISTORY) if events else None)
+        self._robot.publishers.append(publisher)
+        return publisher
+
+    def subscribe(
+        self,
+        key_expression: str,
+        on_sample: Callable[[Sample], None],
+        *,
+        events: bool = False,
+        latest_only: bool = False,
+    ) -> _Registration:
+        subscription = _Subscription(self._network, self, key_expression, on_sample, latest_only)
+        self._robot.add_subscription(subscription)
+        if events:
+            for publisher in self._robot.publishers:
+                if matches(key_expression, publisher.key):
+                    for sample in publisher.history or ():
+                        subscription.send(publisher.bus, sample)
+        return _Registration(lambda: self._robot.remove_subscription(subscription))
+
+    def serve(self, key_expression: str, on_request: Callable[[Request], None]) -> _Registration:
+        service = _Service(self, key_expression, on_request)
+        self._robot.services.append(service)
+        return _Registration(lambda: _discard(self._robot.services, service))
+
+    def ask(
+        self,
+        key: str,
+        payload: bytes,
+        on_answer: Callable[[Answer], None],
+        *,
+        timeout: float = 2.0,
+        attachment: bytes = b"",
+    ) -> None:
+        question = _Question(self, key, payload, attachment, on_answer)
+        question.expiry = self.after(timeout, lambda: question.settle(Unanswered(timed_out=True)))
+
+        def arrive() -> None:
+            service = self._robot.service_for(key)
+            if service is None:
+                self._network.send(self, self, lambda: question.settle(Unanswered(timed_out=False)))
+            else:
+                service.bus.take(question, service.on_request)
+
+        # Which node serves the key is found out on arrival; until then the link is the asker's own.
+        self._network.send(self, self, arrive)
+
+    def take(self, question: _Question, on_request: Callable[[Request], None]) -> None:
+        """Serve a question that has arrived here."""
+        question.server = self
+        self._serving[question] = None
+        on_request(_Request(self, question))
+
+    def answer(self, question: _Question, answer: Answer) -> None:
+        """Send the answer to a question that is served here; a closed bus sends nothing."""
+        if not self.closed:
+            self._network.send(self, question.asker, lambda: question.settle(answer))
+
+    def release(self, question: _Question) -> None:
+        """Nobody waits for this question any more."""
+        self._serving.pop(question, None)
+
+    def declare_alive(self, key: str) -> _Registration:
+        self._robot.announce(self, key, alive=True)
+        registration = _Registration(lambda: self._robot.announce(self, key, alive=False))
+        self._robot.tokens.append((self, key, registration))
+        return registration
+
+    def watch_alive(self, key_expression: str, on_change: Callable[[str, bool], None]) -> _Registration:
+        watch = _Watch(self._network, self, key_expression, on_change)
+        for key in dict.fromkeys(key for _, key, _ in self._robot.tokens):
+            watch.send(self, key, alive=True)
+        self._robot.watches.append(watch)
+        return _Registration(lambda: self._robot.remove_watch(watch))
+
+    def after(self, delay: float, action: Callable[[], None], *, wall: bool = False) -> _Registration:
+        timer = self._schedule(self.now() + delay, action)
+        return _Registration(lambda: self._forget(timer))
+
+    def every(self, period: float, action: Callable[[], None]) -> _Registration:
+        if period <= 0.0:
+            raise ValueError(f"a period has to be longer than zero; {period} s was asked for")
+        start, count = self.now(), 0
+        timer: _Event | None = None
+
+        def plan() -> None:
+            nonlocal timer, count
+            count += 1
+            timer = self._schedule(start + count * period, fire)
+
+        def fire() -> None:
+            plan()
+            action()
+
+        def stop() -> None:
+            if timer is not None:
+                self._forget(timer)
+
+        plan()
+        return _Registration(stop)
+
+    def post(self, action: Callable[[], None]) -> None:
+        self._schedule(self.now(), action)
+
+    def run_until(self, done: Callable[[], bool], timeout: float | None = None) -> bool:
+        return self._network.run_until(done, timeout)
+
+    def close(self) -> None:
+        """Leave the network as a process that dies: at once, with everything that was declared. Idempotent."""
+        if self.closed:
+            return
+        self.closed = True
+        for timer in self._timers:
+            timer.cancel()
+        self._robot.remove_node(self)
+        abandoned, self._serving = self._serving, {}
+        for question in abandoned:
+            self._network.send(self, question.asker, lambda q=question: q.settle(Unanswered(timed_out=False)))
+
+    def _schedule(self, at: float, action: Callable[[], None]) -> _Event:
+        def run() -> None:
+            self._timers.discard(event)
+            action()
+
+        event = self._network.schedule(at, run)
+        if self.closed:
+            event.cancel()
+        else:
+            self._timers.add(event)
+        return event
+
+    def _forget(self, timer: _Event) -> None:
+        timer.cancel()
+        self._timers.discard(timer)
+
+
+# --- what lives on the network ---------------------------------------------------------------------------------------
+
+
+class _Event:
+    """An entry of the agenda; cancelling leaves it there, empty."""
+
+    __slots__ = ("action",)
+
+    def __init__(self, action: Callable[[], None]) -> None:
+        self.action: Callable[[], None] | None = action
+
+    def cancel(self) -> None:
+        self.action = None
+
+
+class _Registration:
+    """A handle that takes its declaration back once."""
+
+    def __init__(self, undo: Callable[[], None]) -> None:
+        self._undo: Callable[[], None] | None = undo
+
+    def cancel(self) -> None:
+        undo, self._undo = self._undo, None
+        if undo is not None:
+            undo()
+
+
+@dataclass(eq=False)
+class _Robot:
+    """One namespace: nobody sees what is declared in another."""
+
+    nodes: dict[str, InProcessBus] = field(default_factory=dict)
+    publishers: list[_Publisher] = field(default_factory=list)
+    services: list[_Service] = field(default_factory=list)
+    watches: list[_Watch] = field(default_factory=list)
+    tokens: list[tuple[InProcessBus, str, _Registration]] = field(default_factory=list)
+    subscriptions: list[_Subscription] = field(default_factory=list)
+    _receivers: dict[str, list[_Subscription]] = field(default_factory=dict)
+
+    def receivers(self, key: str) -> list[_Subscription]:
+        """The subscriptions that cover a key; remembered, since streams ask for it at every put."""
+        found = self._receivers.get(key)
+        if found is None:
+            found = [each for each in self.subscriptions if matches(each.key_expression, key)]
+            self._receivers[key] = found
+        return found
+
+    def add_subscription(self, subscription: _Subscription) -> None:
+        self.subscriptions.append(subscription)
+        self._receivers.clear()
+
+    def remove_subscription(self, subscription: _Subscription) -> None:
+        subscription.active = False
+        _discard(self.subscriptions, subscription)
+        self._receivers.clear()
+
+    def remove_watch(self, watch: _Watch) -> None:
+        watch.active = False
+        _discard(self.watches, watch)
+
+    def service_for(self, key: str) -> _Service | None:
+        return next((each for each in self.services if matches(each.key_expression, key)), None)
+
+    def announce(self, source: InProcessBus, key: str, *, alive: bool) -> None:
+        """Tell the watches of a token that comes or goes, unless another one of the same key stands."""
+        if not alive:
+            self.tokens[:] = [token for token in self.tokens if token[:2] != (source, key)]
+        if not any(other == key for _, other, _ in self.tokens):
+            for watch in list(self.watches):
+                watch.send(source, key, alive=alive)
+
+    def remove_node(self, bus: InProcessBus) -> None:
+        for subscription in [each for each in self.subscriptions if each.bus is bus]:
+            self.remove_subscription(subscription)
+        self.publishers[:] = [each for each in self.publishers if each.bus is not bus]
+        self.services[:] = [each for each in self.services if each.bus is not bus]
+        for watch in [each for each in self.watches if each.bus is bus]:
+            self.remove_watch(watch)
+        for owner, _, registration in list(self.tokens):
+            if owner is bus:
+                registration.cancel()
+        del self.nodes[bus.name]
+
+
+@dataclass(eq=False, slots=True)
+class _Publisher:
+    network: InProcessNetwork
+    robot: _Robot
+    bus: InProcessBus
+    key: str
+    history: deque[Sample] | None
+
+    def put(self, payload: bytes, attachment: bytes = b"") -> None:
+        if self.bus.closed:
+            return
+        sample = Sample(self.key, payload, attachment)
+        if self.history is not None:
+            self.history.append(sample)
+        for subscription in self.robot.receivers(self.key):
+            subscription.send(self.bus, sample)
+
+
+@dataclass(eq=False, slots=True)
+class _Subscription:
+    network: InProcessNetwork
+    bus: InProcessBus
+    key_expression: str
+    on_sample: Callable[[Sample], None]
+    latest_only: bool
+    active: bool = True
+    newest: dict[str, Sample] = field(default_factory=dict)
+
+    def send(self, source: InProcessBus, sample: Sample) -> None:
+        arrive = self._arrive_in_slot if self.latest_only else self._deliver
+        self.network.send(source, self.bus, lambda: arrive(sample))
+
+    def _deliver(self, sample: Sample) -> None:
+        if self.active:
+            self.on_sample(sample)
+
+    def _arrive_in_slot(self, sample: Sample) -> None:
+        """Keep the sample, and hand over the newest one when all that arrives at this instant has arrived."""
+        if sample.key not in self.newest:
+            self.network.schedule(self.network.now(), lambda: self._deliver(self.newest.pop(sample.key)))
+        self.newest[sample.key] = sample
+
+
+@dataclass(eq=False, slots=True)
+class _Watch:
+    network: InProcessNetwork
+    bus: InProcessBus
+    key_expression: str
+    on_change: Callable[[str, bool], None]
+    active: bool = True
+
+    def send(self, source: InProcessBus, key: str, *, alive: bool) -> None:
+        if matches(self.key_expression, key):
+            self.network.send(source, self.bus, lambda: self._deliver(key, alive))
+
+    def _deliver(self, key: str, alive: bool) -> None:
+        if self.active:
+            self.on_change(key, alive)
+
+
+@dataclass(eq=False, slots=True)
+class _Service:
+    bus: InProcessBus
+    key_expression: str
+    on_request: Callable[[Request], None]
+
+
+@dataclass(eq=False, slots=True)
+class _Question:
+    """A query under way, seen from the asker: the first answer settles it."""
+
+    asker: InProcessBus
+    key: str
+    payload: bytes
+    attachment: bytes
+    on_answer: Callable[[Answer], None]
+    expiry: Handle | None = None
+    server: InProcessBus | None = None
+    settled: bool = False
+
+    def settle(self, answer: Answer) -> None:
+        if self.settled:
+            return
+        self.settled = True
+        if self.expiry is not None:
+            self.expiry.cancel()
+        if self.server is not None:
+            self.server.release(self)
+        if not self.asker.closed:
+            self.on_answer(answer)
+
+
+class _Request:
+    """A question, seen from the node that serves it."""
+
+    def __init__(self, bus: InProcessBus, question: _Question) -> None:
+        self._bus = bus
+        self._question = question
+        self._answered = False
+
+    @property
+    def key(self) -> str:
+        return self._question.key
+
+    @property
+    def payload(self) -> bytes:
+        return self._question.payload
+
+    @property
+    def attachment(self) -> bytes:
+        return self._question.attachment
+
+    def reply(self, payload: bytes, attachment: bytes = b"") -> None:
+        self._answer(Answered(payload, attachment))
+
+    def refuse(self, error: ErrorReply) -> None:
+        self._answer(Refused(error))
+
+    def _answer(self, answer: Answer) -> None:
+        if self._answered:
+            raise RuntimeError(f"the query on `{self.key}` was answered twice; answer each query once")
+        self._answered = True
+        self._bus.answer(self._question, answer)
+
+
+def _discard(items: list[T], item: T) -> None:
+    if item in items:
+        items.remove(item)
