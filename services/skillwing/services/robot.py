@@ -1,0 +1,84 @@
+"""The table of a robot: its skillset, the processes that make it up, and who manages which skill.
+
+A robot package declares one `Robot` under the entry-point group `skillwing.robots`; launcher, command line and
+containers read everything about it from there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import Any, Literal
+
+from skillwing.dsl import load
+from skillwing.dsl.model import Skillset, UnknownNameError
+
+ROBOTS = "skillwing.robots"
+DATA_MANAGER = "skillwing.services.data_manager:make_data_manager"
+RESOURCE_MANAGER = "skillwing.services.resource_manager:make_resource_manager"
+SKILL_MANAGER = "skillwing.services.skill_manager:make_skill_manager"
+
+ClockKind = Literal["wall", "robot"]
+
+
+@dataclass(frozen=True)
+class ProcessSpec:
+    """One process: a node and what its factory is called with.
+
+    name: unique in the robot; also the node's name and the tail of its liveliness key.
+    factory: `package.module:function`, called with `options`, which have to survive JSON.
+    essential: the system cannot go on without it. extra: pip extra that its image needs, None for none.
+    """
+
+    name: str
+    factory: str
+    options: dict[str, Any] = field(default_factory=dict)
+    essential: bool = True
+    extra: str | None = None
+
+
+@dataclass(frozen=True)
+class Robot:
+    """What a robot is made of.
+
+    skillset: its `.skillset` file. functional_layer: from run options (`seed`, `speed`, `faults`, `run_dir`) to the
+    processes below the managers. hooks: for each skill with a manager, the developer's class (`package.module:Class`).
+    clock: `robot` where one process of the functional layer owns the time, `wall` where the robot lives in ours.
+    """
+
+    name: str
+    skillset: Path
+    functional_layer: Callable[[dict[str, Any]], tuple[ProcessSpec, ...]]
+    hooks: Mapping[str, str]
+    clock: ClockKind = "robot"
+
+    def load_skillset(self) -> Skillset:
+        """Read the skillset file; raises `SkillsetError` with everything that is wrong in it."""
+        return load(self.skillset)
+
+    def managers(self) -> tuple[ProcessSpec, ...]:
+        """The data manager, the resource manager, and one skill manager for each skill with hooks."""
+        options = {"skillset": str(self.skillset)}
+        return (
+            ProcessSpec("data_manager", DATA_MANAGER, options),
+            ProcessSpec("resource_manager", RESOURCE_MANAGER, options),
+            *(
+                ProcessSpec(f"skill/{skill}", SKILL_MANAGER, {**options, "hooks": hooks})
+                for skill, hooks in self.hooks.items()
+            ),
+        )
+
+
+def robot_names() -> tuple[str, ...]:
+    """The installed robots."""
+    return tuple(sorted(entry_points(group=ROBOTS).names))
+
+
+def find_robot(name: str) -> Robot:
+    """The installed robot of that name; raises UnknownNameError, which says what is installed."""
+    found = entry_points(group=ROBOTS, name=name)
+    if not found:
+        raise UnknownNameError("robot", name, robot_names())
+    return next(iter(found)).load()
