@@ -12,7 +12,6 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any, Literal
 
-from skillwing.dsl import load
 from skillwing.dsl.model import Skillset, UnknownNameError
 
 ROBOTS = "skillwing.robots"
@@ -56,6 +55,8 @@ class Robot:
 
     def load_skillset(self) -> Skillset:
         """Read the skillset file; raises `SkillsetError` with everything that is wrong in it."""
+        from skillwing.dsl import load  # noqa: PLC0415 - only who reads skillsets needs the parser
+
         return load(self.skillset)
 
     def managers(self) -> tuple[ProcessSpec, ...]:
