@@ -1,0 +1,183 @@
+"""Whether values fit the types, units and ranges of the model."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal, TypeAlias, cast
+
+from skillwing.dsl.model import ArrayType, EnumType, Field, ScalarType, StructType, Type
+from skillwing.dsl.suggest import closest, listed
+
+ProblemKind: TypeAlias = Literal["unknown", "missing", "type", "range"]
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """One value that does not fit. path: where (`target.x`); sentence: what is wrong, with what would be right."""
+
+    path: str
+    kind: ProblemKind
+    sentence: str
+
+
+def fit_fields(fields: Sequence[Field], given: Mapping[str, object]) -> tuple[dict[str, object], list[Problem]]:
+    """Fit named values to the fields of an input, output, feedback or structure.
+
+    Returns the values in declaration order, with defaults filled in and integers widened to floats where the model
+    says so, and every problem found. The values are only worth anything if there is no problem.
+    """
+    return _fit_fields(fields, given, prefix="")
+
+
+def fit(value: object, kind: Type, path: str) -> tuple[object, list[Problem]]:
+    """Fit one value to a type of the model; `path` is what problems call it."""
+    return _fit(value, kind, None, path)
+
+
+def _fit_fields(
+    fields: Sequence[Field], given: Mapping[str, object], prefix: str
+) -> tuple[dict[str, object], list[Problem]]:
+    names = [item.name for item in fields]
+    problems = [_unknown(prefix, str(name), names) for name in given if name not in names]
+    fitted: dict[str, object] = {}
+    for item in fields:
+        path = prefix + item.name
+        if item.name in given:
+            fitted[item.name], found = _fit(given[item.name], item.type, item, path)
+            problems += found
+        elif item.default is not None:
+            fitted[item.name] = item.default
+        else:
+            problems.append(Problem(path, "missing", f"`{path}` is missing; it is {_described(item)}."))
+    return fitted, problems
+
+
+def _fit(value: object, kind: Type, limits: Field | None, path: str) -> tuple[object, list[Problem]]:
+    match kind:
+        case ScalarType():
+            return _fit_scalar(value, kind, limits, path)
+        case EnumType():
+            return value, _enum_problems(value, kind, path)
+        case ArrayType() if isinstance(value, (list, tuple)):
+            return _fit_array(list(cast(Sequence[object], value)), kind, limits, path)
+        case StructType() if isinstance(value, Mapping):
+            return _fit_fields(kind.fields, cast(Mapping[str, object], value), prefix=f"{path}.")
+        case ArrayType() | StructType():
+            return value, [_mismatch(path, kind, value)]
+
+
+def _fit_array(
+    items: list[object], kind: ArrayType, limits: Field | None, path: str
+) -> tuple[list[object], list[Problem]]:
+    if kind.length is not None and len(items) != kind.length:
+        sentence = f"`{path}` has {len(items)} elements; it takes {kind.length}."
+        return items, [Problem(path, "type", sentence)]
+    pairs = [_fit(item, kind.element, limits, f"{path}[{index}]") for index, item in enumerate(items)]
+    return [item for item, _ in pairs], [problem for _, found in pairs for problem in found]
+
+
+def _enum_problems(value: object, kind: EnumType, path: str) -> list[Problem]:
+    if value in kind.values:
+        return []
+    guess = closest(value, kind.values) if isinstance(value, str) else None
+    hint = f" Did you mean `{guess}`?" if guess else ""
+    sentence = f"`{path}` is {_shown(value)}; it takes one of {listed(kind.values)}.{hint}"
+    return [Problem(path, "type", sentence)]
+
+
+def _fit_scalar(value: object, kind: ScalarType, limits: Field | None, path: str) -> tuple[object, list[Problem]]:
+    fitted = _converted(value, kind)
+    if fitted is None:
+        return value, [_mismatch(path, kind, value)]
+    if kind.is_number:
+        low, high = _bounds(kind, limits)
+        number = cast(float, fitted)
+        if (low is not None and number < low) or (high is not None and number > high):
+            unit = f" {limits.unit}" if limits and limits.unit else ""
+            sentence = f"`{path}` is {number:g}{unit}; it has to lie {_interval(low, high, unit)}."
+            return fitted, [Problem(path, "range", sentence)]
+    return fitted, []
+
+
+def _converted(value: object, kind: ScalarType) -> object | None:
+    """The value as the scalar type means it, or None if it is of another type."""
+    match kind.name, value:
+        case "bool", bool():
+            return value
+        case "string", str():
+            return value
+        case _, int() | float() if isinstance(value, bool) or not kind.is_number:
+            return None
+        case _, int() if kind.is_integer:
+            return value
+        case _, int() | float() if kind.is_float and _finite(value):
+            return float(value)
+        case _:
+            return None
+
+
+def _finite(number: int | float) -> bool:
+    try:
+        return math.isfinite(number)
+    except OverflowError:  # an integer beyond the floats
+        return False
+
+
+def _bounds(kind: ScalarType, limits: Field | None) -> tuple[float | None, float | None]:
+    """The tighter of what the type and what the field allow."""
+    type_low, type_high = kind.bounds or (None, None)
+    low = limits.low if limits and limits.low is not None else type_low
+    high = limits.high if limits and limits.high is not None else type_high
+    return low, high
+
+
+def _interval(low: float | None, high: float | None, unit: str) -> str:
+    if low is None:
+        return f"at or below {high:g}{unit}"
+    if high is None:
+        return f"at or above {low:g}{unit}"
+    return f"between {low:g} and {high:g}{unit}"
+
+
+def _unknown(prefix: str, name: str, names: Sequence[str]) -> Problem:
+    guess = closest(name, names)
+    hint = f"; did you mean `{prefix}{guess}`?" if guess else f"; there is {listed(names)}."
+    return Problem(prefix + name, "unknown", f"There is no field `{prefix}{name}`{hint}")
+
+
+def _mismatch(path: str, kind: Type, value: object) -> Problem:
+    return Problem(path, "type", f"`{path}` is {_shown(value)}; it takes {type_text(kind)}.")
+
+
+def _shown(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def _described(item: Field) -> str:
+    unit = f" in {item.unit}" if item.unit else ""
+    return f"{type_text(item.type)}{unit}"
+
+
+def type_text(kind: Type) -> str:
+    """What a value of that type is, in words: `a finite number`, `a list of 3 ...`."""
+    match kind:
+        case ScalarType(name="bool"):
+            return "true or false"
+        case ScalarType(name="string"):
+            return "a text"
+        case ScalarType():
+            return "a finite number" if kind.is_float else f"a whole number ({kind.name})"
+        case EnumType(values=values):
+            return f"one of {listed(values)}"
+        case ArrayType(element=element, length=length):
+            return f"a list of {length or 'any length'}: each {type_text(element)}"
+        case StructType(fields=fields):
+            return f"a structure with the fields {listed(item.name for item in fields)}"
+
+
+def by_path(problems: list[Problem]) -> dict[str, str]:
+    """Sentences by the path they are about."""
+    return {problem.path: problem.sentence for problem in problems}

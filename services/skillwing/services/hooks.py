@@ -1,0 +1,110 @@
+"""What the developer of a skill writes: the hooks that a skill's manager calls."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, Generic, Protocol, TypeVar
+
+from skillwing.services.bus import Bus
+from skillwing.services.protocol import Terminal
+
+I = TypeVar("I")  # noqa: E741
+O = TypeVar("O")  # noqa: E741
+F = TypeVar("F")
+
+
+@dataclass(frozen=True, slots=True)
+class Goal(Generic[I]):
+    """A goal as its skill's hooks see it.
+
+    inputs: in range, defaults filled in. token: fencing token of the grant, to be sent with every command to the
+    functional layer; 0 while the goal is being validated. started_at: robot time in seconds at which the goal came in.
+    """
+
+    id: str
+    inputs: I
+    token: int
+    started_at: float
+
+
+class GoalControl(Protocol):
+    """What hooks may do to a goal; the manager implements it."""
+
+    def terminated(self, goal_id: str, result: str, output: object) -> None: ...
+    def interrupted(self, goal_id: str) -> None: ...
+    def failed(self, goal_id: str, reason: str) -> None: ...
+
+
+class SkillHooks(Generic[I, O, F]):
+    """Base of the generated `Abstract<Skill>Manager` classes.
+
+    All hooks, and all callbacks registered through `self.bus`, run on the manager's one thread, one at a time: they
+    have to return soon, and need no locks. An exception in any of them ends the running goal as ERROR; the process
+    lives on. Calls of `terminated`, `interrupted` and `failed` for a goal that is over are dropped.
+    """
+
+    skill: ClassVar[str]
+    Inputs: ClassVar[type[Any] | None] = None
+    Outputs: ClassVar[type[Any] | None] = None
+    Feedback: ClassVar[type[Any] | None] = None
+
+    bus: Bus
+    """The network, from `setup` on."""
+    current: Goal[I] | None = None
+    """The goal from its dispatch to its end."""
+    record: str | None = None
+    """Id of the timeline record of the goal's last change: the cause of what the hooks do for it."""
+    _control: GoalControl
+
+    def bind(self, bus: Bus, control: GoalControl) -> None:
+        """Called by the manager before `setup`; not for developers."""
+        self.bus = bus
+        self._control = control
+
+    # --- to override -----------------------------------------------------------------------------------------------
+
+    def setup(self) -> None:
+        """Runs once, before any goal. Subscribe to the functional layer here."""
+
+    def validate(self, goal: Goal[I]) -> str | None:
+        """Return None if the goal makes sense, else a sentence saying why not: the goal then ends NV.
+
+        Types and ranges of the model have been checked. Move nothing here: preconditions are judged afterwards.
+        """
+        del goal
+        return None
+
+    def on_dispatch(self, goal: Goal[I]) -> None:
+        """Start the functional layer. The goal has been granted and RUNNING begins when this returns."""
+
+    def progress(self, goal: Goal[I]) -> F | None:
+        """Called at each progress period while the goal is RUNNING; None publishes nothing."""
+        del goal
+        return None
+
+    def on_interrupt(self, goal: Goal[I]) -> None:
+        """Ask the functional layer to stop and return; call `interrupted` once it really has.
+
+        The default has nothing to stop and confirms at once.
+        """
+        self.interrupted(goal.id)
+
+    def on_ended(self, goal: Goal[I], terminal: Terminal) -> None:
+        """The goal is over, whatever the reason: forget it, and stop what still runs for it (after an RI, say).
+
+        Called for every goal that was granted, hence dispatched or about to be.
+        """
+
+    # --- to call ---------------------------------------------------------------------------------------------------
+
+    def terminated(self, goal_id: str, result: str, output: O | None = None) -> None:
+        """End the goal with a result of the skill; the generated `terminated_<RESULT>` call this."""
+        self._control.terminated(goal_id, result, output)
+
+    def interrupted(self, goal_id: str) -> None:
+        """Confirm that the interrupted skill has really stopped."""
+        self._control.interrupted(goal_id)
+
+    def failed(self, goal_id: str, reason: str) -> None:
+        """End the goal as ERROR; the skill's lost effect is applied."""
+        self._control.failed(goal_id, reason)

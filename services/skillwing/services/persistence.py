@@ -1,0 +1,48 @@
+"""Asking again: silence on the network is not an answer, and never means that the request was not carried out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from skillwing.services.bus import Answer, Answered, Bus, Refused, Unanswered
+
+FIRST_DELAY = 0.05
+LONGEST_DELAY = 1.0
+
+
+def retry_delay(attempt: int) -> float:
+    """Seconds to wait after the `attempt`-th silence (from 1): doubling from 0.05 s up to 1 s."""
+    return min(LONGEST_DELAY, FIRST_DELAY * 2 ** min(attempt - 1, 16))
+
+
+def ask_until_answered(
+    bus: Bus,
+    key: str,
+    payload: bytes,
+    on_answer: Callable[[Answered | Refused], None],
+    *,
+    keep_asking: Callable[[int], bool] = lambda silences: True,
+    on_silence: Callable[[], None] = lambda: None,
+) -> None:
+    """Send the same request until somebody answers it, so the request has to be idempotent.
+
+    After each silence `keep_asking(number of silences)` decides: True asks again, False ends it with `on_silence`.
+    Waiting is in wall time, since a robot clock that stands still is no reason to stop talking.
+    """
+    silences = 0
+
+    def send() -> None:
+        bus.ask(key, payload, receive)
+
+    def receive(answer: Answer) -> None:
+        nonlocal silences
+        if not isinstance(answer, Unanswered):
+            on_answer(answer)
+            return
+        silences += 1
+        if keep_asking(silences):
+            bus.after(retry_delay(silences), send, wall=True)
+        else:
+            on_silence()
+
+    send()

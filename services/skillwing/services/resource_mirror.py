@@ -1,0 +1,47 @@
+"""A client's copy of the resource states, kept up to date by changes that may overtake each other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from skillwing.services.protocol import ResourceChange, ResourceStates
+
+
+class ResourceMirror:
+    """Merges one snapshot and any number of changes, in whatever order and as often as they arrive."""
+
+    def __init__(self) -> None:
+        self._states: dict[str, str] = {}
+        self._revisions: dict[str, int] = {}
+        self._records: dict[str, str] = {}
+        self.ready = False
+
+    @property
+    def states(self) -> Mapping[str, str]:
+        """Live view; empty until the first snapshot."""
+        return MappingProxyType(self._states) if self.ready else MappingProxyType({})
+
+    def change_record(self, resource: str) -> str | None:
+        """Id of the timeline record of the resource's last change; None if it has not changed since we look."""
+        return self._records.get(resource)
+
+    def take_snapshot(self, snapshot: ResourceStates) -> None:
+        for resource, state in snapshot.states.items():
+            if snapshot.revision >= self._revisions.get(resource, -1):
+                self._states[resource] = state
+                self._revisions[resource] = snapshot.revision
+        self.ready = True
+
+    def take_change(self, change: ResourceChange) -> bool:
+        """False if a newer state of that resource is known already."""
+        if change.revision < self._revisions.get(change.resource, -1):
+            return False
+        self._revisions[change.resource] = change.revision
+        self._states[change.resource] = change.after
+        self._records[change.resource] = change.record
+        return True
+
+    def expect_new_manager(self) -> None:
+        """The manager was replaced: its revisions start anew. States stay as they were until its snapshot comes."""
+        self._revisions.clear()
