@@ -275,7 +275,10 @@ class NotReady(Message, frozen=True, kw_only=True, tag="not_ready"):
 
 
 class Violated(Message, frozen=True, kw_only=True, tag="violated"):
-    """An invariant of a granted goal broke; its violation effect has been applied. Also pushed on `verdict`."""
+    """An invariant of a granted goal broke; its violation effect has been applied. Also pushed on `verdict`.
+
+    `token` is the grant's fencing token, which no longer counts.
+    """
 
     goal_id: str
     skill: str
@@ -284,6 +287,21 @@ class Violated(Message, frozen=True, kw_only=True, tag="violated"):
     reason: str
     t: float
     record: str
+    token: int = 0
+
+
+class Lost(Message, frozen=True, kw_only=True, tag="lost"):
+    """A granted goal was taken from a manager that is gone; its lost effect has been applied. Pushed on `verdict`.
+
+    `token` is the grant's fencing token, which no longer counts.
+    """
+
+    goal_id: str
+    skill: str
+    reason: str
+    t: float
+    record: str
+    token: int
 
 
 class Ended(Message, frozen=True, kw_only=True, tag="ended"):
@@ -296,7 +314,7 @@ class Ended(Message, frozen=True, kw_only=True, tag="ended"):
     record: str
 
 
-GoalVerdict = Granted | NotReady | Violated | Ended
+GoalVerdict = Granted | NotReady | Violated | Lost | Ended
 
 
 # --- data --------------------------------------------------------------------------------------------------
@@ -445,7 +463,7 @@ class Keys:
         return f"{self.skillset}/resource/change/{name}"
 
     def verdict(self, skill: str) -> str:
-        """Where violations are pushed to the skill's manager."""
+        """Where `Violated` and `Lost` are pushed to the skill's manager and to who revokes tokens; `"*"` for all."""
         return f"{self.skillset}/resource/verdict/{skill}"
 
     def event(self, name: str) -> str:
