@@ -1,4 +1,28 @@
 """The skillset language: grammar, model, checker, generator.
 
-`load` and `parse` turn source into a `Skillset`; every problem of a file is reported in one `SkillsetError`.
+`load` and `parse` turn source into a `Skillset`; all problems of a file are reported in one `SkillsetError`.
 """
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from skillwing.dsl.checker import Checked, check
+from skillwing.dsl.diagnostics import Diagnostic, SkillsetError
+from skillwing.dsl.model import Skillset, UnknownNameError
+
+__all__ = ["Checked", "Diagnostic", "Skillset", "SkillsetError", "UnknownNameError", "check", "load", "parse"]
+
+
+def load(path: str | Path) -> Skillset:
+    """Read a `.skillset` file. Raises OSError if it cannot be read, SkillsetError if it has errors."""
+    file = Path(path)
+    return parse(file.read_text(encoding="utf-8"), str(file))
+
+
+def parse(text: str, file: str = "<text>") -> Skillset:
+    """Turn source text into a skillset; `file` is the name shown in diagnostics. Raises SkillsetError on errors."""
+    checked = check(text, file)
+    if checked.skillset is None:
+        raise SkillsetError(checked.diagnostics, text)
+    return checked.skillset

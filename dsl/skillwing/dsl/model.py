@@ -194,11 +194,15 @@ class Resource:
 
 @dataclass(frozen=True, slots=True)
 class Effect:
-    """Transitions applied together or not at all, as (resource, target state) pairs; `e {}` has none."""
+    """Transitions applied together or not at all, as (resource, target state) pairs; `e {}` has none.
+
+    spans: where each transition stands.
+    """
 
     name: str
     transitions: tuple[tuple[str, str], ...]
     span: Span | None = field(default=None, compare=False, repr=False)
+    spans: tuple[Span, ...] = field(default=(), compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -378,4 +382,4 @@ def _canonical(value: object) -> object:
 
 
 def _content(element: DataclassInstance) -> dict[str, object]:
-    return {item.name: _canonical(getattr(element, item.name)) for item in fields(element) if item.name != "span"}
+    return {item.name: _canonical(getattr(element, item.name)) for item in fields(element) if item.compare}

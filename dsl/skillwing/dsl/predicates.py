@@ -241,7 +241,7 @@ def _comparable(left: Type, right: Type) -> bool:
 def _comparison_advice(left: Type, right: Type) -> str:
     for declared in (left, right):
         if isinstance(declared, StructType):
-            return f"Compare a field of `{declared.name}`, such as `.{declared.fields[0].name if declared.fields else ''}`."
+            return f"Compare one of its fields: {', '.join(f'`.{field.name}`' for field in declared.fields)}."
         if isinstance(declared, EnumType):
             return f"Compare with one of {', '.join(f'`{value}`' for value in declared.values)}."
     return "Compare a number with a number, a text with a text, a bool with `true` or `false`."

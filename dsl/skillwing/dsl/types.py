@@ -182,19 +182,13 @@ def _converted(given: Literal | Symbol, declared: Type) -> Value | None:
     if isinstance(given, Symbol):
         return given.name if isinstance(declared, EnumType) and given.name in declared.values else None
     value = given.value
-    match declared:
-        case ScalarType(name="bool"):
-            return value if isinstance(value, bool) else None
-        case ScalarType(name="string"):
-            return value if isinstance(value, str) else None
-        case ScalarType() if isinstance(value, bool | str):
-            return None
-        case ScalarType(is_float=True):
-            return float(value)
-        case ScalarType():
-            return value if isinstance(value, int) else None
-        case _:
-            return None
+    if not isinstance(declared, ScalarType):
+        return None
+    if declared.is_float and isinstance(value, int | float) and not isinstance(value, bool):
+        return float(value)
+    written = "bool" if isinstance(value, bool) else "int" if isinstance(value, int) else type(value).__name__
+    expected = "int" if declared.is_integer else {"string": "str"}.get(declared.name, declared.name)
+    return value if written == expected else None
 
 
 def _default_advice(given: Literal | Symbol, declared: Type) -> str:
