@@ -1,0 +1,209 @@
+"""The route planner: laws that hold for every world, and walls that are found bump by bump."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from skillwing.bt_missions.detour import (
+    HULL_RADIUS,
+    MARGIN,
+    OBSTACLE_RADIUS,
+    KnownSpace,
+    Point,
+    Position,
+    RoutePlanner,
+    bearing,
+    crab_heading,
+    wrap,
+)
+
+metres = st.floats(-20.0, 20.0)
+points = st.tuples(metres, metres)
+angles = st.floats(-math.pi, math.pi)
+INFLATED = OBSTACLE_RADIUS + HULL_RADIUS + MARGIN
+
+
+def along(a: Point, b: Point, step: float = 0.05) -> list[Point]:
+    count = max(1, math.ceil(math.dist(a, b) / step))
+    return [(a[0] + (b[0] - a[0]) * i / count, a[1] + (b[1] - a[1]) * i / count) for i in range(count + 1)]
+
+
+class Courtyard:
+    """Flies legs at once and exactly, and stops as guidance does: 2 m before what stands in a tube of 1.3 m."""
+
+    def __init__(self, *walls: tuple[Point, Point]) -> None:
+        self.bricks = [brick for a, b in walls for brick in along(a, b, 0.1)]
+        self.nearest = math.inf
+
+    def fly(self, start: Position, target: Position) -> tuple[Position, float | None]:
+        """Where the leg ends, and the free distance if it ended before an obstacle."""
+        length = math.dist(start[:2], target[:2])
+        if length == 0.0:
+            return target, None
+        unit = (target[0] - start[0]) / length, (target[1] - start[1]) / length
+        hits = [self._along_track(start, unit, brick) for brick in self.bricks]
+        ahead = min((hit for hit in hits if hit is not None and hit < length + MARGIN), default=None)
+        flown = length if ahead is None else max(0.0, ahead - MARGIN)
+        end = (start[0] + unit[0] * flown, start[1] + unit[1] * flown, target[2])
+        for place in along(start[:2], end[:2]):
+            self.nearest = min([self.nearest, *(math.dist(place, brick) for brick in self.bricks)])
+        return (target, None) if ahead is None else (end, ahead - flown)
+
+    @staticmethod
+    def _along_track(start: Position, unit: Point, brick: Point) -> float | None:
+        x, y = brick[0] - start[0], brick[1] - start[1]
+        track, aside = x * unit[0] + y * unit[1], abs(x * unit[1] - y * unit[0])
+        return track if aside < 1.3 and track > 0.0 else None
+
+
+def fly_route(planner: RoutePlanner, world: Courtyard, start: Position, limit: int = 1000) -> int:
+    """Fly until the planner has nothing left; returns the number of legs."""
+    position, legs = start, 0
+    while (target := planner.next_target(position)) is not None:
+        legs += 1
+        assert legs <= limit, "the route never ends"
+        position, ahead = world.fly(position, target)
+        if ahead is None:
+            planner.arrived()
+        else:
+            planner.blocked(position, ahead)
+    return legs
+
+
+def test_a_free_route_is_flown_straight() -> None:
+    planner = RoutePlanner([(10, 0, 4), (10, 10, 5)])
+    assert planner.next_target((0, 0, 4)) == (10, 0, 4)
+    planner.arrived()
+    assert planner.next_target((10, 0, 4)) == (10, 10, 5)
+    planner.arrived()
+    assert planner.next_target((10, 10, 5)) is None
+    assert (planner.done, planner.reached, planner.given_up) == (True, 2, [])
+
+
+def test_a_waypoint_underneath_is_not_flown_to() -> None:
+    planner = RoutePlanner([(0, 0, 4), (10, 0, 4)])
+    assert planner.next_target((0.2, -0.1, 4.1)) == (10, 0, 4)
+    assert planner.reached == 1
+
+
+def test_a_leg_that_was_interrupted_is_given_again() -> None:
+    planner = RoutePlanner([(10, 0, 4)])
+    assert planner.next_target((0, 0, 4)) == planner.next_target((4, 0, 4)) == (10, 0, 4)
+
+
+def test_a_pole_on_the_leg_is_passed_and_the_waypoint_reached() -> None:
+    world = Courtyard(((15.0, -0.2), (15.0, 0.2)))
+    planner = RoutePlanner([(30, 0, 4)])
+    fly_route(planner, world, (0, 0, 4))
+    assert (planner.reached, planner.given_up) == (1, [])
+    assert world.nearest > HULL_RADIUS + 1.0
+
+
+@pytest.mark.parametrize("shift", [0.0, 1.5, -3.0, 4.0])
+def test_a_wall_of_ten_metres_is_found_bump_by_bump_and_passed(shift: float) -> None:
+    world = Courtyard(((15.0, shift - 5.0), (15.0, shift + 5.0)))
+    planner = RoutePlanner([(30, 0, 4), (0, 0, 4)])
+    fly_route(planner, world, (0, 0, 4))
+    assert (planner.reached, planner.given_up) == (2, [])
+    assert world.nearest > HULL_RADIUS + 0.5
+
+
+def test_a_waypoint_inside_a_closed_yard_is_given_up_with_its_reason() -> None:
+    corners = [(10.0, -5.0), (20.0, -5.0), (20.0, 5.0), (10.0, 5.0), (10.0, -5.0)]
+    planner = RoutePlanner([(15, 0, 4), (0, 10, 4)])
+    fly_route(planner, Courtyard(*pairwise(corners)), (0, 0, 4))
+    assert planner.done
+    assert planner.reached == 1
+    assert [left.waypoint for left in planner.given_up] == [0]
+    assert planner.given_up[0].reason
+
+
+def test_detours_stay_in_the_area() -> None:
+    world = Courtyard(((15.0, -2.0), (15.0, 2.0)))
+    planner = RoutePlanner([(30, 0, 4)], area=(-1.0, -20.0, 31.0, 1.0))
+    position: Position = (0, 0, 4)
+    while (target := planner.next_target(position)) is not None:
+        assert target[1] <= 1.0
+        position, ahead = world.fly(position, target)
+        planner.arrived() if ahead is None else planner.blocked(position, ahead)
+    assert planner.reached == 1
+
+
+def test_heights_change_evenly_along_a_detour() -> None:
+    planner = RoutePlanner([(20, 0, 10)])
+    planner.next_target((0, 0, 0))
+    planner.blocked((8, 0, 4), 2.0)
+    heights = [4.0]
+    position: Position = (8, 0, 4)
+    while (target := planner.next_target(position)) is not None:
+        heights.append(target[2])
+        position = target
+        planner.arrived()
+    assert heights == sorted(heights)
+    assert heights[-1] == 10
+    assert len(heights) > 2
+
+
+@given(start=points, goal=points, seen=st.lists(points, max_size=8))
+@settings(max_examples=60, deadline=None)
+def test_a_path_keeps_clear_of_every_known_disc(start: Point, goal: Point, seen: list[Point]) -> None:
+    space = KnownSpace()
+    for place in seen:
+        space.add(place)
+    path = space.path(start, goal)
+    if path is None:
+        return
+    assert path[-1] == goal
+    for disc in space.discs:
+        wanted = disc.radius + HULL_RADIUS + MARGIN
+        wanted = min(wanted, math.dist(start, disc.centre), math.dist(goal, disc.centre))
+        for a, b in pairwise([start, *path]):
+            assert min(math.dist(place, disc.centre) for place in along(a, b)) >= wanted - 1e-6
+
+
+@given(start=points, goal=points, seen=points)
+@settings(max_examples=60, deadline=None)
+def test_one_obstacle_never_closes_the_way(start: Point, goal: Point, seen: Point) -> None:
+    space = KnownSpace()
+    space.add(seen)
+    if math.dist(goal, seen) >= INFLATED:
+        assert space.path(start, goal) is not None
+
+
+@given(
+    route=st.lists(st.tuples(metres, metres, st.floats(1.0, 20.0)), max_size=4),
+    ends=st.lists(st.one_of(st.none(), st.floats(0.0, 10.0)), max_size=30),
+)
+@settings(max_examples=40, deadline=None)
+def test_every_route_ends_whatever_happens_on_it(route: list[Position], ends: list[float | None]) -> None:
+    """`ends` is the fate of the first legs; after that every leg is blocked."""
+    planner = RoutePlanner(route)
+    position: Position = (0.0, 0.0, 4.0)
+    legs = 0
+    while (target := planner.next_target(position)) is not None:
+        end = ends[legs] if legs < len(ends) else 1.0
+        legs += 1
+        assert legs < 200
+        if end is None:
+            position = target
+            planner.arrived()
+        else:
+            planner.blocked(position, end)
+    assert planner.reached + len(planner.given_up) == len(route)
+
+
+@given(direction=angles, heading=angles)
+def test_the_crab_heading_is_across_the_motion_and_the_nearer_of_the_two(direction: float, heading: float) -> None:
+    crab = crab_heading(direction, heading)
+    assert abs(math.cos(crab - direction)) < 1e-9
+    assert abs(wrap(crab - heading)) <= math.pi / 2 + 1e-9
+    assert -math.pi - 1e-9 <= crab <= math.pi + 1e-9
+
+
+def test_a_vertical_leg_has_no_bearing() -> None:
+    assert bearing((1, 1, 2), (1, 1, 9)) is None
+    assert bearing((0, 0, 0), (0, 3, 0)) == pytest.approx(math.pi / 2)
