@@ -34,12 +34,13 @@ class Mode(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Setpoint:
-    """Where to be, how fast to pass there (feed-forward) and where to point, in ENU."""
+    """Where to be, with velocity and acceleration feed-forward, and where to point, in ENU."""
 
     position: Vector
     velocity: Vector
     heading: float
     rotors: bool = True
+    acceleration: Vector = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +89,7 @@ class Autopilot:
             return
         target = self._target(dt)
         velocity = position_to_velocity(now.position, target.position, target.velocity)
-        acceleration = self._velocity_loop.acceleration(now.velocity, velocity, dt)
+        acceleration = self._velocity_loop.acceleration(now.velocity, velocity, target.acceleration, dt)
         self._attitude_loop.aim(acceleration, target.heading, now.quaternion)
         if self._has_touched_down(t, now, target):
             self._enter(Mode.OFF, now)

@@ -12,7 +12,7 @@ from .geometry import Quaternion, Vector, add, axes, clamp, cross, dot, scale, s
 from .hexacopter import MAX_THRUST, MIN_THRUST, Airframe
 
 GRAVITY = 9.81
-_POSITION_GAIN = 1.0
+_POSITION_GAIN, _VELOCITY_GAIN, _VELOCITY_INTEGRAL = 1.0, 2.2, 0.5
 _MAX_TILT = math.radians(25)
 _MAX_CLIMB_ACCELERATION = 5.0
 
@@ -35,14 +35,15 @@ class VelocityLoop:
     def reset(self) -> None:
         self._integral = (0.0, 0.0, 0.0)
 
-    def acceleration(self, velocity: Vector, wanted: Vector, dt: float) -> Vector:
+    def acceleration(self, velocity: Vector, wanted: Vector, feed_forward: Vector, dt: float) -> Vector:
+        """Acceleration [m/s2] that leads to the wanted velocity within `dt`-spaced calls."""
         error = subtract(wanted, velocity)
-        x, y, z = add(scale(2.2, error), self._integral)
+        x, y, z = add(add(scale(_VELOCITY_GAIN, error), self._integral), feed_forward)
         level, limit = math.hypot(x, y), GRAVITY * math.tan(_MAX_TILT)
         saturated = level > limit
         if saturated:
             x, y = x * limit / level, y * limit / level
-        grown = [clamp(i + 0.5 * e * dt, -2.5, 2.5) for i, e in zip(self._integral, error, strict=True)]
+        grown = [clamp(i + _VELOCITY_INTEGRAL * e * dt, -2.5, 2.5) for i, e in zip(self._integral, error, strict=True)]
         if saturated:
             grown[:2] = self._integral[:2]
         self._integral = (grown[0], grown[1], grown[2])

@@ -29,11 +29,9 @@ class Imu:
         self._sigma = np.array([0.06] * 3 + [0.005] * 3)
         self._bias = rng.normal(0.0, [0.05] * 3 + [0.003] * 3)
 
-    def measure(self, rows: NDArray[np.float64]) -> NDArray[np.float32]:
-        """Rows (n, 7) of (t - t0, true force 3, true rate 3) as the IMU sees them."""
-        seen = rows.copy()
-        seen[:, 1:] += self._bias + self._sigma * self._rng.standard_normal((len(rows), 6))
-        return seen.astype(np.float32)
+    def measure(self, truth: NDArray[np.float64]) -> NDArray[np.float32]:
+        """True rows (n, 6) of specific force and angular rate, FLU, as the IMU sees them."""
+        return (truth + self._bias + self._sigma * self._rng.standard_normal(truth.shape)).astype(np.float32)
 
 
 class RangeFinder:

@@ -30,7 +30,7 @@ class Terrain:
 
 
 def make_terrain(
-    rng: np.random.Generator, centre: tuple[float, float], half: tuple[float, float], step: float = 0.5
+    rng: np.random.Generator, centre: tuple[float, float], half: tuple[float, float], step: float = 1.0
 ) -> Terrain:
     """A sum of a few long waves (8 to 40 m), faded out towards the home pad at the origin."""
     columns, rows = (round(2 * extent / step) + 1 for extent in half)

@@ -151,13 +151,14 @@ class Truth(Message, frozen=True, kw_only=True):
 
 
 class AutopilotSetpoint(Message, frozen=True, kw_only=True):
-    """Position with velocity feed-forward and heading; `land`/`rotors` as the autopilot's modes."""
+    """Position with velocity and acceleration feed-forward and heading; `land`/`rotors` as the autopilot's modes."""
 
     t: float
     position: Vector3
     velocity: Vector3
     heading: float
     rotors: bool
+    acceleration: Vector3 = (0.0, 0.0, 0.0)
 
 
 class SetFault(Message, frozen=True, kw_only=True):

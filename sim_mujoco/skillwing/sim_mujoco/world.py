@@ -11,6 +11,7 @@ import mujoco
 import numpy as np
 
 from .facade import building_mesh
+from .geofence import COURTYARD, COURTYARD_FENCE, Box
 from .layout import HOME, ROUTE, Kind, Obstacle, make_courtyard
 from .terrain import Terrain, make_terrain
 from .triangles import Triangles
@@ -24,17 +25,6 @@ _SINK = 0.8
 """How deep obstacles reach below the home pad, so that none floats over a hollow [m]."""
 
 
-@dataclass(frozen=True, slots=True)
-class Box:
-    """An axis-aligned box in the world frame [m]."""
-
-    low: tuple[float, float, float]
-    high: tuple[float, float, float]
-
-    def contains(self, point: tuple[float, float, float]) -> bool:
-        return all(low <= x <= high for low, x, high in zip(self.low, point, self.high, strict=True))
-
-
 @dataclass(frozen=True)
 class World:
     """One world. The drone knows only `route`, `home` and `geofence`; the rest is truth for physics and metrics."""
@@ -45,8 +35,8 @@ class World:
     terrain: Terrain
     route: tuple[tuple[float, float, float], ...] = ROUTE
     home: tuple[float, float] = HOME
-    area: Box = Box((-10.0, -10.0, -1.0), (40.0, 30.0, 12.0))
-    geofence: Box = Box((-12.0, -12.0, -1.0), (42.0, 32.0, 30.0))
+    area: Box = COURTYARD
+    geofence: Box = COURTYARD_FENCE
 
     def spec(self) -> mujoco.MjSpec:
         """A fresh specification of the static scene; a vehicle can be attached to it."""

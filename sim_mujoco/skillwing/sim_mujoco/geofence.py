@@ -1,0 +1,25 @@
+"""Where the drone may be."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .geometry import Vector
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """An axis-aligned box in the world frame [m]."""
+
+    low: Vector
+    high: Vector
+
+    def contains(self, point: Vector, margin: float = 0.0) -> bool:
+        """Whether the point lies inside, or outside by no more than `margin`."""
+        return all(low - margin <= x <= high + margin for low, x, high in zip(self.low, point, self.high, strict=True))
+
+
+COURTYARD = Box((-10.0, -10.0, -1.0), (40.0, 30.0, 12.0))
+"""The part of the world that a mission looks at."""
+COURTYARD_FENCE = Box((-12.0, -12.0, -1.0), (42.0, 32.0, 30.0))
+"""The courtyard and 2 m around it; height above the home pad."""
