@@ -7,10 +7,10 @@ messages gives the same history. Times are robot time in seconds.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
-from skillwing.services.protocol import Ending, GoalStatus, Record, RecordKind, Terminal
+from skillwing.services.protocol import Ending, GoalStatus, Record, RecordKind, State, Terminal
 
 PHASES = frozenset({"IDLE", "RUNNING", "SUCCEEDED", "FAILED", "ABORTED"})
 """Phases of a mission; a mission record that goes anywhere else is a switch between branches of its tree."""
@@ -29,13 +29,14 @@ class Outcome(StrEnum):
 class SkillBar:
     """One goal from the first sign of it to its end. `t_end` and `terminal` are None while it runs.
 
-    `terminal` is the label of its ending (`S_ARRIVED`, `RI`, `IT`, ...), `reason` a sentence, `record` the id of
-    the timeline record of its last change.
+    `ran`: it got past validation and preconditions. `terminal` is the label of its ending (`S_ARRIVED`, `RI`, `IT`,
+    ...), `reason` a sentence, `record` the id of the timeline record of its last change.
     """
 
     skill: str
     goal_id: str
     t_start: float
+    ran: bool
     t_end: float | None = None
     terminal: str | None = None
     outcome: Outcome = Outcome.RUNNING
@@ -45,7 +46,7 @@ class SkillBar:
     @property
     def refused(self) -> bool:
         """The goal ended without having run: its inputs, the preconditions or another goal forbade it."""
-        return self.terminal in (Ending.NOT_VALIDATED, Ending.NOT_READY, Ending.BUSY)
+        return self.terminal is not None and not self.ran
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,6 +124,10 @@ class History:
         """In order of time; records of the same instant in the order in which their process wrote them."""
         return tuple(sorted(self._records.values(), key=_moment))
 
+    def __contains__(self, goal_id: str) -> bool:
+        """A status of this goal was seen."""
+        return goal_id in self._statuses
+
     @property
     def end(self) -> float:
         """The latest time anything is known of; 0 for an empty history."""
@@ -137,16 +142,21 @@ class History:
         """
         known = self._statuses[goal_id]
         start = min(status.t for status in known)
+        ran = any(status.state in _RAN for status in known)
         ends = [status for status in known if status.terminal is not None]
         last = min(ends, key=_when) if ends else max(known, key=_when)
-        if last.terminal is None and (end := self._ends.get(goal_id)) is not None:
+        bar = SkillBar(last.skill, goal_id, start, ran, record=last.record)
+        if last.terminal is not None:
+            terminal = last.terminal
+            return replace(
+                bar, t_end=last.t, terminal=terminal.label, outcome=outcome_of(terminal), reason=terminal.reason
+            )
+        if (end := self._ends.get(goal_id)) is not None:
             outcome = Outcome.INTERRUPTED if end.after == Ending.INTERRUPTED else Outcome.FAILURE
-            return SkillBar(last.skill, goal_id, start, max(start, end.t), end.after, outcome, end.text, end.id)
-        if last.terminal is None:
-            return SkillBar(last.skill, goal_id, start, record=last.record)
-        terminal = last.terminal
-        outcome, reason = outcome_of(terminal), terminal.reason
-        return SkillBar(last.skill, goal_id, start, last.t, terminal.label, outcome, reason, last.record)
+            return replace(
+                bar, t_end=max(start, end.t), terminal=end.after, outcome=outcome, reason=end.text, record=end.id
+            )
+        return bar
 
     @property
     def bars(self) -> tuple[SkillBar, ...]:
@@ -182,6 +192,7 @@ class History:
         )
 
 
+_RAN = frozenset({State.DISPATCHING, State.RUNNING, State.INTERRUPTING})
 # The endings that somebody else than the skill's manager may have to declare.
 _ENDED_BY_OTHERS = frozenset({Ending.LOST, Ending.INVARIANT_VIOLATED, Ending.ERROR, Ending.INTERRUPTED})
 

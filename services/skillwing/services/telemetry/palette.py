@@ -26,7 +26,7 @@ REST = "#c5cad1"
 _BAD = ("FAIL", "CRITICAL", "DIVERGED", "LOST", "UNAVAILABLE")
 _DOUBTFUL = ("UNKNOWN", "INVALID", "LOW", "DEGRADED")
 _CALM = "#cfe3d4"
-_BUSY = ("#f2b84b", "#7fb2f0", "#c39be0", "#76c7c0")
+_BUSY = ("#8fb8ee", "#c3a3e3", "#76c7c0", "#d9b38c")
 
 
 def state_colours(states: tuple[str, ...], initial: str) -> dict[str, str]:

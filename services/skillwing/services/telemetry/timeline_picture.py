@@ -139,6 +139,7 @@ def _draw_switches(figure: Figure, upper: Axes, lower: Axes, switches: Sequence[
     for row, switch in enumerate(switches[:_MAX_SWITCHES]):
         more = len(switches) - _MAX_SWITCHES
         last = row == _MAX_SWITCHES - 1 and more > 0
-        text = f"{row + 1}   {switch.t:.1f} s   {switch.before} -> {switch.after}:   {in_words(switch.chain[:-1])}"
+        change = f"({row + 1}) at {switch.t:.1f} s  {switch.before} -> {switch.after}"
+        text = f"{change}  because  {in_words(switch.chain[:-1])}"
         text = f"... and {more + 1} more switches" if last else shorten(text, 190, placeholder=" ...")
         figure.text(0.017, 0.926 - 0.026 * row, text, fontsize=10.5, color=palette.INK, va="center")

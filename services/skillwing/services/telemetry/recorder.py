@@ -1,0 +1,116 @@
+"""The recorder: a process that listens to a run and writes it down, live and for later.
+
+It always writes the journal (`timeline.jsonl`, `goals.jsonl`). With Rerun installed it also writes
+`recording.rrd` and can show the run while it happens. It only listens: no other process waits for it.
+"""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+import msgspec
+
+from skillwing.dsl import load
+from skillwing.dsl.model import Skillset
+from skillwing.services.bus import Bus
+from skillwing.services.protocol import GoalStatus, Keys, MissionStatus, Record, TreeSnapshot
+from skillwing.services.telemetry.history import History
+from skillwing.services.telemetry.journal import GOALS_FILE, TIMELINE_FILE, JsonLines
+from skillwing.services.telemetry.reading import message_reader
+from skillwing.services.telemetry.recorder_options import RecorderOptions, named
+
+if TYPE_CHECKING:
+    from skillwing.services.telemetry.recording import Recording
+
+RECORDING_FILE = "recording.rrd"
+
+log = logging.getLogger("skillwing.recorder")
+
+
+class Collector(Protocol):
+    """Writes something of its own into the run directory. Made by a factory `(run_dir: Path) -> Collector`."""
+
+    def attach(self, bus: Bus) -> None: ...
+
+    def close(self) -> None: ...
+
+
+class Recorder:
+    """The node. Everything that happens is folded into one `History`, which the journal and Rerun share."""
+
+    owns_clock = False
+
+    def __init__(self, options: RecorderOptions, skillset: Skillset) -> None:
+        self.name = options.name
+        self.history = History({resource.name: resource.initial for resource in skillset.resources})
+        self._options = options
+        self._skillset = skillset
+        self._run_dir = Path(options.run_dir)
+        self._records = JsonLines[Record](self._run_dir / TIMELINE_FILE)
+        self._goals = JsonLines[GoalStatus](self._run_dir / GOALS_FILE)
+        self._collectors: list[Collector] = [named(name)(self._run_dir) for name in options.collectors]
+        self._recording: Recording | None = None
+
+    def attach(self, bus: Bus) -> None:
+        self._recording = self._open_recording()
+        keys = Keys(self._skillset.name)
+        bus.subscribe(keys.timeline, message_reader(Record, self._on_record), events=True)
+        bus.subscribe(keys.status("*"), message_reader(GoalStatus, self._on_status), events=True)
+        bus.subscribe(keys.mission_tree, message_reader(TreeSnapshot, self._on_tree), events=True)
+        bus.subscribe(keys.mission_status, message_reader(MissionStatus, self._on_mission), events=True)
+        if self._recording:
+            self._recording.attach(bus)
+        for collector in self._collectors:
+            collector.attach(bus)
+
+    def detach(self) -> None:
+        for collector in self._collectors:
+            collector.close()
+        if self._recording:
+            self._recording.close()
+        self._records.close()
+        self._goals.close()
+
+    def _open_recording(self) -> Recording | None:
+        try:
+            from skillwing.services.telemetry.recording import Recording  # noqa: PLC0415  Rerun is optional
+        except ModuleNotFoundError as missing:
+            log.warning(
+                "%s is not installed, so only the timeline is recorded. For %s: pip install 'skillwing[viewer]'.",
+                missing.name,
+                RECORDING_FILE,
+            )
+            return None
+        return Recording(self._options, self._skillset, self._run_dir / RECORDING_FILE)
+
+    def _on_record(self, record: Record) -> None:
+        if not self.history.add_record(record):
+            return
+        self._records.write(record)
+        if self._recording:
+            self._recording.mission.show_record(record, self.history)
+            if record.goal_id and record.goal_id in self.history:
+                self._recording.mission.show_goal(self.history.bar(record.goal_id))
+
+    def _on_status(self, status: GoalStatus) -> None:
+        if not self.history.add_status(status):
+            return
+        self._goals.write(status)
+        if self._recording:
+            self._recording.mission.show_goal(self.history.bar(status.goal_id))
+
+    def _on_tree(self, snapshot: TreeSnapshot) -> None:
+        if self._recording:
+            self._recording.mission.show_tree(snapshot)
+
+    def _on_mission(self, status: MissionStatus) -> None:
+        if self._recording:
+            self._recording.mission.show_mission(status)
+
+
+def make_recorder(options: dict[str, Any]) -> Recorder:
+    """The recorder described by `RecorderOptions`; msgspec.ValidationError names an option that is wrong."""
+    checked = msgspec.convert(options, RecorderOptions)
+    return Recorder(checked, load(Path(checked.skillset)))

@@ -1,0 +1,118 @@
+"""A recorder on the in-process bus: what it writes can be read back, by people's tools and by ours."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+from rerun.chunk import RrdReader
+from synthetic_mission import INITIAL, SKILLSET, Story, Teller, tell
+
+from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.protocol import Keys
+from skillwing.services.telemetry.history import History
+from skillwing.services.telemetry.journal import TIMELINE_FILE, read_goals, read_records
+from skillwing.services.telemetry.recorder import RECORDING_FILE, Recorder
+from skillwing.services.telemetry.recorder_options import RecorderOptions
+
+
+def record(story: Story, run_dir: Path, *, extra: bytes | None = None) -> Recorder:
+    network = InProcessNetwork()
+    recorder = Recorder(RecorderOptions(run_dir=str(run_dir), skillset="m600.skillset"), SKILLSET)
+    network.attach(recorder)
+    network.attach(Teller(story))
+    if extra is not None:
+        network.bus("stranger").advertise(Keys(SKILLSET.name).timeline).put(extra)
+    network.run_for(40.0)
+    recorder.detach()
+    return recorder
+
+
+def states_of(run_dir: Path, lane: str) -> dict[float, str]:
+    """What a lane shows from each moment on: of several rows at one time the latest wins."""
+    chunks = RrdReader(str(run_dir / RECORDING_FILE)).stream().filter(content=lane).to_chunks()
+    rows: list[tuple[float, str, str]] = []
+    for chunk in chunks:
+        batch = chunk.to_record_batch()
+        columns = {name: batch.column(name) for name in batch.schema.names}
+        state = next((name for name in columns if name.endswith("StateChange:state")), None)
+        if state is None:
+            continue
+        for row in range(batch.num_rows):
+            t = columns["mission_time"][row].value / 1e9
+            rows.append((t, str(columns["rerun.controls.RowId"][row].as_py()), columns[state][row].as_py()[0]))
+    return {t: state for t, _, state in sorted(rows)}
+
+
+def test_the_journal_tells_the_whole_story(tmp_path: Path) -> None:
+    story = tell()
+    recorder = record(story, tmp_path)
+    assert sorted(r.id for r in read_records(tmp_path)) == sorted(r.id for r in story.records)
+    read = History.of(read_records(tmp_path), read_goals(tmp_path), INITIAL)
+    assert read.bars == recorder.history.bars == History.of(story.records, story.statuses).bars
+
+
+def test_bars_of_the_recording_take_the_colour_of_their_ending(tmp_path: Path) -> None:
+    record(tell(), tmp_path)
+    assert states_of(tmp_path, "/skills/02_goto_straight") == {
+        6.4: "S_BLOCKED",
+        12.0: "",
+        12.2: "IT",
+        21.5: "",
+    }
+    assert states_of(tmp_path, "/skills/04_zed_depthmap") == {6.2: "RI", 20.53: ""}
+
+
+def test_a_refused_goal_has_no_bar(tmp_path: Path) -> None:
+    record(tell(), tmp_path)
+    assert states_of(tmp_path, "/skills/03_goto") == {21.6: "S_ARRIVED", 29.8: ""}
+
+
+def test_resources_begin_in_their_initial_state(tmp_path: Path) -> None:
+    record(tell(), tmp_path)
+    assert states_of(tmp_path, "/resources/02_zed_status") == {0.0: "UNKNOWN", 0.5: "OK", 20.51: "FAILED"}
+    assert states_of(tmp_path, "/resources/04_battery_status") == {0.0: "NORMAL"}
+
+
+def test_tree_and_causes_are_in_the_recording(tmp_path: Path) -> None:
+    record(tell(), tmp_path)
+    reader = RrdReader(str(tmp_path / RECORDING_FILE))
+    assert reader.stream().filter(content="/tree/**").to_chunks()
+    texts = [
+        text
+        for chunk in reader.stream().filter(content="/log/mission").to_chunks()
+        for name in chunk.to_record_batch().schema.names
+        if name.endswith("TextLog:text")
+        for row in chunk.to_record_batch().column(name).to_pylist()
+        for text in row
+    ]
+    assert any(text.startswith("SWITCH to LiDAR branch, because zed blackout ON -> zed FAILED") for text in texts)
+
+
+def test_a_message_that_is_none_is_left_out(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    story = tell()
+    record(story, tmp_path, extra=b"\xc1 not a record")
+    assert len(read_records(tmp_path)) == len(story.records)
+    assert "Left out a message" in caplog.text
+
+
+def test_without_rerun_the_timeline_is_still_written(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "rerun", None)
+    for module in ("recording", "mission_view"):
+        monkeypatch.delitem(sys.modules, f"skillwing.services.telemetry.{module}", raising=False)
+    story = tell()
+    record(story, tmp_path)
+    assert len(read_records(tmp_path)) == len(story.records)
+    assert not (tmp_path / RECORDING_FILE).exists()
+    assert "skillwing[viewer]" in caplog.text
+
+
+def test_a_journal_that_was_cut_off_is_read_up_to_the_cut(tmp_path: Path) -> None:
+    story = tell()
+    record(story, tmp_path)
+    file = tmp_path / TIMELINE_FILE
+    file.write_bytes(file.read_bytes()[:-20])
+    assert len(read_records(tmp_path)) == len(story.records) - 1
