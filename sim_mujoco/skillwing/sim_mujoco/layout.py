@@ -35,6 +35,8 @@ PASSAGE = 4.0
 PAD_CLEARANCE = 5.0
 """Free distance around the home pad [m]."""
 _SPACING = 1.0
+_MAX_ASIDE = 0.2
+"""How far off a leg the middle of its obstacle may stand; less than the radius of the thinnest pole there [m]."""
 
 
 class Kind(StrEnum):
@@ -102,7 +104,7 @@ class _Courtyard:
         (ax, ay), (bx, by) = LEGS[leg]
         at = self._between(0.4, 0.65)
         along = math.atan2(by - ay, bx - ax)
-        aside = self._between(-0.3, 0.3)
+        aside = self._between(-_MAX_ASIDE, _MAX_ASIDE)
         centre = ax + at * (bx - ax) - aside * math.sin(along), ay + at * (by - ay) + aside * math.cos(along)
         if self._rng.random() < 0.5:
             kind, footprint = Kind.POLE, Footprint(centre, radius=self._between(0.25, 0.4))

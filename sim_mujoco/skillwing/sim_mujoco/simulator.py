@@ -117,6 +117,11 @@ class Simulator:
         """The navigation system has had time to fix the home point."""
         return self.t >= _HOME_FIX
 
+    def place(self, position: Vector, heading: float = 0.0) -> None:
+        """Put the drone at rest somewhere in the air: for tests. Time goes on."""
+        self._physics.place(position, heading)
+        self.clearance = self._distance_to_hull()
+
     def command(self, setpoint: Setpoint) -> None:
         """A setpoint for the autopilot."""
         self.autopilot.command(setpoint, self.t)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from skillwing.sim_mujoco.footprint import Footprint
@@ -26,7 +26,8 @@ seeds = st.integers(min_value=0, max_value=2**31)
 
 
 @given(seeds)
-@settings(max_examples=40, deadline=None)
+@example(2337)  # a thin pole once stood beside its leg
+@settings(max_examples=25, deadline=None)
 def test_every_courtyard_blocks_a_leg_and_leaves_a_way_round(seed: int) -> None:
     obstacles = make_courtyard(seed)
     blockers = [o for o in obstacles if o.leg is not None]
@@ -43,7 +44,7 @@ def test_every_courtyard_blocks_a_leg_and_leaves_a_way_round(seed: int) -> None:
 
 
 @given(seeds)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=25, deadline=None)
 def test_everything_else_keeps_clear_of_the_legs_and_the_pad(seed: int) -> None:
     for obstacle in make_courtyard(seed):
         assert obstacle.footprint.distance_to(HOME) >= PAD_CLEARANCE

@@ -1,0 +1,102 @@
+"""Simulator and guidance flown against each other in one loop, without a bus."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from skillwing.sim_mujoco.autopilot import Setpoint
+from skillwing.sim_mujoco.geometry import Vector, heading_of
+from skillwing.sim_mujoco.guidance import GuidanceCore
+from skillwing.sim_mujoco.simulator import Simulator
+from skillwing.sim_mujoco.topics import (
+    FlightState,
+    GuidanceCommand,
+    GuidanceStatus,
+    Motion,
+    MotionState,
+    Navigation,
+    ObstacleStatus,
+    TakeOff,
+)
+from skillwing.sim_mujoco.world import make_world
+
+WORLD = make_world(1)
+
+
+class Rig:
+    """A drone on its pad with a range-finder only; `fly` lets time pass at 50 Hz."""
+
+    def __init__(self, *, wind: Vector = (0.0, 0.0, 0.0)) -> None:
+        self.sim = Simulator(WORLD, sensors=("range",), wind=wind)
+        self.core = GuidanceCore()
+        self.connected = True
+        self.obstacles: Callable[[float, GuidanceStatus], ObstacleStatus | None] = lambda t, status: None
+        self.track: list[tuple[float, Vector]] = []
+        self._token = 0
+        self._ground: float | None = None
+
+    @property
+    def status(self) -> GuidanceStatus:
+        return self.core.status(self.sim.t)
+
+    def command(self, goal: str, motion: Motion, token: int | None = None) -> str:
+        """Send a command with the next token, or with the given one."""
+        if token is None:
+            self._token += 1
+            token = self._token
+        return self.core.command(GuidanceCommand(goal_id=goal, token=token, motion=motion), self.sim.t)
+
+    def fly(self, seconds: float, until: Callable[[], bool] = lambda: False) -> bool:
+        """Let time pass until the condition holds (True) or the time is over (False)."""
+        end = self.sim.t + seconds
+        while self.sim.t < end - 1e-9:
+            self._slice()
+            if until():
+                return True
+        return False
+
+    def fly_until(self, *states: MotionState, seconds: float = 40.0) -> None:
+        """Let time pass until the body's motion is in one of these states."""
+        assert self.fly(seconds, lambda: self.status.body.state in states), self.status
+
+    def take_off(self, height: float = 4.0) -> None:
+        """Up and at rest at this height."""
+        self.fly(1.1)
+        self.command("takeoff", TakeOff(height=height, speed=1.5))
+        self.fly_until(MotionState.DONE)
+
+    def _slice(self) -> None:
+        happened = self.sim.advance(self.sim.t + 0.02)
+        t, autopilot = self.sim.t, self.sim.autopilot
+        self.track.append((t, self.sim.motion.position))
+        for measurement in happened.measurements:
+            self.core.range(float(measurement.data[0]) or None)
+        for solution in happened.solutions:
+            self.core.navigation(
+                Navigation(
+                    t=solution.t,
+                    position=solution.position,
+                    velocity=solution.velocity,
+                    quaternion=solution.quaternion,
+                    angular_velocity=solution.rate,
+                    heading=heading_of(solution.quaternion),
+                )
+            )
+        self.core.flight(
+            FlightState(
+                t=t,
+                on_ground=autopilot.on_ground,
+                rotors_on=not autopilot.on_ground,
+                home_valid=self.sim.home_valid,
+                authority=autopilot.authority,
+                failsafe=autopilot.failsafe,
+            )
+        )
+        report = self.obstacles(t, self.status)
+        if report is not None:
+            self.core.obstacles(report)
+        wanted = self.core.tick(t)
+        if wanted is not None and self.connected:
+            self.sim.command(
+                Setpoint(wanted.position, wanted.velocity, wanted.heading, wanted.rotors, wanted.acceleration)
+            )

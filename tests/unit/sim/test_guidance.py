@@ -1,0 +1,188 @@
+"""What guidance accepts, refuses, and does when things change under way."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from flight_rig import Rig
+
+from skillwing.services.protocol import ErrorCode
+from skillwing.sim_mujoco.axis import RefusedError
+from skillwing.sim_mujoco.topics import (
+    FlyTo,
+    GuidanceStatus,
+    Hold,
+    Land,
+    Motion,
+    MotionState,
+    Nose,
+    ObstacleSource,
+    ObstacleStatus,
+    Revoked,
+    Stop,
+    TakeOff,
+    Turn,
+)
+
+EAST = FlyTo(target=(12.0, 0.0, 4.0), speed=2.0, nose=Nose.ALONG_TRACK)
+
+
+def airborne() -> Rig:
+    rig = Rig()
+    rig.take_off()
+    return rig
+
+
+def refused(rig: Rig, goal: str, motion: Motion, token: int | None = None) -> ErrorCode:
+    with pytest.raises(RefusedError) as caught:
+        rig.command(goal, motion, token)
+    assert caught.value.reply.message
+    assert caught.value.reply.help
+    return caught.value.reply.code
+
+
+def test_on_the_ground_only_take_off_is_possible() -> None:
+    rig = Rig()
+    assert refused(rig, "early", TakeOff(height=4.0, speed=1.0)) is ErrorCode.UNAVAILABLE
+    rig.fly(1.1)
+    for motion in (EAST, Land(speed=1.0), Hold(), Turn(heading=1.0, lock=False)):
+        assert refused(rig, "grounded", motion) is ErrorCode.NOT_ALLOWED
+    assert refused(rig, "too high", TakeOff(height=300.0, speed=1.0)) is ErrorCode.NOT_ALLOWED
+    rig.sim.autopilot.authority = False
+    rig.fly(0.1)
+    assert refused(rig, "no authority", TakeOff(height=4.0, speed=1.0)) is ErrorCode.NOT_ALLOWED
+
+
+@pytest.mark.parametrize("target", [(100.0, 0.0, 4.0), (0.0, 0.0, 0.2), (0.0, 0.0, 31.0), (0.0, -20.0, 4.0)])
+def test_targets_outside_the_fence_are_refused(target: tuple[float, float, float]) -> None:
+    rig = airborne()
+    assert refused(rig, "out", FlyTo(target=target, speed=1.0, nose=Nose.FREE)) is ErrorCode.NOT_ALLOWED
+    assert rig.status.body.goal_id == "takeoff"
+
+
+def test_stale_tokens_are_refused_for_each_axis_by_itself() -> None:
+    rig = airborne()
+    rig.command("a", FlyTo(target=(3.0, 0.0, 4.0), speed=1.0, nose=Nose.FREE), token=10)
+    assert refused(rig, "old", Hold(), token=9) is ErrorCode.STALE_TOKEN
+    rig.command("b", Turn(heading=1.0, lock=False), token=5)
+    assert refused(rig, "old", Turn(heading=0.0, lock=False), token=4) is ErrorCode.STALE_TOKEN
+    assert rig.status.body.goal_id == "a"
+    assert rig.status.heading.goal_id == "b"
+
+
+def test_the_same_command_again_changes_nothing() -> None:
+    rig = airborne()
+    rig.command("a", EAST, token=10)
+    rig.fly(2.5)
+    before = rig.status
+    rig.command("a", EAST, token=10)
+    assert rig.status == before
+
+
+def test_the_nose_turns_along_the_track_before_the_drone_moves() -> None:
+    rig = airborne()
+    rig.command("north", FlyTo(target=(0.0, 8.0, 4.0), speed=2.0, nose=Nose.ALONG_TRACK))
+    rig.fly_until(MotionState.TURNING, seconds=1.0)
+    rig.track.clear()
+    rig.fly_until(MotionState.MOVING, seconds=6.0)
+    assert max(math.dist(p, (0.0, 0.0, 4.0)) for _, p in rig.track) < 0.3
+    assert rig.status.target == (0.0, 8.0, 4.0)
+    rig.fly_until(MotionState.DONE)
+    assert rig.status.target is None
+
+
+def test_a_stop_brakes_and_reports_at_rest() -> None:
+    rig = airborne()
+    rig.command("a", EAST, token=10)
+    rig.fly(4.0)
+    assert refused(rig, "stranger", Stop(), token=11) is ErrorCode.UNKNOWN_GOAL
+    rig.command("a", Stop(), token=10)
+    assert rig.status.body.state is MotionState.STOPPING
+    rig.fly_until(MotionState.STOPPED, seconds=5.0)
+    where = rig.sim.motion.position
+    rig.fly(2.0)
+    assert math.dist(where, rig.sim.motion.position) < 0.3
+    assert where[0] < 10.0
+
+
+def test_stopping_a_take_off_before_it_leaves_the_ground_ends_on_the_ground() -> None:
+    rig = Rig()
+    rig.fly(1.1)
+    rig.command("up", TakeOff(height=4.0, speed=1.0), token=1)
+    rig.command("up", Stop(), token=1)
+    rig.fly_until(MotionState.STOPPED, seconds=1.0)
+    rig.fly(1.0)
+    assert rig.sim.autopilot.on_ground
+
+
+def test_a_new_holder_takes_over_after_the_old_motion_has_come_to_rest() -> None:
+    rig = airborne()
+    rig.command("a", EAST)
+    rig.fly(4.0)
+    rig.command("b", FlyTo(target=(0.0, 0.0, 4.0), speed=2.0, nose=Nose.FREE))
+    assert rig.status.body.state is MotionState.STOPPING
+    rig.fly_until(MotionState.DONE)
+    assert rig.status.body.goal_id == "b"
+    assert math.dist(rig.sim.motion.position, (0.0, 0.0, 4.0)) < 0.3
+
+
+def test_a_revoked_goal_stops_flying_and_cannot_come_back() -> None:
+    rig = airborne()
+    rig.command("a", EAST, token=10)
+    rig.fly(4.0)
+    rig.core.revoke(Revoked(goal_id="a", token=10), rig.sim.t)
+    assert rig.status.body.state is MotionState.ABORTED
+    rig.fly(3.0)
+    where = rig.sim.motion.position
+    rig.fly(1.0)
+    assert math.dist(where, rig.sim.motion.position) < 0.2
+    assert refused(rig, "a", EAST, token=10) is ErrorCode.STALE_TOKEN
+    rig.command("b", EAST, token=11)
+    assert rig.status.body.goal_id == "b"
+
+
+def wall_at(x: float, *, blind_after: float = math.inf, blind_for: float = math.inf):
+    """An obstacle node that sees a wall across the track at `x`, and goes blind for a while."""
+
+    def report(t: float, status: GuidanceStatus) -> ObstacleStatus | None:
+        blind = blind_after <= t < blind_after + blind_for
+        along = None if status.target is None else max(x - status.setpoint[0], 0.0)
+        stamp = blind_after if blind else t - 0.1
+        return ObstacleStatus(
+            t=t, source=ObstacleSource.ZED, free_distance=along, horizon=20.0, ahead=along, stamp=stamp
+        )
+
+    return report
+
+
+def test_an_obstacle_on_the_way_ends_the_motion_at_a_distance() -> None:
+    rig = airborne()
+    rig.obstacles = wall_at(8.0)
+    rig.command("a", EAST)
+    rig.fly_until(MotionState.BLOCKED)
+    assert 1.5 < 8.0 - rig.sim.motion.position[0] < 3.5
+    assert "obstacle" in rig.status.body.text
+    free = rig.status.free_distance
+    assert free is not None
+    assert 1.5 < free < 3.5
+
+
+def test_an_obstacle_behind_the_target_does_not_matter() -> None:
+    rig = airborne()
+    rig.obstacles = wall_at(13.0)
+    rig.command("a", EAST)
+    rig.fly_until(MotionState.DONE)
+
+
+def test_without_a_fresh_view_it_waits_and_then_goes_on() -> None:
+    rig = airborne()
+    rig.obstacles = wall_at(50.0, blind_after=rig.sim.t + 4.0, blind_for=4.0)
+    rig.command("a", EAST)
+    rig.fly_until(MotionState.WAITING, seconds=8.0)
+    where = rig.sim.motion.position
+    rig.fly(0.5)
+    assert rig.status.body.state is MotionState.WAITING
+    assert math.dist(where, rig.sim.motion.position) < 0.3
+    rig.fly_until(MotionState.DONE)
+    assert math.dist(rig.sim.motion.position, (12.0, 0.0, 4.0)) < 0.3
