@@ -7,11 +7,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from skillwing.dsl.checker import Checked, check
 from skillwing.dsl.diagnostics import Diagnostic, SkillsetError
 from skillwing.dsl.model import Skillset, UnknownNameError
 
-__all__ = ["Checked", "Diagnostic", "Skillset", "SkillsetError", "UnknownNameError", "check", "load", "parse"]
+__all__ = ["Diagnostic", "Skillset", "SkillsetError", "UnknownNameError", "load", "parse"]
 
 
 def load(path: str | Path) -> Skillset:
@@ -22,6 +21,8 @@ def load(path: str | Path) -> Skillset:
 
 def parse(text: str, file: str = "<text>") -> Skillset:
     """Turn source text into a skillset; `file` is the name shown in diagnostics. Raises SkillsetError on errors."""
+    from skillwing.dsl.checker import check  # noqa: PLC0415 - who only needs the model does not pay for the parser
+
     checked = check(text, file)
     if checked.skillset is None:
         raise SkillsetError(checked.diagnostics, text)

@@ -68,13 +68,18 @@ def render(diagnostic: Diagnostic, source: str) -> str:
 def render_all(diagnostics: Iterable[Diagnostic], source: str) -> str:
     """Draw several, with a closing line that counts them."""
     listed = tuple(diagnostics)
-    errors = sum(diagnostic.severity == "error" for diagnostic in listed)
+    return "\n\n".join([*(render(diagnostic, source) for diagnostic in listed), summary(listed)])
+
+
+def summary(diagnostics: Iterable[Diagnostic]) -> str:
+    """Count errors and warnings in words."""
+    severities = [diagnostic.severity for diagnostic in diagnostics]
     counts = [
         f"{count} {kind}{'' if count == 1 else 's'}"
-        for count, kind in ((errors, "error"), (len(listed) - errors, "warning"))
-        if count
+        for kind in ("error", "warning")
+        if (count := severities.count(kind))
     ]
-    return "\n\n".join([*(render(diagnostic, source) for diagnostic in listed), " and ".join(counts) or "no problem"])
+    return " and ".join(counts) or "no problem"
 
 
 def _excerpt(span: Span, source: str, mark: str) -> list[str]:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import keyword
 
+# Names that generated annotations, classes and methods need for themselves.
+_TAKEN = frozenset({"self", "bool", "float", "int", "list", "str", "mro", "msgspec"})
+
 
 def class_name(name: str) -> str:
     """`goto_straight` becomes `GotoStraight`; capitals that are there stay."""
@@ -11,5 +14,5 @@ def class_name(name: str) -> str:
 
 
 def is_usable(name: str) -> bool:
-    """Tell whether generated code can use the name as a field, a parameter and a method."""
-    return not (name.startswith("_") or keyword.iskeyword(name) or name == "self")
+    """Tell whether generated code can use the name as a field, a parameter, a method and an enum member."""
+    return not (name.startswith("_") or keyword.iskeyword(name) or name in _TAKEN)
