@@ -26,6 +26,8 @@ OBSTACLE_RADIUS = 0.3
 """Radius assumed of what was seen as one point, in metres."""
 SAME_OBSTACLE = 0.75
 """What is seen nearer than this to a known disc's centre is the same obstacle, in metres."""
+STOPPING_DISTANCE_LIMIT = 15.0
+"""Nobody stops for an obstacle farther ahead than this, in metres; then something unseen is in the way."""
 GROWTH = 0.5
 """Added to the radius of a disc that was met again, in metres: it must be larger than assumed."""
 CELL = 1.0
@@ -182,8 +184,9 @@ class _Lattice:
 class RoutePlanner:
     """Says where to fly next, until every waypoint of the route is reached or given up.
 
-    route: waypoints (x, y, z) in ENU metres. max_detours: times that the way to one waypoint may be found blocked before
-    it is given up. area: where detours may lead. Ask `next_target`, fly there, then tell `arrived` or `blocked`, and ask again.
+    Ask `next_target`, fly there, tell `arrived` or `blocked`, and ask again. route: waypoints (x, y, z) in ENU metres.
+    max_detours: how often the way to one waypoint may be found blocked before it is given up. area: where detours may
+    lead, None for anywhere.
     """
 
     def __init__(self, route: Sequence[Position], *, max_detours: int = 10, area: Area | None = None) -> None:
@@ -242,7 +245,8 @@ class RoutePlanner:
         target = self._legs[0]
         ahead = math.dist(position[:2], target[:2])
         if ahead > 1e-6:
-            share = max(distance, OBSTACLE_RADIUS) / ahead
+            believed = distance if distance <= STOPPING_DISTANCE_LIMIT else MARGIN
+            share = max(believed, OBSTACLE_RADIUS) / ahead
             x = position[0] + share * (target[0] - position[0])
             y = position[1] + share * (target[1] - position[1])
             self.known.add((x, y))

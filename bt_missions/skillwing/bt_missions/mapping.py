@@ -6,7 +6,8 @@ sees only sideways, so the drone turns its nose across the motion and flies like
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, ClassVar
 
 import msgspec
 from py_trees.behaviour import Behaviour
@@ -61,15 +62,16 @@ class MappingOptions(MissionOptions, frozen=True, kw_only=True):
     time_limit: Annotated[float, msgspec.Meta(gt=0.0)] = 900.0
 
 
-class Mapping(Mission):
+class MappingMission(Mission):
     name = "mapping"
     summary = "Map the surroundings of a route with the LiDAR; fly on by LiDAR when the depth camera fails."
-    needs = {
+    needs: ClassVar[Mapping[str, tuple[str, ...]]] = {
         "SDK_authority": ("AVAILABLE",),
         "homepoint_status": ("VALID",),
         "flight_status": ("ON_GROUND",),
         "zed_status": ("OK", "FAILED"),
         "lidar_status": ("OK",),
+        "battery_status": ("NORMAL",),
     }
     Options = MappingOptions
 
@@ -205,4 +207,4 @@ def _progress(planner: RoutePlanner) -> Progress:
     return Progress(min(planner.waypoint, len(planner.route)), len(planner.route), planner.target, text)
 
 
-MISSION = Mapping()
+MISSION = MappingMission()

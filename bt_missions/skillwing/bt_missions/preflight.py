@@ -57,11 +57,13 @@ def _skill_problems(leaf: SkillAction, skillset: Skillset) -> Iterator[str]:
 
 
 def _input_problems(leaf: SkillAction, skill: Skill) -> Iterator[str]:
-    for name in leaf.inputs:
+    """What is wrong with the inputs, as far as their values are known before the flight."""
+    known = {name: value for name, value in leaf.inputs.items() if not callable(value)}
+    for problem in fit_fields(skill.inputs, known)[1]:
+        if problem.kind != "missing" or problem.path not in leaf.inputs:
+            yield f"{skill.name}: {problem.sentence}"
+    for name in leaf.inputs.keys() - known.keys():
         yield from _unknown(lambda name=name: skill.input(name))
-    for field in skill.inputs:
-        if field.name not in leaf.inputs and field.default is None:
-            yield f"{skill.name} needs the input `{field.name}`, and it is not given"
 
 
 def _outcome_problems(leaf: SkillAction, skill: Skill) -> Iterator[str]:

@@ -112,20 +112,19 @@ class SkillAction(Behaviour):
             self._context.cancel(self._goal)
             self._phase = Phase.CANCELLING
             self.feedback_message = "halted; its goal is being interrupted"
-        elif self._phase is not Phase.DONE:
-            self._phase = Phase.IDLE if self._phase is Phase.WAITING else Phase.DONE
+        elif self._phase is Phase.WAITING:
+            self._phase = Phase.IDLE
             self.feedback_message = ""
+        elif self._phase in (Phase.SENT, Phase.RUNNING):
+            self._phase = Phase.DONE
+            self.feedback_message = "halted just after its goal had ended"
 
     def _start_when_free(self) -> Status:
-        holders = self._context.reaper.in_the_way_of(self.skill)
-        if holders:
-            names = ", ".join(sorted({goal.skill for goal in holders}))
-            if self._context.now() - self._asked_at > self._patience:
-                return self._fail(f"{self.skill} was not started: {names} did not stop within {self._patience:g} s", None)
-            self.feedback_message = f"waiting until {names} has stopped"
-            return Status.RUNNING
-        self._mark = self._context.reaper.mark()
         try:
+            holders = self._context.reaper.in_the_way_of(self.skill)
+            if holders:
+                return self._wait_for(holders)
+            self._mark = self._context.reaper.mark()
             self._goal = self._context.start(self.skill, self._input_values())
         except (UnknownNameError, InvalidInputError) as error:
             return self._fail(f"{self.skill} was not started: {error}", None)
@@ -133,13 +132,22 @@ class SkillAction(Behaviour):
         self.feedback_message = str(self._phase)
         return Status.RUNNING
 
+    def _wait_for(self, holders: tuple[Goal, ...]) -> Status:
+        names = ", ".join(sorted({goal.skill for goal in holders}))
+        if self._is_patient():
+            self.feedback_message = f"waiting until {names} has stopped"
+            return Status.RUNNING
+        return self._fail(f"{self.skill} was not started: {names} did not stop within {self._patience:g} s", None)
+
+    def _is_patient(self) -> bool:
+        return self._context.now() - self._asked_at <= self._patience
+
     def _input_values(self) -> dict[str, Any]:
         return {name: value() if callable(value) else value for name, value in self.inputs.items()}
 
     def _conclude(self, goal: Goal, terminal: Terminal) -> Status:
         refused = terminal.ending in (Ending.NOT_READY, Ending.BUSY)
-        patient = self._context.now() - self._asked_at <= self._patience
-        if refused and patient and self._context.reaper.busy_since(self._mark):
+        if refused and self._is_patient() and self._context.reaper.busy_since(self._mark):
             # py_trees starts a new branch before it halts the old one, so this goal may have met one that is on its
             # way out. Its resources come back when it has stopped; then a new goal may ask again.
             self._phase = Phase.WAITING

@@ -48,7 +48,7 @@ class Route:
         return self._written().crab
 
     def write(self) -> bool | None:
-        """Plan the next leg from where the robot is. False: the route is done; None: nobody knows where the robot is."""
+        """Plan the next leg from where the robot is. False: the route is done; None: that place is not known."""
         position, heading = self._position(), self._number("heading")
         if position is None or heading is None:
             return None

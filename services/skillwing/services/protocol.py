@@ -499,3 +499,8 @@ class Keys:
     @property
     def mission_status(self) -> str:
         return f"{self.skillset}/mission/status"
+
+    @property
+    def mission_abort(self) -> str:
+        """Query that calls the running mission off."""
+        return f"{self.skillset}/mission/abort"

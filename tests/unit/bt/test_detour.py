@@ -8,6 +8,7 @@ from itertools import pairwise
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from skillwing.bt_missions.detour import (
     HULL_RADIUS,
     MARGIN,

@@ -1,0 +1,128 @@
+"""A skillset interface whose goals do what a test tells them, and nothing by themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from skillwing.bt_missions.context import MissionContext
+from skillwing.dsl.expressions import Comparison, Name, Symbol
+from skillwing.dsl.model import (
+    Effect,
+    Field,
+    Interrupt,
+    Precondition,
+    Predicate,
+    Resource,
+    Result,
+    ScalarType,
+    Skill,
+    Skillset,
+    Transition,
+)
+from skillwing.services.protocol import DataReading, Ending, State, Terminal
+
+
+def _mover(name: str, *results: Result) -> Skill:
+    """A skill that needs the axes, takes them, and gives them back."""
+    free = Comparison("==", Name("axes", "resource"), Symbol("FREE"))
+    return Skill(
+        name,
+        inputs=(Field("speed", ScalarType("float64"), low=0.1, high=5.0, default=1.0),),
+        effects=(Effect("take", (("axes", "USED"),)), Effect("release", (("axes", "FREE"),))),
+        preconditions=Precondition((Predicate("axes_free", "resource", free),), success="take"),
+        results=results,
+        interrupt=Interrupt(apply="release"),
+    )
+
+
+SKILLSET = Skillset(
+    "toy",
+    resources=(
+        Resource("axes", ("FREE", "USED"), "FREE", (Transition("FREE", "USED"), Transition("USED", "FREE"))),
+        Resource("camera", ("OK", "FAILED"), "OK", (Transition("OK", "FAILED", extern=True),)),
+    ),
+    skills=(
+        _mover("go", Result("ARRIVED", True), Result("BLOCKED", False)),
+        _mover("turn", Result("ALIGNED", True)),
+        Skill("look", results=(Result("NO_DATA", False),)),
+    ),
+)
+
+
+class FakeGoal:
+    def __init__(self, number: int, skill: str, inputs: Mapping[str, Any], cause: str | None) -> None:
+        self.goal_id = f"goal-{number}"
+        self.skill = skill
+        self.inputs = dict(inputs)
+        self.cause = cause
+        self.state: State | None = None
+        self.terminal: Terminal | None = None
+        self.record: str | None = None
+        self.interrupts = 0
+        self.interrupt_cause: str | None = None
+
+    @property
+    def done(self) -> bool:
+        return self.terminal is not None
+
+    def run(self) -> None:
+        self.state = State.RUNNING
+
+    def end(self, label: str, *, success: bool = False, **more: Any) -> None:
+        """End as a label of the timeline says: `S_ARRIVED`, `NR`, ..."""
+        ending, _, result = label.partition("_")
+        self.state = State.TERMINATED
+        self.record = f"{self.goal_id}:{label}"
+        self.terminal = Terminal(
+            ending=Ending(ending), reason=f"{label} for the test", result=result or None, success=success, **more
+        )
+
+
+class FakeInterface:
+    def __init__(self) -> None:
+        self.goals: list[FakeGoal] = []
+        self.states: dict[str, str] = {"axes": "FREE", "camera": "OK"}
+        self.readings: dict[str, DataReading] = {}
+        self.ready = True
+
+    def state(self, resource: str) -> str | None:
+        return self.states.get(resource)
+
+    def change_record(self, resource: str) -> str | None:
+        return f"{resource}:changed"
+
+    def reading(self, datum: str) -> DataReading:
+        return self.readings.get(datum, DataReading(name=datum, value=None, t=None, age=None, stale=True))
+
+    def know(self, datum: str, value: Any, *, stale: bool = False) -> None:
+        self.readings[datum] = DataReading(name=datum, value=value, t=0.0, age=0.0, stale=stale)
+
+    def start(self, skill: str, inputs: Mapping[str, Any] | None = None, *, cause: str | None = None) -> FakeGoal:
+        SKILLSET.skill(skill)
+        goal = FakeGoal(len(self.goals), skill, inputs or {}, cause)
+        self.goals.append(goal)
+        return goal
+
+    def interrupt(self, goal: FakeGoal, *, cause: str | None = None) -> None:
+        assert not goal.done, "the reaper leaves finished goals alone"
+        goal.interrupts += 1
+        goal.interrupt_cause = cause
+
+
+class FakeMission:
+    """A context on a fake interface, with a clock that the test moves and a journal that it can read."""
+
+    def __init__(self) -> None:
+        self.time = 0.0
+        self.interface = FakeInterface()
+        self.journal: list[tuple[str, str | None, str, str, str | None]] = []
+        self.context = MissionContext(self.interface, SKILLSET, lambda: self.time, self._write)
+
+    def _write(self, subject: str, before: str | None, after: str, text: str, cause: str | None) -> str:
+        self.journal.append((subject, before, after, text, cause))
+        return f"mission#{len(self.journal)}"
+
+    @property
+    def goals(self) -> list[FakeGoal]:
+        return self.interface.goals

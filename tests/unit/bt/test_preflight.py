@@ -1,0 +1,56 @@
+"""Everything that does not fit is listed before the flight."""
+
+from __future__ import annotations
+
+from fake_interface import SKILLSET, FakeMission
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from skillwing.bt_missions.composites import in_order
+from skillwing.bt_missions.conditions import DataCompare, ResourceIs
+from skillwing.bt_missions.preflight import preflight
+from skillwing.bt_missions.skill_action import SkillAction
+
+
+def problems(*leaves: Behaviour) -> list[str]:
+    return preflight([in_order("tree", *leaves)], SKILLSET)
+
+
+def test_a_tree_that_fits_has_no_problem(mission: FakeMission) -> None:
+    outcomes = {"S_ARRIVED": Status.SUCCESS, "S_BLOCKED": Status.SUCCESS, "N_BLOCKED": Status.FAILURE}
+    assert not problems(
+        SkillAction("go", mission.context, "go", {"speed": 2.0}, outcomes=outcomes),
+        SkillAction("turn", mission.context, "turn", {"speed": lambda: 1.0}),
+        ResourceIs("camera?", mission.context, "camera", "OK", "FAILED"),
+    )
+
+
+def test_all_problems_are_listed_at_once(mission: FakeMission) -> None:
+    found = problems(
+        SkillAction("a", mission.context, "gi"),
+        SkillAction("b", mission.context, "go", {"sped": 1.0, "height": lambda: 3.0}),
+        SkillAction("c", mission.context, "go", {"speed": 500.0}),
+        SkillAction("d", mission.context, "go", outcomes={"S_ARIVED": Status.SUCCESS}),
+        ResourceIs("e", mission.context, "camera", "BROKEN"),
+        ResourceIs("f", mission.context, "kamera", "OK"),
+        DataCompare("g", mission.context, "battery", ">", 1.0),
+    )
+    expected = {
+        "a": ["no skill `gi`"],
+        "b": ["sped", "height"],
+        "c": ["speed"],
+        "d": ["S_ARIVED", "S_ARRIVED, and the leaf", "S_BLOCKED, and the leaf"],
+        "e": ["BROKEN"],
+        "f": ["kamera"],
+        "g": ["battery"],
+    }
+    for leaf, wanted in expected.items():
+        about = [problem for problem in found if problem.startswith(f"Leaf `{leaf}`")]
+        assert len(about) == len(wanted), about
+        for part in wanted:
+            assert any(part in problem for problem in about)
+
+
+def test_the_needs_of_a_mission_are_checked_too() -> None:
+    found = preflight([], SKILLSET, {"camera": ("OK",), "axes": ("IDLE",), "wings": ("OUT",)})
+    assert len(found) == 2
