@@ -1,0 +1,42 @@
+"""The manager of `return_home`."""
+
+from __future__ import annotations
+
+from skillwing.m600.generated.managers import AbstractReturnHomeManager
+from skillwing.m600.generated.types import ReturnHomeFeedback, ReturnHomeInputs
+from skillwing.m600.geofence import CEILING, HOME
+from skillwing.m600.motion import MotionManager
+from skillwing.services.skill_manager import Goal
+from skillwing.sim_mujoco.topics import Nose
+
+
+class ReturnHomeManager(MotionManager[ReturnHomeInputs, None, ReturnHomeFeedback], AbstractReturnHomeManager):
+    """Climbs to a height, unless the drone is higher already, and flies back over the home point."""
+
+    def validate(self, goal: Goal[ReturnHomeInputs]) -> str | None:
+        if goal.inputs.height > CEILING:
+            return f"A height of {goal.inputs.height:g} m is above the geofence. Choose at most {CEILING:g} m."
+        return None
+
+    def on_dispatch(self, goal: Goal[ReturnHomeInputs]) -> None:
+        here = self.here
+        self._height = max(here.z, goal.inputs.height)
+        self._climbing = True
+        self.fly_to(goal, (here.x, here.y, self._height), goal.inputs.speed, Nose.FREE)
+
+    def progress(self, goal: Goal[ReturnHomeInputs]) -> ReturnHomeFeedback:
+        here = self.here
+        return ReturnHomeFeedback(distance=((here.x - HOME[0]) ** 2 + (here.y - HOME[1]) ** 2) ** 0.5)
+
+    def arrived(self, goal: Goal[ReturnHomeInputs]) -> None:
+        if self._climbing:
+            self._climbing = False
+            self.fly_to(goal, (*HOME, self._height), goal.inputs.speed, Nose.ALONG_TRACK)
+        else:
+            self.terminated_ARRIVED(goal.id)
+
+    def blocked(self, goal: Goal[ReturnHomeInputs], obstacle_distance: float | None) -> None:
+        self.terminated_ABORTED(goal.id)
+
+    def aborted(self, goal: Goal[ReturnHomeInputs]) -> None:
+        self.terminated_ABORTED(goal.id)
