@@ -1,0 +1,123 @@
+"""The functional layer's telemetry as the skillset's data."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from skillwing.dsl.model import Skillset
+from skillwing.m600.latest import Latest, M
+from skillwing.services.bus import Bus, Sample
+from skillwing.services.protocol import DataSample, Keys, ProtocolError, decode, encode
+from skillwing.sim_mujoco.topics import (
+    BATTERY,
+    MAP,
+    MAPPING_STATUS,
+    NAVIGATION,
+    OBSTACLE_STATUS,
+    Battery,
+    MapHeader,
+    MappingStatus,
+    Navigation,
+    ObstacleStatus,
+    Vector3,
+)
+
+_log = logging.getLogger(__name__)
+DEFAULT_PERIOD = 1.0
+"""For data whose model promises no period [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stamped:
+    """A value and the robot time of its measurement."""
+
+    value: Any
+    t: float
+
+
+def position(navigation: Navigation) -> Stamped:
+    return Stamped(_xyz(navigation.position), navigation.t)
+
+
+def velocity(navigation: Navigation) -> Stamped:
+    return Stamped(_xyz(navigation.velocity), navigation.t)
+
+
+def heading(navigation: Navigation) -> Stamped:
+    return Stamped(navigation.heading, navigation.t)
+
+
+def battery(message: Battery) -> Stamped:
+    return Stamped(message.percent, message.t)
+
+
+def obstacle_distance(status: ObstacleStatus) -> Stamped | None:
+    """What is free on the way to the target; without a target, the distance of whatever is ahead; None if unknown."""
+    distance = status.free_distance if status.free_distance is not None else status.ahead
+    return None if distance is None or status.stamp is None else Stamped(distance, status.stamp)
+
+
+class MapFeed:
+    """Statistics of the map; the size of a voxel comes with the map itself."""
+
+    def __init__(self, bus: Bus) -> None:
+        self._status = Latest(bus, MAPPING_STATUS, MappingStatus)
+        self._voxel_size: float | None = None
+        bus.subscribe(MAP, self._on_map, latest_only=True)
+
+    def read(self) -> Stamped | None:
+        status = self._status.value
+        if status is None or self._voxel_size is None:
+            return None
+        volume = status.voxels * self._voxel_size**3
+        return Stamped({"voxels": status.voxels, "volume": volume, "scans": status.scans}, status.t)
+
+    def _on_map(self, sample: Sample) -> None:
+        try:
+            self._voxel_size = decode(sample.attachment, MapHeader).voxel_size
+        except ProtocolError as error:
+            _log.warning("dropped a map on %s: %s", sample.key, error)
+
+
+class Telemetry:
+    """Publishes each datum of the skillset that the functional layer gives, at the datum's promised period.
+
+    A measurement is published once: data of which nothing new is known become stale with their readers.
+    """
+
+    def __init__(self, bus: Bus, skillset: Skillset) -> None:
+        navigation = Latest(bus, NAVIGATION, Navigation)
+        self._sources: dict[str, Callable[[], Stamped | None]] = {
+            "position": partial(_read, navigation, position),
+            "velocity": partial(_read, navigation, velocity),
+            "heading": partial(_read, navigation, heading),
+            "battery": partial(_read, Latest(bus, BATTERY, Battery), battery),
+            "obstacle_distance": partial(_read, Latest(bus, OBSTACLE_STATUS, ObstacleStatus), obstacle_distance),
+            "map_statistics": MapFeed(bus).read,
+        }
+        self._published_at: dict[str, float] = {}
+        keys = Keys(skillset.name)
+        for item in skillset.data:
+            if item.name in self._sources:
+                publisher = bus.advertise(keys.data(item.name))
+                bus.every(item.period or DEFAULT_PERIOD, partial(self._publish, item.name, publisher.put))
+
+    def _publish(self, name: str, put: Callable[[bytes], None]) -> None:
+        reading = self._sources[name]()
+        if reading is None or reading.t <= self._published_at.get(name, float("-inf")):
+            return
+        self._published_at[name] = reading.t
+        put(encode(DataSample(name=name, value=reading.value, t=reading.t)))
+
+
+def _read(latest: Latest[M], translate: Callable[[M], Stamped | None]) -> Stamped | None:
+    return None if latest.value is None else translate(latest.value)
+
+
+def _xyz(vector: Vector3) -> dict[str, float]:
+    x, y, z = vector
+    return {"x": x, "y": y, "z": z}
