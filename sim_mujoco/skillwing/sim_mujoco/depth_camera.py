@@ -11,6 +11,8 @@ from .geometry import Vector, add, to_world
 from .motion import Motion
 from .poses import rotations
 from .rays import RayScene
+from .sensor_geometry import depth_directions
+from .topics import DepthHeader
 
 ZED_MOUNT: Vector = (0.3, 0.0, -0.05)
 """Where the camera sits on the drone, FLU [m]."""
@@ -23,12 +25,11 @@ _NOISE = 0.0015
 """Depth noise grows with the square of the depth, as disparity noise does: sigma = 0.0015 z^2 [m]."""
 
 
-def depth_directions(width: int = WIDTH, height: int = HEIGHT, focal: float = FOCAL) -> NDArray[np.float32]:
-    """Directions (height, width, 3) in FLU with x = 1: a pixel's point is its depth times its direction."""
-    left = -(np.arange(width) + 0.5 - width / 2) / focal
-    up = -(np.arange(height) + 0.5 - height / 2) / focal
-    y, z = np.meshgrid(left, up)
-    return np.stack([np.ones_like(y), y, z], axis=-1).astype(np.float32)
+def depth_header(t: float) -> DepthHeader:
+    """The description of a picture taken at `t`."""
+    return DepthHeader(
+        t=t, width=WIDTH, height=HEIGHT, fx=FOCAL, fy=FOCAL, cx=WIDTH / 2, cy=HEIGHT / 2, mount=ZED_MOUNT
+    )
 
 
 class DepthCamera:
@@ -36,7 +37,7 @@ class DepthCamera:
 
     def __init__(self, rays: RayScene, rng: np.random.Generator) -> None:
         self._rays, self._rng = rays, rng
-        directions = depth_directions().reshape(-1, 3)
+        directions = depth_directions(depth_header(0.0)).reshape(-1, 3)
         length = np.linalg.norm(directions, axis=1)
         self._rays_in_body = directions / length[:, None]
         self._depth_per_range = (1.0 / length).astype(np.float32)

@@ -46,7 +46,8 @@ _MAX_CLIMB, _MAX_SPEED = 1.8, 6.0
 _FLARE_HEIGHT, _TOUCHDOWN_SPEED = 1.5, 0.5
 _BELOW_ANY_GROUND = 50.0
 _ZERO: Vector = (0.0, 0.0, 0.0)
-_BUSY = (MotionState.TURNING, MotionState.MOVING, MotionState.WAITING, MotionState.STOPPING)
+_UNDER_WAY = (MotionState.TURNING, MotionState.MOVING, MotionState.WAITING)
+_BUSY = (*_UNDER_WAY, MotionState.STOPPING)
 
 
 class GuidanceCore:
@@ -80,8 +81,8 @@ class GuidanceCore:
             self._home = self._navigation.position
         if was is not None and flight.on_ground and not was.on_ground:
             self._touched_down()
-        if was is not None and was.authority and not flight.authority and self._body.state in _BUSY:
-            self._abort("the safety pilot has taken over")
+        if was is not None and was.authority and not flight.authority and self._has_plans:
+            self._abort(flight.t, "the safety pilot has taken over")
 
     def range(self, distance: float | None) -> None:
         """The range-finder's distance to the ground [m], None if it sees none."""
@@ -92,8 +93,8 @@ class GuidanceCore:
 
     def revoke(self, revoked: Revoked, t: float) -> None:
         """The goal's commands no longer count; what it held brakes and holds still."""
-        if self._body.revoke(revoked.goal_id, revoked.token) and self._body.state in _BUSY:
-            self._abort("its authority was revoked")
+        if self._body.revoke(revoked.goal_id, revoked.token) and self._has_plans:
+            self._abort(t, "its authority was revoked")
         axis = self._heading.axis
         if axis.revoke(revoked.goal_id, revoked.token) and axis.state is MotionState.TURNING:
             self._heading.stop(MotionState.ABORTED, "its authority was revoked")
@@ -236,6 +237,11 @@ class GuidanceCore:
             self._brake(t, MotionState.STOPPED)
         return "stopping"
 
+    @property
+    def _has_plans(self) -> bool:
+        """The holder's motion is under way, or will be as soon as the one before has come to rest."""
+        return self._body.state in _UNDER_WAY or self._next is not None
+
     # --- the body's motion -----------------------------------------------------------------------------------
 
     def _start(self, motion: Motion, t: float) -> None:
@@ -294,13 +300,9 @@ class GuidanceCore:
         self._next = None
         self._body.become(MotionState.STOPPING, text)
 
-    def _abort(self, why: str) -> None:
-        """The holder's motion ends at once; the drone brakes and holds."""
-        t = self._ticked or 0.0
-        if self._segment is not None and not self._segment.is_over(t):
-            self._segment = self._segment.broken_off(t)
-        self._motion = self._next = None
-        self._body.become(MotionState.ABORTED, why)
+    def _abort(self, t: float, why: str) -> None:
+        """Give the holder's motion up: brake, and report it as aborted once at rest."""
+        self._brake(t, MotionState.ABORTED, why)
         if self._heading.axis.goal == self._body.goal and self._heading.axis.state is MotionState.TURNING:
             self._heading.stop(MotionState.ABORTED, why)
 
@@ -309,7 +311,7 @@ class GuidanceCore:
         if isinstance(self._motion, Land) and self._body.state is MotionState.MOVING:
             self._body.remaining = 0.0
             self._body.become(MotionState.DONE)
-        elif self._body.state in _BUSY and self._body.state is not MotionState.STOPPING:
+        elif self._has_plans:
             self._body.become(MotionState.ABORTED, "the autopilot has landed")
         self._next = None
 
@@ -319,8 +321,8 @@ class GuidanceCore:
     def _advance(self, t: float, navigation: Navigation, flight: FlightState) -> None:
         state, segment = self._body.state, self._segment
         assert segment is not None
-        if state in _BUSY and not self._fence.contains(navigation.position, _FENCE_MARGIN):
-            self._abort("the drone has left the geofence")
+        if state in _UNDER_WAY and not self._fence.contains(navigation.position, _FENCE_MARGIN):
+            self._abort(t, "the drone has left the geofence")
         elif state is MotionState.STOPPING:
             self._advance_stop(t, navigation, segment)
         elif state is MotionState.TURNING and isinstance(self._motion, FlyTo):
@@ -332,7 +334,10 @@ class GuidanceCore:
             self._advance_motion(t, navigation, segment)
 
     def _advance_stop(self, t: float, navigation: Navigation, segment: Segment) -> None:
-        if not segment.is_over(t) or norm(navigation.velocity) > _AT_REST:
+        at_rest = norm(navigation.velocity) <= _AT_REST
+        # In a storm the drone may never come to rest; whoever waits for it must not wait for ever.
+        overdue = t - segment.began > segment.profile.duration + _PATIENCE
+        if not segment.is_over(t) or not (at_rest or overdue):
             return
         if self._next is not None:
             self._start(self._next, t)
@@ -341,7 +346,7 @@ class GuidanceCore:
 
     def _advance_turn(self, leg: FlyTo, segment: Segment, t: float) -> None:
         if self._heading.axis.goal != self._body.goal:
-            self._abort("another goal has taken the heading")
+            self._abort(t, "another goal has taken the heading")
         elif self._heading.aligned:
             self._go(segment.end, leg.target, leg.speed, t)
 
@@ -352,7 +357,7 @@ class GuidanceCore:
         if isinstance(self._motion, Land):
             self._advance_landing(self._motion, t, navigation, segment)
         elif off > _DRIFT:
-            self._abort(f"the drone has drifted {off:.1f} m from its path")
+            self._abort(t, f"the drone has drifted {off:.1f} m from its path")
         elif segment.is_over(t):
             self._conclude(t, navigation, segment)
         elif isinstance(self._motion, FlyTo):

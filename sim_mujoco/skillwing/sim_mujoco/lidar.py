@@ -5,7 +5,6 @@ Columns are measured one after the other, each from where the drone was at that 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -15,6 +14,7 @@ from .geometry import Vector
 from .motion import Motion
 from .poses import interpolate, rotations
 from .rays import RayScene
+from .sensor_geometry import lidar_directions
 
 LIDAR_MOUNT: Vector = (0.0, 0.0, -0.42)
 """Where the sensor sits on the drone, FLU [m]."""
@@ -22,16 +22,6 @@ COLUMNS, BEAMS = 1024, 16
 PERIOD = 0.1
 REACH, NEAREST = 60.0, 0.5
 RANGE_NOISE = 0.02
-_HALF_FAN = math.radians(15.0)
-
-
-def lidar_directions(columns: int = COLUMNS, beams: int = BEAMS) -> NDArray[np.float32]:
-    """Unit directions (columns, beams, 3) in FLU. Column 0 looks left, a quarter turn later up; beam 0 looks aft."""
-    azimuth = (np.arange(columns) * 2 * np.pi / columns)[:, None]
-    elevation = np.linspace(-_HALF_FAN, _HALF_FAN, beams)[None, :]
-    x = np.broadcast_to(np.sin(elevation), (columns, beams))
-    y, z = np.cos(azimuth) * np.cos(elevation), np.sin(azimuth) * np.cos(elevation)
-    return np.stack([x, y, z], axis=-1).astype(np.float32)
 
 
 class Lidar:
@@ -39,7 +29,7 @@ class Lidar:
 
     def __init__(self, rays: RayScene, rng: np.random.Generator) -> None:
         self._rays, self._rng = rays, rng
-        self._directions = lidar_directions()
+        self._directions = lidar_directions(COLUMNS, BEAMS)
         self._mount = np.array(LIDAR_MOUNT)
 
     def scan(self, track: Sequence[Motion], start: float, end: float) -> NDArray[np.float32]:

@@ -17,11 +17,12 @@ from skillwing.services.protocol import (
     encode,
 )
 
-from . import depth_camera, lidar, topics
+from . import lidar, topics
 from .autopilot import Setpoint
 from .cadence import Cadence
 from .channel import Measurement
 from .corruptors import UnknownFaultError
+from .depth_camera import depth_header
 from .geometry import heading_of
 from .health import Change
 from .instruments import Solution
@@ -112,7 +113,7 @@ class SimNode:
             header = topics.LidarHeader(t0=start, t1=end, columns=columns, beams=beams, mount=lidar.LIDAR_MOUNT)
             self._put_array(topics.LIDAR, data, header)
         else:
-            self._put_array(topics.ZED_DEPTH, _millimetres(data), _depth_header(end, data))
+            self._put_array(topics.ZED_DEPTH, _millimetres(data), depth_header(end))
 
     def _publish_health(self, sensor: str, change: Change) -> None:
         self._health_count += 1
@@ -197,20 +198,6 @@ class SimNode:
 
 def _millimetres(depth: np.ndarray) -> np.ndarray:
     return np.clip(np.rint(depth * 1000.0), 0, np.iinfo(np.uint16).max).astype(np.uint16)
-
-
-def _depth_header(t: float, depth: np.ndarray) -> topics.DepthHeader:
-    height, width = depth.shape
-    return topics.DepthHeader(
-        t=t,
-        width=width,
-        height=height,
-        fx=depth_camera.FOCAL,
-        fy=depth_camera.FOCAL,
-        cx=width / 2,
-        cy=height / 2,
-        mount=depth_camera.ZED_MOUNT,
-    )
 
 
 def _differs(one: topics.FlightState, other: topics.FlightState) -> bool:

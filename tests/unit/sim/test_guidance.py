@@ -132,14 +132,26 @@ def test_a_revoked_goal_stops_flying_and_cannot_come_back() -> None:
     rig.command("a", EAST, token=10)
     rig.fly(4.0)
     rig.core.revoke(Revoked(goal_id="a", token=10), rig.sim.t)
-    assert rig.status.body.state is MotionState.ABORTED
-    rig.fly(3.0)
+    assert rig.status.body.state is MotionState.STOPPING
+    rig.fly_until(MotionState.ABORTED, seconds=5.0)
+    rig.fly(1.0)
     where = rig.sim.motion.position
     rig.fly(1.0)
     assert math.dist(where, rig.sim.motion.position) < 0.2
     assert refused(rig, "a", EAST, token=10) is ErrorCode.STALE_TOKEN
     rig.command("b", EAST, token=11)
     assert rig.status.body.goal_id == "b"
+
+
+def test_a_goal_revoked_before_its_motion_began_never_flies() -> None:
+    rig = airborne()
+    rig.command("a", EAST, token=10)
+    rig.fly(4.0)
+    rig.command("b", FlyTo(target=(0.0, 0.0, 4.0), speed=2.0, nose=Nose.FREE), token=11)
+    rig.core.revoke(Revoked(goal_id="b", token=11), rig.sim.t)
+    rig.fly_until(MotionState.ABORTED, seconds=5.0)
+    rig.fly(3.0)
+    assert rig.sim.motion.position[0] > 2.0
 
 
 def wall_at(x: float, *, blind_after: float = math.inf, blind_for: float = math.inf):

@@ -1,0 +1,139 @@
+"""Simulator and guidance as nodes on one bus: what they publish, answer and refuse."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import msgspec
+import numpy as np
+import pytest
+
+from skillwing.services.bus import Answer, Answered, Bus, Refused, Sample
+from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.protocol import ErrorCode, Message, decode, encode
+from skillwing.sim_mujoco import topics
+from skillwing.sim_mujoco.app import OptionsError, make_guidance, make_sim
+
+
+class Ground:
+    """An operator's node: remembers what was published, asks and waits for the answer."""
+
+    def __init__(self, network: InProcessNetwork) -> None:
+        self._network = network
+        self.bus: Bus = network.bus("ground")
+        self.heard: dict[str, list[Sample]] = {}
+        self.bus.subscribe("fl/**", self._hear, events=True)
+
+    def _hear(self, sample: Sample) -> None:
+        self.heard.setdefault(sample.key, []).append(sample)
+
+    def ask(self, key: str, message: Message | bytes) -> Answer:
+        answers: list[Answer] = []
+        self.bus.ask(key, message if isinstance(message, bytes) else encode(message), answers.append)
+        self._network.run_until(lambda: bool(answers), 2.0)
+        return answers[0]
+
+
+@pytest.fixture
+def network() -> InProcessNetwork:
+    return InProcessNetwork()
+
+
+@pytest.fixture
+def ground(network: InProcessNetwork) -> Iterator[Ground]:
+    ground = Ground(network)
+    network.attach(make_sim({"seed": 4}))
+    network.attach(make_guidance({}))
+    yield ground
+
+
+def test_every_stream_is_published_at_its_rate_and_can_be_read(network: InProcessNetwork, ground: Ground) -> None:
+    network.run_for(2.05)
+    counts = {key: len(samples) for key, samples in ground.heard.items()}
+    assert counts[topics.CLOCK] == pytest.approx(102, abs=2)
+    assert counts[topics.NAVIGATION] == pytest.approx(102, abs=2)
+    assert counts[topics.IMU] == pytest.approx(102, abs=2)
+    assert counts[topics.LIDAR] == 20
+    assert counts[topics.ZED_DEPTH] == pytest.approx(30, abs=1)
+    assert counts[topics.RANGE] == pytest.approx(40, abs=1)
+    assert counts[topics.BATTERY] == 2
+    assert counts[topics.TRUTH] == pytest.approx(41, abs=1)
+
+    scan = ground.heard[topics.LIDAR][-1]
+    lidar = decode(scan.attachment, topics.LidarHeader)
+    ranges = np.frombuffer(scan.payload, "<f4").reshape(lidar.columns, lidar.beams)
+    assert lidar.t1 - lidar.t0 == pytest.approx(0.1)
+    assert ranges.max() < 61.0
+
+    picture = ground.heard[topics.ZED_DEPTH][-1]
+    camera = decode(picture.attachment, topics.DepthHeader)
+    depth = np.frombuffer(picture.payload, "<u2").reshape(camera.height, camera.width)
+    # On its pad the camera stands half a metre above flat ground: the lowest row sees it about 1 m ahead.
+    assert int(depth[-1, camera.width // 2]) == pytest.approx(1010, abs=150)
+
+    inertial = ground.heard[topics.IMU][-1]
+    rows = np.frombuffer(inertial.payload, "<f4").reshape(decode(inertial.attachment, topics.ImuHeader).count, 7)
+    assert rows[:, 3].mean() == pytest.approx(9.81, abs=0.5)
+
+    truth = decode(ground.heard[topics.TRUTH][-1].payload, topics.Truth)
+    assert (truth.collisions, truth.inside_fence) == (0, True)
+
+
+def test_a_fault_by_command_is_noticed_by_the_sensor_itself(network: InProcessNetwork, ground: Ground) -> None:
+    network.run_for(1.0)
+    answer = ground.ask(topics.FAULT, topics.SetFault(sensor="zed", kind="blackout"))
+    assert isinstance(answer, Answered)
+    network.run_for(1.0)
+    health = [decode(s.payload, topics.Health) for s in ground.heard[topics.health_key("zed")]]
+    assert [h.status for h in health] == [topics.SensorStatus.OK, topics.SensorStatus.FAILED]
+    assert "no data" in health[-1].reason
+    assert len({h.id for h in health}) == 2
+
+
+@pytest.mark.parametrize(("sensor", "kind"), [("nose", "blackout"), ("zed", "gremlin")])
+def test_an_unknown_fault_is_refused_with_the_known_names(ground: Ground, sensor: str, kind: str) -> None:
+    answer = ground.ask(topics.FAULT, topics.SetFault(sensor=sensor, kind=kind))
+    assert isinstance(answer, Refused)
+    assert answer.error.code is ErrorCode.UNKNOWN_NAME
+    assert answer.error.known
+
+
+@pytest.mark.parametrize("key", [topics.FAULT, topics.PILOT, topics.GUIDANCE_COMMAND])
+@pytest.mark.parametrize("payload", [b"", b"\xc1", msgspec.msgpack.encode({"v": 1, "unheard": 2})])
+def test_what_cannot_be_read_is_refused_and_the_node_lives(
+    network: InProcessNetwork, ground: Ground, key: str, payload: bytes
+) -> None:
+    answer = ground.ask(key, payload)
+    assert isinstance(answer, Refused)
+    assert answer.error.code is ErrorCode.BAD_REQUEST
+    before = len(ground.heard.get(topics.CLOCK, ()))
+    network.run_for(0.1)
+    assert len(ground.heard[topics.CLOCK]) > before
+
+
+def test_a_flight_over_the_bus_and_the_pilot_who_ends_it(network: InProcessNetwork, ground: Ground) -> None:
+    network.run_for(1.5)
+    up = topics.GuidanceCommand(goal_id="up", token=1, motion=topics.TakeOff(height=2.0, speed=1.0))
+    assert isinstance(ground.ask(topics.GUIDANCE_COMMAND, up), Answered)
+    network.run_for(1.5)
+    flight = decode(ground.heard[topics.FLIGHT][-1].payload, topics.FlightState)
+    assert (flight.on_ground, flight.authority) == (False, True)
+    assert isinstance(ground.ask(topics.PILOT, topics.SetPilot(authority=False)), Answered)
+    network.run_for(2.0)
+    status = decode(ground.heard[topics.GUIDANCE_STATUS][-1].payload, topics.GuidanceStatus)
+    assert (status.body.goal_id, status.body.state) == ("up", topics.MotionState.ABORTED)
+    assert "pilot" in status.body.text
+
+
+@pytest.mark.parametrize(
+    ("options", "word"),
+    [
+        ({"seeds": 3}, "seed"),
+        ({"world": "atlantis"}, "courtyard"),
+        ({"faults": [{"sensor": "nose", "kind": "blackout"}]}, "zed"),
+        ({"wind": "strong"}, "wind"),
+    ],
+)
+def test_options_that_do_not_fit_are_refused_in_words(options: dict[str, object], word: str) -> None:
+    with pytest.raises(OptionsError, match=word):
+        make_sim(options)
