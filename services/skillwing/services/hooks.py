@@ -92,7 +92,7 @@ class SkillHooks(Generic[I, O, F]):
     def on_ended(self, goal: Goal[I], terminal: Terminal) -> None:
         """The goal is over, whatever the reason: forget it, and stop what still runs for it (after an RI, say).
 
-        Called for every goal that was granted, hence dispatched or about to be.
+        Called once for every goal that was dispatched, when its terminal answer has gone out.
         """
 
     # --- to call ---------------------------------------------------------------------------------------------------

@@ -1,0 +1,34 @@
+"""Checks that every core makes before it looks any further."""
+
+from __future__ import annotations
+
+from skillwing.dsl.model import Skillset, UnknownNameError
+from skillwing.services.core.refusal import RefusedError
+from skillwing.services.protocol import ErrorCode
+
+LONGEST_GOAL_ID = 100
+
+
+def check_goal_id(goal_id: str) -> None:
+    """Ids are remembered long after their goals, so they have to be short."""
+    if not 0 < len(goal_id) <= LONGEST_GOAL_ID:
+        raise RefusedError(
+            ErrorCode.BAD_REQUEST,
+            f"A goal id has 1 to {LONGEST_GOAL_ID} characters; this one has {len(goal_id)}.",
+            help="Use a UUIDv7.",
+        )
+
+
+def check_schema(skillset: Skillset, schema: str) -> None:
+    """Both sides have to mean the same skillset by its name."""
+    if schema != skillset.schema_hash:
+        raise RefusedError(
+            ErrorCode.SCHEMA_MISMATCH,
+            f"The sender has version {schema[:16]} of `{skillset.name}`, this process has {skillset.schema_hash}.",
+            help="Start both from the same .skillset file.",
+        )
+
+
+def unknown_name(error: UnknownNameError) -> RefusedError:
+    """The refusal for a name that the skillset does not know."""
+    return RefusedError(ErrorCode.UNKNOWN_NAME, str(error), known=error.known)

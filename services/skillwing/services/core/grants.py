@@ -1,0 +1,120 @@
+"""Goals that hold something, and the memory of those that do no more."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from skillwing.dsl.model import Skill
+from skillwing.services.core.memory import Recent
+from skillwing.services.core.refusal import RefusedError
+from skillwing.services.protocol import EndGoal, ErrorCode, GoalVerdict, Granted, Lost, RenewGoal
+
+GOALS_REMEMBERED = 1000
+NO_TOKEN = 0
+"""Sent with an end by a manager that never learned whether its goal was granted, nor with which token."""
+
+
+@dataclass(frozen=True, slots=True)
+class Grant:
+    """A goal that holds what it was granted. inputs: defaults filled in. manager: name of the process that runs it."""
+
+    skill: Skill
+    inputs: Mapping[str, object]
+    manager: str
+    granted: Granted
+
+    @property
+    def goal_id(self) -> str:
+        return self.granted.goal_id
+
+    @property
+    def token(self) -> int:
+        return self.granted.token
+
+
+@dataclass(frozen=True, slots=True)
+class Past:
+    """A goal that holds nothing any more, or never did."""
+
+    skill: str
+    token: int
+    verdict: GoalVerdict
+
+
+class Ledger:
+    """Every goal by its id: the grants in force, in order of their granting, and the verdicts on recent goals."""
+
+    def __init__(self) -> None:
+        self._grants: dict[str, Grant] = {}
+        self._past: Recent[str, Past] = Recent(GOALS_REMEMBERED)
+        self._last_token = NO_TOKEN
+
+    @property
+    def grants(self) -> tuple[Grant, ...]:
+        """The grants in force, the oldest first."""
+        return tuple(self._grants.values())
+
+    def next_token(self, now: float) -> int:
+        """A fencing token larger than every earlier one.
+
+        It holds the robot time in milliseconds, so that it keeps growing when a process that remembers no grants
+        takes the place of this one.
+        """
+        self._last_token = max(self._last_token + 1, int(now * 1000))
+        return self._last_token
+
+    def open(self, grant: Grant) -> None:
+        self._grants[grant.goal_id] = grant
+
+    def close(self, grant: Grant, verdict: GoalVerdict) -> None:
+        """The goal is over, and this is what anybody is told who asks for it."""
+        del self._grants[grant.goal_id]
+        self.remember(grant.goal_id, Past(grant.skill.name, grant.token, verdict))
+
+    def remember(self, goal_id: str, past: Past) -> None:
+        self._past[goal_id] = past
+
+    def in_force(self, goal_id: str) -> Grant | None:
+        return self._grants.get(goal_id)
+
+    def past(self, goal_id: str) -> Past | None:
+        return self._past.get(goal_id)
+
+    def verdict(self, goal_id: str, skill: str) -> GoalVerdict | None:
+        """The latest verdict on a goal; None for one never heard of.
+
+        Refuses with STALE_TOKEN where the goal was taken from its manager, with BAD_REQUEST where the id is another
+        skill's.
+        """
+        grant, past = self._grants.get(goal_id), self._past.get(goal_id)
+        owner = grant.skill.name if grant else past.skill if past else skill
+        if owner != skill:
+            raise RefusedError(
+                ErrorCode.BAD_REQUEST,
+                f"The goal {goal_id} belongs to `{owner}`, not to `{skill}`.",
+                help="Give every goal an id of its own.",
+            )
+        if grant is not None:
+            return grant.granted
+        if past is not None and isinstance(past.verdict, Lost):
+            text = f"The goal {goal_id} was taken away. {past.verdict.reason}"
+            raise RefusedError(ErrorCode.STALE_TOKEN, text, help="Stop the skill.")
+        return past.verdict if past else None
+
+
+def check_token(request: EndGoal | RenewGoal, token: int) -> None:
+    """Refuse a request whose token is not the one of the grant it speaks of."""
+    never_learned = isinstance(request, EndGoal) and request.how == "error" and request.token == NO_TOKEN
+    if request.token != token and not never_learned:
+        raise RefusedError(
+            ErrorCode.STALE_TOKEN,
+            f"Token {request.token} is not the one that goal {request.goal_id} was granted with.",
+            help="Stop the skill.",
+        )
+
+
+def unknown_goal(goal_id: str) -> RefusedError:
+    return RefusedError(
+        ErrorCode.UNKNOWN_GOAL, f"No goal {goal_id} was ever granted here.", help="Stop the skill and begin anew."
+    )

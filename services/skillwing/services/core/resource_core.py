@@ -1,0 +1,398 @@
+"""The resource manager's semantics: who may take what, and who may keep it.
+
+Every method is one atomic step: it takes a request and the robot time, changes the states, and returns the reply
+together with everything to be published, in order. A request that is refused raises `RefusedError` and changes
+nothing. `docs/semantics.md` gives the rules and their reasons.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Generic, TypeAlias, TypeVar
+
+from skillwing.dsl.expressions import Environment, Expression, names_used
+from skillwing.dsl.model import Invariant, Skill, Skillset, UnknownNameError
+from skillwing.services.core.checks import check_goal_id, check_schema, unknown_name
+from skillwing.services.core.grants import NO_TOKEN, Grant, Ledger, Past, check_token, unknown_goal
+from skillwing.services.core.judge import why_not
+from skillwing.services.core.latest import LatestData
+from skillwing.services.core.refusal import RefusedError
+from skillwing.services.core.resource_table import Event, ResourceTable
+from skillwing.services.core.scribe import Scribe
+from skillwing.services.core.values import fit_fields
+from skillwing.services.protocol import (
+    BeginGoal,
+    DataSample,
+    Ended,
+    EndGoal,
+    ErrorCode,
+    FireEvent,
+    FireExtern,
+    GoalVerdict,
+    Granted,
+    Lost,
+    NotReady,
+    Record,
+    RecordKind,
+    RenewGoal,
+    ResourceStates,
+    Violated,
+)
+
+Publication: TypeAlias = Event | Record
+R = TypeVar("R")
+
+
+@dataclass(frozen=True, slots=True)
+class Step(Generic[R]):
+    """What one atomic step answers to the one who asked, and tells everybody."""
+
+    reply: R
+    publications: tuple[Publication, ...] = ()
+
+
+class ResourceCore:
+    """States of all resources, the grants, and the latest values of the data that guards name.
+
+    source: name of the process, for the timeline. new_record_id: gives each timeline record its id.
+    """
+
+    def __init__(self, skillset: Skillset, *, source: str, new_record_id: Callable[[], str]) -> None:
+        self._skillset = skillset
+        self._scribe: Scribe[Event] = Scribe(source, new_record_id)
+        self._table = ResourceTable(skillset, self._scribe)
+        self._ledger = Ledger()
+        self._data = LatestData(skillset, _data_in_guards(skillset))
+
+    @property
+    def states(self) -> Mapping[str, str]:
+        """State of each resource; a live view."""
+        return self._table.states
+
+    @property
+    def revision(self) -> int:
+        """Grows by one with every effect or extern transition that changes something."""
+        return self._table.revision
+
+    @property
+    def grants(self) -> tuple[Grant, ...]:
+        """The goals that hold a grant, the oldest first."""
+        return self._ledger.grants
+
+    @property
+    def data_names(self) -> tuple[str, ...]:
+        """The data that guards name, hence that have to be fed in."""
+        return self._data.names
+
+    def snapshot(self, now: float) -> ResourceStates:
+        return ResourceStates(revision=self.revision, states=dict(self.states), t=now)
+
+    def next_tick(self, now: float) -> float | None:
+        """When `tick` is due if nothing happens before: the next datum turns stale. None for never."""
+        return self._data.next_stale_at(now) if self.grants else None
+
+    # --- from the functional layer and operators ---------------------------------------------------------------------
+
+    def fire_extern(self, request: FireExtern, now: float) -> Step[ResourceStates]:
+        """Drive one extern transition; the reply holds all states after everything that it broke."""
+        try:
+            resource = self._skillset.resource(request.resource)
+        except UnknownNameError as error:
+            raise unknown_name(error) from error
+        if request.target not in resource.states:
+            raise unknown_name(UnknownNameError(f"state of {resource.name}", request.target, resource.states))
+        transitions = [(resource.name, request.target)]
+        obstacle = self._table.obstacle(transitions, extern=True)
+        if obstacle is not None:
+            targets = self._table.extern_targets(resource.name)
+            now_possible = ", ".join(targets) or "nowhere; only skills move it from there"
+            help_text = f"From {self.states[resource.name]} the functional layer can bring it to: {now_possible}."
+            raise RefusedError(ErrorCode.NOT_ALLOWED, obstacle, help=help_text, known=targets)
+        self._table.apply(transitions, now, f"reported by {request.source}", cause=request.cause)
+        self._enforce_invariants(now)
+        return self._finish(self.snapshot(now))
+
+    def fire_event(self, request: FireEvent, now: float) -> Step[ResourceStates]:
+        """Fire an event: its guard and all its extern transitions, or nothing."""
+        try:
+            event = self._skillset.event(request.event)
+        except UnknownNameError as error:
+            raise unknown_name(error) from error
+        obstacle = None if event.guard is None else why_not(event.guard, self._environment({}, now))
+        obstacle = obstacle or self._table.obstacle(event.effect.transitions, extern=True)
+        if obstacle is not None:
+            text = f"The event `{event.name}` cannot happen now: {obstacle}"
+            raise RefusedError(ErrorCode.NOT_ALLOWED, text, help="Look at the states of the resources.")
+        text = f"event {event.name} by {request.source}"
+        self._table.apply(event.effect.transitions, now, text, cause=request.cause)
+        self._enforce_invariants(now)
+        return self._finish(self.snapshot(now))
+
+    def update_datum(self, sample: DataSample, now: float) -> Step[None]:
+        """Take a datum that guards name; any other is ignored."""
+        if sample.name in self._data.names:
+            problem = self._data.accept(sample, now)
+            if problem is not None:
+                raise RefusedError(ErrorCode.BAD_REQUEST, problem, help="The sample was dropped.")
+            self._enforce_invariants(now)
+        return self._finish(None)
+
+    def tick(self, now: float) -> Step[None]:
+        """Let time pass: guards no longer hold on data that have turned stale."""
+        self._enforce_invariants(now)
+        return self._finish(None)
+
+    # --- from skill managers -----------------------------------------------------------------------------------------
+
+    def begin(self, request: BeginGoal, now: float) -> Step[GoalVerdict]:
+        """Judge the preconditions and apply the start effect. The same goal id again gets the latest verdict on it."""
+        check_goal_id(request.goal_id)
+        check_schema(self._skillset, request.schema)
+        skill = self._skill(request.skill)
+        known = self._ledger.verdict(request.goal_id, skill.name)
+        if known is not None:
+            return Step(known)
+        inputs = _checked_inputs(skill, request.inputs)
+        failing = self._failing_preconditions(skill, inputs, now)
+        if failing:
+            return self._finish(self._refuse_readiness(request, skill, failing, now))
+        record = self._record(skill, "GRANTED", now, request.goal_id, request.cause, f"to {request.manager}")
+        self._apply(skill, skill.preconditions.success, record, request.goal_id, now)
+        granted = Granted(
+            goal_id=request.goal_id, token=self._ledger.next_token(now), revision=self.revision, record=record
+        )
+        self._ledger.open(Grant(skill, inputs, request.manager, granted))
+        self._enforce_invariants(now)
+        # An invariant may be false from the start, say for want of data: the goal is then over already.
+        return self._finish(self._ledger.verdict(request.goal_id, skill.name) or granted)
+
+    def end(self, request: EndGoal, now: float) -> Step[GoalVerdict]:
+        """Apply the effect of an end. For a goal that is over already the reply says how it ended."""
+        check_goal_id(request.goal_id)
+        skill = self._skill(request.skill)
+        effect, post = _effect_of_end(skill, request)
+        known = self._ledger.verdict(request.goal_id, skill.name)
+        grant = self._ledger.in_force(request.goal_id)
+        if grant is None:
+            return self._end_without_grant(request, skill, known, now)
+        check_token(request, grant.token)
+        record = self._record(skill, "ENDED", now, grant.goal_id, request.cause, request.result or request.how)
+        reason = self._apply(skill, effect, record, grant.goal_id, now)
+        if not reason and post is not None:
+            broken = why_not(post, self._environment(grant.inputs, now))
+            reason = f"The postcondition {broken}" if broken else ""
+        ended = Ended(goal_id=grant.goal_id, held=not reason, reason=reason, revision=self.revision, record=record)
+        # What the goal gives back may break its own invariants: it is over before they are judged.
+        self._ledger.close(grant, ended)
+        self._enforce_invariants(now)
+        return self._finish(ended)
+
+    def renew(self, request: RenewGoal) -> Step[GoalVerdict]:
+        """Tell a manager whether its goal still stands: `Granted`, or what has happened to it."""
+        verdict = self._ledger.verdict(request.goal_id, self._skill(request.skill).name)
+        if verdict is None:
+            raise unknown_goal(request.goal_id)
+        grant = self._ledger.in_force(request.goal_id)
+        if grant is not None:
+            check_token(request, grant.token)
+        return Step(verdict)
+
+    def manager_lost(self, manager: str, now: float, reason: str = "its alive token is gone") -> Step[None]:
+        """Take from a manager that is gone all goals it held: their lost effects are applied, the oldest goal first."""
+        for grant in [grant for grant in self.grants if grant.manager == manager]:
+            if self._ledger.in_force(grant.goal_id):  # and not violated by what an earlier one gave back
+                self._lose(grant, f"The manager `{manager}` was lost: {reason}.", now)
+                self._enforce_invariants(now)
+        return self._finish(None)
+
+    # --- verdicts ----------------------------------------------------------------------------------------------------
+
+    def _failing_preconditions(self, skill: Skill, inputs: Mapping[str, object], now: float) -> dict[str, str]:
+        """Every check that fails, and why. A start effect that cannot be applied counts as one."""
+        environment = self._environment(inputs, now)
+        reasons = {check.name: why_not(check.expression, environment) for check in skill.preconditions.checks}
+        failing = {name: reason for name, reason in reasons.items() if reason is not None}
+        start = skill.preconditions.success
+        if not failing and (obstacle := self._table.obstacle(skill.transitions(start))) is not None:
+            failing[f"effect {start}"] = f"The effect `{start}` cannot be applied: {obstacle}"
+        return failing
+
+    def _refuse_readiness(self, request: BeginGoal, skill: Skill, failing: dict[str, str], now: float) -> NotReady:
+        effect = skill.preconditions.failure
+        if (obstacle := self._table.obstacle(skill.transitions(effect))) is not None:
+            failing = {**failing, f"effect {effect}": f"The effect `{effect}` could not be applied: {obstacle}"}
+        text = " ".join(failing.values())
+        record = self._record(skill, "NOT_READY", now, request.goal_id, request.cause, text)
+        self._apply(skill, effect, record, request.goal_id, now)
+        verdict = NotReady(goal_id=request.goal_id, failing=failing, record=record)
+        self._ledger.remember(request.goal_id, Past(skill.name, NO_TOKEN, verdict))
+        self._enforce_invariants(now)
+        return verdict
+
+    def _end_without_grant(
+        self, request: EndGoal, skill: Skill, known: GoalVerdict | None, now: float
+    ) -> Step[GoalVerdict]:
+        past = self._ledger.past(request.goal_id)
+        if known is not None and past is not None:
+            check_token(request, past.token)
+            return Step(known)
+        if request.token != NO_TOKEN or request.how != "error":
+            raise unknown_goal(request.goal_id)
+        # Its begin may still be under way somewhere. It must not take anything when it arrives.
+        text = "The manager gave the goal up before it was granted."
+        record = self._record(skill, "ENDED", now, request.goal_id, request.cause, text)
+        ended = Ended(goal_id=request.goal_id, held=False, reason=text, revision=self.revision, record=record)
+        self._ledger.remember(request.goal_id, Past(skill.name, NO_TOKEN, ended))
+        return self._finish(ended)
+
+    def _lose(self, grant: Grant, reason: str, now: float) -> None:
+        skill = grant.skill
+        record = self._record(skill, "LOST", now, grant.goal_id, grant.granted.record, reason)
+        unapplied = self._apply(skill, _lost_effect(skill), record, grant.goal_id, now)
+        lost = Lost(
+            goal_id=grant.goal_id,
+            skill=skill.name,
+            reason=f"{reason} {unapplied}".rstrip(),
+            t=now,
+            record=record,
+            token=grant.token,
+        )
+        self._ledger.close(grant, lost)
+        self._scribe.add(lost)
+
+    # --- invariants --------------------------------------------------------------------------------------------------
+
+    def _enforce_invariants(self, now: float) -> None:
+        """End goals until no invariant is violated.
+
+        After each violation effect all is judged again from the top, for the effect may break, or mend, any other
+        invariant. Each round ends one goal, so there are no more rounds than goals.
+        """
+        data_records: dict[str, str] = {}
+        while (found := self._first_violation(now)) is not None:
+            self._violate(*found, data_records, now)
+
+    def _first_violation(self, now: float) -> tuple[Grant, Invariant, str] | None:
+        """In order of grant, then of declaration."""
+        for grant in self.grants:
+            environment = self._environment(grant.inputs, now)
+            for invariant in grant.skill.invariants:
+                why = why_not(invariant.expression, environment)
+                if why is not None:
+                    return grant, invariant, why
+        return None
+
+    def _violate(self, grant: Grant, invariant: Invariant, why: str, data_records: dict[str, str], now: float) -> None:
+        skill = grant.skill
+        subject, cause = self._culprit(grant, invariant, why, data_records, now)
+        record = self._scribe.record(
+            now,
+            RecordKind.GOAL,
+            f"{skill.name}.{invariant.name}",
+            "HOLDS",
+            "VIOLATED",
+            why,
+            cause=cause,
+            goal_id=grant.goal_id,
+        )
+        unapplied = self._apply(skill, invariant.violation, record, grant.goal_id, now)
+        violated = Violated(
+            goal_id=grant.goal_id,
+            skill=skill.name,
+            invariant=invariant.name,
+            subject=subject,
+            reason=f"{why} {unapplied}".rstrip(),
+            t=now,
+            record=record,
+            token=grant.token,
+        )
+        self._ledger.close(grant, violated)
+        self._scribe.add(violated)
+
+    def _culprit(
+        self, grant: Grant, invariant: Invariant, why: str, data_records: dict[str, str], now: float
+    ) -> tuple[str, str]:
+        """The resource or datum that broke the invariant, and the record of its change.
+
+        data_records: a datum's record is written when it first breaks something in this step.
+        """
+        data = sorted(names_used(invariant.expression, "data"))
+        if not data:
+            change = self._table.latest_change(names_used(invariant.expression, "resource"))
+            return change or (invariant.name, grant.granted.record)
+        datum = next((name for name in data if not self._data.is_fresh(name, now)), data[0])
+        if datum not in data_records:
+            reading = self._data.reading(datum, now)
+            after = "STALE" if reading.stale else str(reading.value)
+            data_records[datum] = self._scribe.record(now, RecordKind.DATA, datum, None, after, why)
+        return datum, data_records[datum]
+
+    # --- parts of a step ---------------------------------------------------------------------------------------------
+
+    def _apply(self, skill: Skill, effect: str | None, cause: str, goal_id: str, now: float) -> str:
+        """Apply an effect of a skill as a whole, or not at all: then return a sentence why, otherwise ""."""
+        transitions = skill.transitions(effect)
+        obstacle = self._table.obstacle(transitions)
+        if obstacle is not None:
+            return f"The effect `{effect}` could not be applied: {obstacle}"
+        self._table.apply(transitions, now, f"effect {effect} of {skill.name}", cause=cause, goal_id=goal_id)
+        return ""
+
+    def _environment(self, inputs: Mapping[str, object], now: float) -> Environment:
+        return Environment(resources=self.states, data=self._data.fresh(now), inputs=inputs)
+
+    def _skill(self, name: str) -> Skill:
+        try:
+            return self._skillset.skill(name)
+        except UnknownNameError as error:
+            raise unknown_name(error) from error
+
+    def _record(self, skill: Skill, after: str, now: float, goal_id: str, cause: str | None, text: str) -> str:
+        return self._scribe.record(now, RecordKind.GOAL, skill.name, None, after, text, cause=cause, goal_id=goal_id)
+
+    def _finish(self, reply: R) -> Step[R]:
+        return Step(reply, self._scribe.hand_over())
+
+
+def _effect_of_end(skill: Skill, request: EndGoal) -> tuple[str | None, Expression | None]:
+    """The effect to apply at an end, and the postcondition to judge after it."""
+    match request.how, request.result:
+        case "result", str(name):
+            try:
+                result = skill.result(name)
+            except UnknownNameError as error:
+                raise unknown_name(error) from error
+            return result.apply, result.post
+        case "interrupt", _:
+            return skill.interrupt.apply, None
+        case "error", _:
+            return _lost_effect(skill), None
+        case _:
+            raise RefusedError(
+                ErrorCode.BAD_REQUEST,
+                f"A goal cannot end by `{request.how}`.",
+                help="Use `result` with the name of one, `interrupt` or `error`.",
+                known=("result", "interrupt", "error"),
+            )
+
+
+def _lost_effect(skill: Skill) -> str | None:
+    return skill.interrupt.apply if skill.lost is None else skill.lost
+
+
+def _checked_inputs(skill: Skill, given: Mapping[str, object]) -> dict[str, object]:
+    inputs, problems = fit_fields(skill.inputs, given)
+    if problems:
+        text = " ".join(problem.sentence for problem in problems)
+        raise RefusedError(ErrorCode.BAD_REQUEST, f"The inputs do not fit `{skill.name}`: {text}")
+    return inputs
+
+
+def _data_in_guards(skillset: Skillset) -> frozenset[str]:
+    guards = [event.guard for event in skillset.events if event.guard is not None]
+    for skill in skillset.skills:
+        guards += [check.expression for check in skill.preconditions.checks]
+        guards += [invariant.expression for invariant in skill.invariants]
+        guards += [result.post for result in skill.results if result.post is not None]
+    return frozenset(name for guard in guards for name in names_used(guard, "data"))

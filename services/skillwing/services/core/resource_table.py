@@ -1,0 +1,80 @@
+"""The states of all resources, which change by whole effects or not at all."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
+from typing import TypeAlias
+
+from skillwing.dsl.model import Skillset
+from skillwing.services.core.scribe import Scribe
+from skillwing.services.protocol import Lost, RecordKind, ResourceChange, Violated
+
+Event: TypeAlias = ResourceChange | Violated | Lost
+Transitions: TypeAlias = Iterable[tuple[str, str]]
+"""(resource, target state) pairs."""
+
+
+class ResourceTable:
+    """State of each resource of a skillset, at first its initial one. Changes go to the scribe."""
+
+    def __init__(self, skillset: Skillset, scribe: Scribe[Event]) -> None:
+        self._resources = {resource.name: resource for resource in skillset.resources}
+        self._states = {resource.name: resource.initial for resource in skillset.resources}
+        self._scribe = scribe
+        self._last_change: dict[str, tuple[int, str]] = {}
+        self.revision = 0
+        """Grows by one with every change set."""
+
+    @property
+    def states(self) -> Mapping[str, str]:
+        """A live view."""
+        return MappingProxyType(self._states)
+
+    def obstacle(self, transitions: Transitions, *, extern: bool = False) -> str | None:
+        """None if all transitions may be taken now, else a sentence on the first that may not."""
+        for name, target in transitions:
+            source = self._states[name]
+            if not self._resources[name].allows(source, target, extern):
+                kind = "extern" if extern else "internal"
+                return f"`{name}` has no {kind} transition from {source} to {target}."
+        return None
+
+    def extern_targets(self, name: str) -> tuple[str, ...]:
+        """Where the functional layer may bring a resource from its present state."""
+        edges = self._resources[name].transitions
+        return tuple(edge.target for edge in edges if edge.extern and edge.source == self._states[name])
+
+    def apply(
+        self, transitions: Transitions, now: float, text: str, *, cause: str | None, goal_id: str | None = None
+    ) -> None:
+        """Take transitions that `obstacle` has let through, as one change set. Staying in a state is no change."""
+        changing = [(name, target) for name, target in transitions if self._states[name] != target]
+        if not changing:
+            return
+        self.revision += 1
+        for name, target in changing:
+            before, self._states[name] = self._states[name], target
+            record = self._scribe.record(
+                now, RecordKind.RESOURCE, name, before, target, text, cause=cause, goal_id=goal_id
+            )
+            self._last_change[name] = (self.revision, record)
+            self._scribe.add(
+                ResourceChange(
+                    resource=name,
+                    before=before,
+                    after=target,
+                    revision=self.revision,
+                    t=now,
+                    record=record,
+                    cause=cause,
+                )
+            )
+
+    def latest_change(self, names: Iterable[str]) -> tuple[str, str] | None:
+        """Of these resources the one that changed last, and the record of it; None if none ever changed."""
+        changed = [name for name in names if name in self._last_change]
+        if not changed:
+            return None
+        latest = max(changed, key=lambda name: self._last_change[name][0])
+        return latest, self._last_change[latest][1]

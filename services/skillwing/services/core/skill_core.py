@@ -1,0 +1,420 @@
+"""The skill manager's semantics: Figure 5 of the paper, made exact.
+
+One core is one skill, which runs one goal at a time. Every method takes an event and the robot time, and returns the
+actions to carry out, in order. A request that is refused raises `RefusedError` and changes nothing.
+`docs/semantics.md` gives the rules and their reasons.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from skillwing.dsl.model import Skillset, UnknownNameError
+from skillwing.services.core.checks import check_goal_id, check_schema
+from skillwing.services.core.grants import NO_TOKEN
+from skillwing.services.core.memory import Recent
+from skillwing.services.core.refusal import RefusedError
+from skillwing.services.core.scribe import Scribe
+from skillwing.services.core.skill_actions import Action, AskResources, CallHook, Ending, GoalRun, Hook
+from skillwing.services.core.values import by_path, fit_fields
+from skillwing.services.protocol import (
+    BeginGoal,
+    Ended,
+    EndGoal,
+    ErrorCode,
+    ErrorReply,
+    GoalStatus,
+    GoalVerdict,
+    Granted,
+    InterruptGoal,
+    Lost,
+    NotReady,
+    RecordKind,
+    StartGoal,
+    State,
+    Terminal,
+    Violated,
+)
+from skillwing.services.protocol import Ending as End
+
+GOALS_REMEMBERED = 1000
+SILENCES_UNTIL_ERROR = 6
+"""Unanswered questions to the resource manager after which a goal gets its terminal answer all the same."""
+SILENCES_UNTIL_SETTLED = 600
+"""Then the manager goes on trying, about this often, to give back what the goal may hold."""
+RESOURCE_MANAGER = "resource manager"
+
+
+class SkillCore:
+    """The state of one skill's manager.
+
+    source: name of the process, for grants and the timeline. new_record_id: gives each timeline record its id.
+    """
+
+    def __init__(self, skillset: Skillset, skill: str, *, source: str, new_record_id: Callable[[], str]) -> None:
+        self._skillset = skillset
+        self.skill = skillset.skill(skill)
+        self._source = source
+        self._scribe: Scribe[Action] = Scribe(source, new_record_id)
+        self._run: GoalRun | None = None
+        self._ended: Recent[str, GoalStatus] = Recent(GOALS_REMEMBERED)
+        # Interrupts that came before the start of their goal, with their causes.
+        self._interrupted_early: Recent[str, InterruptGoal] = Recent(GOALS_REMEMBERED)
+        self.dropped_calls = 0
+        """Terminations and confirmations for goals that were over, or not to be ended."""
+
+    # --- questions ---------------------------------------------------------------------------------------------------
+
+    @property
+    def current(self) -> GoalRun | None:
+        """The goal that has not ended yet."""
+        return self._run
+
+    def status(self, goal_id: str | None) -> GoalStatus:
+        """Of one goal; for None of the current one, else of the latest."""
+        if goal_id is None:
+            status = self._run.status if self._run else self._ended.newest()
+        else:
+            run = self._run_of(goal_id)
+            status = run.status if run else self._ended.get(goal_id)
+        if status is None:
+            which = "no goal yet" if goal_id is None else f"no goal {goal_id}"
+            raise RefusedError(ErrorCode.UNKNOWN_GOAL, f"`{self.skill.name}` knows of {which}.", help="Start one.")
+        return status
+
+    def next_tick(self) -> float | None:
+        """When `tick` is due if nothing happens before; None for never."""
+        run = self._run
+        if run is None or not run.stoppable:
+            return None
+        return run.stop_deadline if run.state is State.INTERRUPTING else run.run_deadline
+
+    # --- requests of clients -----------------------------------------------------------------------------------------
+
+    def start(self, request: StartGoal, now: float) -> tuple[Action, ...]:
+        """Take a goal, or end it at once; either way `status` then tells about it. A known id changes nothing."""
+        check_goal_id(request.goal_id)
+        if self._run_of(request.goal_id) or request.goal_id in self._ended:
+            return ()
+        check_schema(self._skillset, request.schema)
+        if request.deadline is not None and now > request.deadline:
+            raise RefusedError(
+                ErrorCode.TOO_LATE,
+                f"The start of `{self.skill.name}` came {now - request.deadline:.1f} s after its deadline.",
+                help="Start anew with another goal id if it is still wanted.",
+            )
+        inputs, problems = fit_fields(self.skill.inputs, request.inputs)
+        run = GoalRun(request.goal_id, inputs, request.client, now, record=request.cause)
+        early = self._interrupted_early.pop(run.goal_id)
+        if early is not None:
+            run.record = early.cause or run.record
+            reason = f"{early.client} interrupted it before it started."
+            self._finish(run, Terminal(ending=End.INTERRUPTED, reason=reason), now)
+        elif self._run is not None:
+            other = self._run.goal_id
+            reason = f"`{self.skill.name}` is busy with goal {other}."
+            self._finish(run, Terminal(ending=End.BUSY, reason=reason, running_goal=other), now)
+        elif problems:
+            reasons = by_path(problems)
+            terminal = Terminal(ending=End.NOT_VALIDATED, reason=" ".join(reasons.values()), failing=tuple(reasons))
+            self._finish(run, terminal, now)
+        else:
+            self._run = run
+            self._enter(run, State.VALIDATING, now, f"asked by {run.client}")
+            self._call(Hook.VALIDATE, run)
+        return self._actions()
+
+    def interrupt(self, request: InterruptGoal, now: float) -> tuple[Action, ...]:
+        """Ask for the end of a goal, in whatever state it is; `status` then tells about it.
+
+        Refuses an unknown id with UNKNOWN_GOAL, and remembers it: should the start still come, that goal is over.
+        """
+        check_goal_id(request.goal_id)
+        run = self._run_of(request.goal_id)
+        if run is not None:
+            self._stop(run, f"{request.client} interrupted it.", request.cause, now)
+        elif request.goal_id not in self._ended:
+            self._interrupted_early[request.goal_id] = request
+            raise RefusedError(
+                ErrorCode.UNKNOWN_GOAL,
+                f"`{self.skill.name}` knows of no goal {request.goal_id}.",
+                help="Should its start still arrive, it will end interrupted.",
+            )
+        return self._actions()
+
+    # --- what came of the hooks --------------------------------------------------------------------------------------
+
+    def validated(self, goal_id: str, problem: str | None, now: float) -> tuple[Action, ...]:
+        """The developer's `validate` accepted the goal (None), or said what is wrong with it."""
+        run = self._run_of(goal_id)
+        if run is not None and run.begin is None:
+            if problem is not None:
+                self._finish(run, Terminal(ending=End.NOT_VALIDATED, reason=problem), now)
+            elif run.state is State.INTERRUPTING:
+                self._finish(run, Terminal(ending=End.INTERRUPTED, reason=run.stop_reason), now)
+            else:
+                run.begin = BeginGoal(
+                    goal_id=goal_id,
+                    skill=self.skill.name,
+                    inputs=dict(run.inputs),
+                    manager=self._source,
+                    owner=run.client,
+                    schema=self._skillset.schema_hash,
+                    cause=run.record,
+                )
+                self._scribe.add(AskResources(run.begin))
+        return self._actions()
+
+    def dispatched(self, goal_id: str, now: float) -> tuple[Action, ...]:
+        """The developer's `on_dispatch` has returned."""
+        run = self._run_of(goal_id)
+        if run is not None and run.state is State.DISPATCHING:
+            self._enter(run, State.RUNNING, now)
+        return self._actions()
+
+    def raised(self, goal_id: str, hook: str, text: str, now: float) -> tuple[Action, ...]:
+        """A hook of the developer raised."""
+        run = self._run_of(goal_id)
+        reason = f"`{hook}` of the skill manager raised {text}"
+        if run is not None and run.begin is None:
+            self._finish(run, Terminal(ending=End.ERROR, reason=reason), now)
+        elif run is not None and run.stoppable:
+            self._end(run, "error", reason)
+        return self._actions()
+
+    def terminated(
+        self, goal_id: str, result: str, output: Mapping[str, object] | None, now: float
+    ) -> tuple[Action, ...]:
+        """The skill ended by itself. Calls for a goal that is over are dropped and counted, like those below."""
+        del now
+        run = self._run_to_end(goal_id)
+        if run is not None:
+            try:
+                self.skill.result(result)
+            except UnknownNameError as error:
+                self._end(run, "error", str(error))
+                return self._actions()
+            given = {name: value for name, value in (output or {}).items() if value is not None}
+            fitted, problems = fit_fields(self.skill.outputs, given)
+            wrong = [problem.sentence for problem in problems if problem.kind in ("type", "unknown")]
+            if wrong:
+                self._end(run, "error", f"The output of {result} does not fit the skillset: {' '.join(wrong)}")
+            else:
+                self._end(run, "result", f"The skill ended with {result}.", result=result, output=fitted or None)
+        return self._actions()
+
+    def interrupted(self, goal_id: str, now: float) -> tuple[Action, ...]:
+        """The developer confirms that an interrupted goal has really stopped."""
+        del now
+        run = self._run_to_end(goal_id, only=State.INTERRUPTING)
+        if run is not None:
+            self._end(run, "interrupt", run.stop_reason)
+        return self._actions()
+
+    def failed(self, goal_id: str, reason: str, now: float) -> tuple[Action, ...]:
+        """The developer gives the goal up."""
+        del now
+        run = self._run_to_end(goal_id)
+        if run is not None:
+            self._end(run, "error", reason)
+        return self._actions()
+
+    # --- from the resource manager -----------------------------------------------------------------------------------
+
+    def answered(self, asked: AskResources, answer: GoalVerdict | ErrorReply | None, now: float) -> tuple[Action, ...]:
+        """The answer to a question; None for silence, after which the same question is asked again."""
+        run = self._run_of(asked.call.goal_id)
+        waiting = run is not None and asked.call in (run.begin, run.ending and run.ending.call)
+        if run is None or not waiting:
+            self._settle(asked, answer)
+        elif answer is None:
+            self._bear_silence(run, asked, now)
+        elif isinstance(asked.call, BeginGoal):
+            self._begin_answered(run, answer, now)
+        else:
+            self._end_answered(run, answer, now)
+        return self._actions()
+
+    def pushed(self, verdict: Violated | Lost, now: float) -> tuple[Action, ...]:
+        """The resource manager ended a goal. Nothing is left to be given back."""
+        run = self._run_of(verdict.goal_id)
+        if run is not None:
+            self._taken_away(run, verdict, now)
+        return self._actions()
+
+    # --- time --------------------------------------------------------------------------------------------------------
+
+    def tick(self, now: float) -> tuple[Action, ...]:
+        """Let time pass: an interrupt that nobody confirms is forced, a skill past its deadline is interrupted."""
+        run, due = self._run, self.next_tick()
+        if run is not None and due is not None and now >= due:
+            if run.state is State.INTERRUPTING:
+                limit = f"{self.skill.interrupt.timeout:g} s"
+                reason = f"{run.stop_reason} The skill did not confirm within {limit} that it has stopped."
+                self._end(run, "interrupt", reason, forced=True)
+            else:
+                self._stop(run, f"Its deadline of {self.skill.deadline:g} s passed.", None, now)
+        return self._actions()
+
+    # --- transitions -------------------------------------------------------------------------------------------------
+
+    def _begin_answered(self, run: GoalRun, answer: GoalVerdict | ErrorReply, now: float) -> None:
+        match answer:
+            case Granted() if run.state is State.INTERRUPTING:
+                run.token = answer.token
+                self._end(run, "interrupt", run.stop_reason)
+            case Granted():
+                run.token, run.record, run.dispatched = answer.token, answer.record, True
+                if self.skill.deadline is not None:
+                    run.run_deadline = now + self.skill.deadline
+                self._enter(run, State.DISPATCHING, now)
+                self._call(Hook.DISPATCH, run)
+            case NotReady():
+                run.record = answer.record
+                reason = " ".join(answer.failing.values())
+                terminal = Terminal(ending=End.NOT_READY, reason=reason, failing=tuple(answer.failing))
+                self._finish(run, terminal, now)
+            case _:
+                self._taken_away(run, answer, now)
+
+    def _end_answered(self, run: GoalRun, answer: GoalVerdict | ErrorReply, now: float) -> None:
+        ending = run.ending
+        if ending is None or not isinstance(answer, Ended):
+            self._taken_away(run, answer, now)
+            return
+        run.record = answer.record
+        reason = ending.reason if answer.held else f"{ending.reason} {answer.reason}"
+        name = ending.call.result
+        if name is not None:
+            terminal = Terminal(
+                ending=End.SUCCEEDED if answer.held else End.NOT_HELD,
+                reason=reason,
+                result=name,
+                success=answer.held and self.skill.result(name).success,
+                output=ending.output,
+            )
+        elif ending.call.how == "interrupt":
+            terminal = Terminal(ending=End.INTERRUPTED, reason=reason, forced=ending.forced)
+        else:
+            terminal = Terminal(ending=End.ERROR, reason=reason)
+        self._finish(run, terminal, now)
+
+    def _taken_away(self, run: GoalRun, verdict: GoalVerdict | ErrorReply, now: float) -> None:
+        """The goal is over in the resource manager's judgement, or was never in its books."""
+        match verdict:
+            case Violated():
+                run.record = verdict.record
+                terminal = Terminal(
+                    ending=End.INVARIANT_VIOLATED,
+                    reason=verdict.reason,
+                    invariant=verdict.invariant,
+                    subject=verdict.subject,
+                )
+            case Lost():
+                run.record = verdict.record
+                terminal = Terminal(ending=End.LOST, reason=verdict.reason, detected_by=RESOURCE_MANAGER)
+            case ErrorReply(code=ErrorCode.STALE_TOKEN | ErrorCode.UNKNOWN_GOAL):
+                terminal = Terminal(ending=End.LOST, reason=verdict.message, detected_by=RESOURCE_MANAGER)
+            case ErrorReply():
+                reason = f"The resource manager refused: {verdict.message} {verdict.help}".strip()
+                terminal = Terminal(ending=End.ERROR, reason=reason)
+            case _:
+                reason = f"The resource manager gave an answer that does not belong here: {verdict}"
+                terminal = Terminal(ending=End.ERROR, reason=reason)
+        self._finish(run, terminal, now)
+
+    def _stop(self, run: GoalRun, reason: str, cause: str | None, now: float) -> None:
+        """First phase of an interrupt: ask the skill to stop. It keeps its resources until it has."""
+        if run.state is State.INTERRUPTING or run.ending is not None:
+            return
+        run.stop_reason = reason
+        run.stop_deadline = now + self.skill.interrupt.timeout
+        run.record = cause or run.record
+        self._enter(run, State.INTERRUPTING, now, reason)
+        if run.dispatched:
+            self._call(Hook.INTERRUPT, run)
+
+    def _end(
+        self,
+        run: GoalRun,
+        how: str,
+        reason: str,
+        *,
+        result: str | None = None,
+        output: dict[str, object] | None = None,
+        forced: bool = False,
+    ) -> None:
+        """Ask for the effect of an end; the answer decides how the goal has ended."""
+        call = EndGoal(
+            goal_id=run.goal_id,
+            skill=self.skill.name,
+            token=run.token,
+            how=how,
+            result=result,
+            cause=run.record,
+        )
+        run.ending = Ending(call, reason, output, forced)
+        self._scribe.add(AskResources(call))
+
+    def _bear_silence(self, run: GoalRun, asked: AskResources, now: float) -> None:
+        silences = asked.silences + 1
+        if silences < SILENCES_UNTIL_ERROR:
+            self._scribe.add(AskResources(asked.call, silences))
+            return
+        # The client gets its answer now; what the goal may hold is given back as soon as anybody listens.
+        how = f" {run.ending.reason}" if run.ending else ""
+        reason = f"The resource manager does not answer.{how}"
+        self._finish(run, Terminal(ending=End.ERROR, reason=reason), now)
+        call = asked.call
+        if isinstance(call, BeginGoal):
+            call = EndGoal(goal_id=run.goal_id, skill=self.skill.name, token=NO_TOKEN, how="error", cause=run.record)
+        self._scribe.add(AskResources(call, silences))
+
+    def _settle(self, asked: AskResources, answer: GoalVerdict | ErrorReply | None) -> None:
+        """An answer for a goal that is over: see to it that nothing stays granted."""
+        if isinstance(answer, Granted):
+            goal_id, token = asked.call.goal_id, answer.token
+            call = EndGoal(goal_id=goal_id, skill=self.skill.name, token=token, how="error", cause=answer.record)
+            self._scribe.add(AskResources(call))
+        elif answer is None and asked.silences < SILENCES_UNTIL_SETTLED:
+            self._scribe.add(AskResources(asked.call, asked.silences + 1))
+
+    # --- parts of a step ---------------------------------------------------------------------------------------------
+
+    def _run_of(self, goal_id: str) -> GoalRun | None:
+        return self._run if self._run is not None and self._run.goal_id == goal_id else None
+
+    def _run_to_end(self, goal_id: str, only: State | None = None) -> GoalRun | None:
+        """The goal, if it may be ended now; otherwise the call is counted as dropped."""
+        run = self._run_of(goal_id)
+        if run is None or not run.stoppable or (only is not None and run.state is not only):
+            self.dropped_calls += 1
+            return None
+        return run
+
+    def _enter(self, run: GoalRun, state: State, now: float, text: str = "", terminal: Terminal | None = None) -> None:
+        before = run.state or "IDLE"
+        after = terminal.label if terminal else state
+        run.state = state
+        run.record = self._scribe.record(
+            now, RecordKind.GOAL, self.skill.name, before, after, text, cause=run.record, goal_id=run.goal_id
+        )
+        run.status = GoalStatus(
+            goal_id=run.goal_id, skill=self.skill.name, state=state, t=now, terminal=terminal, record=run.record
+        )
+        self._scribe.add(run.status)
+
+    def _finish(self, run: GoalRun, terminal: Terminal, now: float) -> None:
+        if self._run is run:
+            self._run = None
+        self._enter(run, State.TERMINATED, now, terminal.reason, terminal)
+        if run.status is not None:
+            self._ended[run.goal_id] = run.status
+        if run.dispatched:
+            self._call(Hook.ENDED, run, terminal)
+
+    def _call(self, hook: Hook, run: GoalRun, terminal: Terminal | None = None) -> None:
+        self._scribe.add(CallHook(hook, run.goal_id, run.inputs, run.token, run.started_at, terminal))
+
+    def _actions(self) -> tuple[Action, ...]:
+        return self._scribe.hand_over()

@@ -1,0 +1,48 @@
+"""Answering queries: a typed reply or a typed refusal, whatever comes in."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from skillwing.services.bus import Bus, Handle, Request
+from skillwing.services.core.refusal import RefusedError
+from skillwing.services.protocol import ErrorCode, ErrorReply, Message, ProtocolError, decode, encode
+
+M = TypeVar("M", bound=Message)
+log = logging.getLogger(__name__)
+
+
+def serve(bus: Bus, key_expression: str, kind: type[M] | Any, answer: Callable[[M, str], Message]) -> Handle:
+    """Answer each query on the key with `answer(message, key)`.
+
+    kind: the `Message` class of the queries, or a union of tagged ones. A `RefusedError` of `answer` goes out as the
+    refusal it is, an unreadable payload as BAD_REQUEST, and any other exception as INTERNAL: the process lives on.
+    """
+
+    def on_request(request: Request) -> None:
+        try:
+            reply = encode(answer(decode(request.payload, kind), request.key))
+        except ProtocolError as error:
+            request.refuse(
+                ErrorReply(
+                    code=ErrorCode.BAD_REQUEST,
+                    message=f"The request cannot be read: {error}.",
+                    help=f"Send a {_name(kind)} as defined in skillwing.services.protocol.",
+                )
+            )
+        except RefusedError as error:
+            request.refuse(error.reply)
+        except Exception as error:
+            log.exception("could not answer a query on %s", request.key)
+            text = f"`{bus.name}` failed on this request: {error!r}."
+            request.refuse(ErrorReply(code=ErrorCode.INTERNAL, message=text, help="Its log tells more."))
+        else:
+            request.reply(reply)
+
+    return bus.serve(key_expression, on_request)
+
+
+def _name(kind: Any) -> str:
+    return getattr(kind, "__name__", str(kind))
