@@ -80,9 +80,10 @@ class FakeGoal:
 
 
 class FakeInterface:
-    def __init__(self) -> None:
+    def __init__(self, skillset: Skillset) -> None:
+        self.skillset = skillset
         self.goals: list[FakeGoal] = []
-        self.states: dict[str, str] = {"axes": "FREE", "camera": "OK"}
+        self.states = {resource.name: resource.initial for resource in skillset.resources}
         self.readings: dict[str, DataReading] = {}
         self.ready = True
 
@@ -99,7 +100,7 @@ class FakeInterface:
         self.readings[datum] = DataReading(name=datum, value=value, t=0.0, age=0.0, stale=stale)
 
     def start(self, skill: str, inputs: Mapping[str, Any] | None = None, *, cause: str | None = None) -> FakeGoal:
-        SKILLSET.skill(skill)
+        self.skillset.skill(skill)
         goal = FakeGoal(len(self.goals), skill, inputs or {}, cause)
         self.goals.append(goal)
         return goal
@@ -113,11 +114,11 @@ class FakeInterface:
 class FakeMission:
     """A context on a fake interface, with a clock that the test moves and a journal that it can read."""
 
-    def __init__(self) -> None:
+    def __init__(self, skillset: Skillset = SKILLSET) -> None:
         self.time = 0.0
-        self.interface = FakeInterface()
+        self.interface = FakeInterface(skillset)
         self.journal: list[tuple[str, str | None, str, str, str | None]] = []
-        self.context = MissionContext(self.interface, SKILLSET, lambda: self.time, self._write)
+        self.context = MissionContext(self.interface, skillset, lambda: self.time, self._write)
 
     def _write(self, subject: str, before: str | None, after: str, text: str, cause: str | None) -> str:
         self.journal.append((subject, before, after, text, cause))

@@ -1,0 +1,274 @@
+"""The mapping tree, tick by tick, on an interface that the test plays."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+from fake_interface import FakeGoal, FakeMission
+from py_trees.common import Status
+
+from skillwing.bt_missions.mapping import MISSION, MappingOptions
+from skillwing.bt_missions.mission import find_mission
+from skillwing.bt_missions.preflight import preflight
+from skillwing.dsl import load
+from skillwing.dsl.model import Skillset, UnknownNameError
+from skillwing.services.errors import InvalidOptionError
+
+ROUTE = ((20.0, 0.0, 4.0), (20.0, 10.0, 4.0))
+
+
+@pytest.fixture(scope="module")
+def m600() -> Skillset:
+    root = next(folder for folder in Path(__file__).parents if (folder / "pyproject.toml").exists())
+    return load(root / "services/skillwing/m600/m600.skillset")
+
+
+class Flight(FakeMission):
+    """A mapping mission whose robot does what the test says."""
+
+    def __init__(self, skillset: Skillset) -> None:
+        super().__init__(skillset)
+        self.interface.states |= {
+            "SDK_authority": "AVAILABLE",
+            "homepoint_status": "VALID",
+            "zed_status": "OK",
+            "lidar_status": "OK",
+        }
+        self.trees = MISSION.build(self.context, MappingOptions(route=ROUTE))
+        self.be_at(0.0, 0.0, 4.0)
+        self.interface.know("heading", 0.0)
+
+    def be_at(self, x: float, y: float, z: float) -> None:
+        self.interface.know("position", {"x": x, "y": y, "z": z})
+
+    def tick(self) -> Status:
+        self.trees.root.tick_once()
+        return self.trees.root.status
+
+    def alive(self) -> list[str]:
+        return [goal.skill for goal in self.goals if not goal.done]
+
+    def goal(self, skill: str) -> FakeGoal:
+        return next(goal for goal in reversed(self.goals) if goal.skill == skill and not goal.done)
+
+    def start_mapping(self) -> None:
+        """Up to the first leg of the ZED branch."""
+        self.tick()
+        self.goal("takeoff").end("S_AT_ALTITUDE", success=True)
+        self.interface.states["flight_status"] = "IN_AIR"
+        self.tick()
+        assert self.alive() == ["lidar_mapping", "zed_depthmap"]
+        for goal in self.goals:
+            goal.run()
+        self.interface.states["depthmap_source"] = "ZED"
+        self.tick()
+
+    def lose_camera(self) -> None:
+        self.interface.states |= {"zed_status": "FAILED", "depthmap_source": "NONE"}
+        self.goal("zed_depthmap").end("RI", invariant="zed_ok", subject="zed_status")
+
+
+@pytest.fixture
+def flight(m600: Skillset) -> Flight:
+    return Flight(m600)
+
+
+def test_the_mission_fits_the_m600(flight: Flight, m600: Skillset) -> None:
+    assert preflight([flight.trees.root, flight.trees.rescue], m600, MISSION.needs) == []
+
+
+def test_the_nominal_mission(flight: Flight) -> None:
+    flight.start_mapping()
+    for x, y, z in ROUTE:
+        assert flight.goal("goto_straight").inputs["target"] == {"x": x, "y": y, "z": z}
+        flight.be_at(x, y, z)
+        flight.goal("goto_straight").end("S_ARRIVED", success=True)
+        flight.tick()
+        flight.tick()
+    assert flight.alive() == ["lidar_mapping", "zed_depthmap", "return_home"]
+    assert [flight.goal(skill).interrupts for skill in ("lidar_mapping", "zed_depthmap")] == [1, 1]
+    flight.goal("lidar_mapping").end("IT")
+    flight.goal("zed_depthmap").end("IT")
+    flight.goal("return_home").end("S_ARRIVED", success=True)
+    flight.tick()
+    flight.goal("land").end("S_LANDED", success=True)
+    assert flight.tick() is Status.SUCCESS
+    assert flight.journal == []
+    assert flight.trees.progress().waypoint == 2
+
+
+def test_the_drone_does_not_move_before_something_looks_ahead(flight: Flight) -> None:
+    flight.start_mapping()
+    assert flight.alive()[-1] == "goto_straight"
+    another = Flight(flight.interface.skillset)
+    another.tick()
+    another.goal("takeoff").end("S_AT_ALTITUDE", success=True)
+    another.interface.states["flight_status"] = "IN_AIR"
+    another.tick()
+    another.tick()
+    assert "goto_straight" not in another.alive()
+
+
+def test_the_switch_of_figure_12(flight: Flight) -> None:
+    flight.start_mapping()
+    x, y, z = ROUTE[0]
+    flight.be_at(x, y, z)
+    flight.goal("goto_straight").end("S_ARRIVED", success=True)
+    flight.tick()
+    flight.tick()
+    leg, zed = flight.goal("goto_straight"), flight.goal("zed_depthmap")
+
+    flight.lose_camera()
+    flight.tick()
+    assert (leg.interrupts, leg.interrupt_cause) == (1, zed.record)
+    assert flight.journal == [("navigation", "ZED", "LiDAR", "zed_depthmap ended RI: RI for the test", zed.record)]
+    assert flight.goal("lidar_depthmap").cause == "mission#1"
+    assert flight.goal("lidar_mapping").interrupts == 0
+
+    flight.goal("lidar_depthmap").run()
+    flight.interface.states["depthmap_source"] = "LIDAR"
+    flight.tick()
+    assert "rotate_head" not in flight.alive(), "the drone still flies nose first"
+    leg.end("IT")
+    flight.tick()
+    turn = flight.goal("rotate_head")
+    assert abs(math.cos(turn.inputs["heading"] - math.pi / 2)) < 1e-9, "the second leg goes north"
+    turn.end("S_ALIGNED", success=True)
+    flight.tick()
+    assert flight.goal("lock_head").inputs == turn.inputs
+    assert flight.goal("goto").inputs["target"] == {"x": 20.0, "y": 10.0, "z": 4.0}, "waypoint 1 stays done"
+
+    flight.goal("goto").end("S_ARRIVED", success=True)
+    flight.tick()
+    flight.tick()
+    assert flight.goal("lock_head").interrupts == 1
+    assert "return_home" not in flight.alive(), "lock_head still holds the heading"
+    flight.goal("lock_head").end("IT")
+    flight.tick()
+    assert "return_home" in flight.alive()
+
+
+def test_a_camera_that_recovers_is_not_flown_with_again(flight: Flight) -> None:
+    flight.start_mapping()
+    flight.lose_camera()
+    flight.tick()
+    flight.interface.states["zed_status"] = "OK"
+    flight.tick()
+    assert "zed_depthmap" not in flight.alive()
+
+
+def test_a_camera_that_is_broken_from_the_start_is_not_tried(flight: Flight) -> None:
+    flight.interface.states["zed_status"] = "FAILED"
+    flight.tick()
+    flight.goal("takeoff").end("S_AT_ALTITUDE", success=True)
+    flight.interface.states["flight_status"] = "IN_AIR"
+    flight.tick()
+    assert flight.alive() == ["lidar_mapping", "lidar_depthmap"]
+
+
+def test_a_blocked_leg_is_followed_by_a_detour(flight: Flight) -> None:
+    flight.start_mapping()
+    flight.be_at(8.0, 0.0, 4.0)
+    stopped = {"x": 8.0, "y": 0.0, "z": 4.0}
+    flight.goal("goto_straight").end("S_BLOCKED", output={"stopped_at": stopped, "obstacle_distance": 2.0})
+    flight.tick()
+    flight.tick()
+    assert abs(flight.goal("goto_straight").inputs["target"]["y"]) > 2.0
+    assert flight.goal("zed_depthmap").interrupts == 0
+
+
+@pytest.mark.parametrize(
+    ("skill", "label"),
+    [("lidar_mapping", "S_DIVERGED"), ("lidar_mapping", "RI"), ("lidar_mapping", "LOST")],
+)
+def test_without_a_map_the_drone_lands_where_it_is(flight: Flight, skill: str, label: str) -> None:
+    flight.start_mapping()
+    flight.goal(skill).end(label)
+    assert flight.tick() is Status.RUNNING
+    stopping = [flight.goal(skill) for skill in ("zed_depthmap", "goto_straight")]
+    assert [goal.interrupts for goal in stopping] == [1, 1]
+    assert "land" not in flight.alive(), "not before the drone has stopped"
+    for goal in stopping:
+        goal.end("IT")
+    flight.tick()
+    flight.goal("land").end("S_LANDED", success=True)
+    assert flight.tick() is Status.FAILURE
+    assert [(step[1], step[2]) for step in flight.journal] == [("flight", "landing where it is")]
+
+
+def test_a_takeoff_that_fails_on_the_ground_commands_no_landing(flight: Flight) -> None:
+    flight.tick()
+    flight.goal("takeoff").end("S_BLOCKED")
+    assert flight.tick() is Status.FAILURE
+    assert [goal.skill for goal in flight.goals] == ["takeoff"]
+
+
+def test_an_empty_battery_ends_the_flight_on_the_spot(flight: Flight) -> None:
+    flight.start_mapping()
+    flight.interface.states["battery_status"] = "CRITICAL"
+    flight.tick()
+    assert all(goal.interrupts == 1 for goal in flight.goals if not goal.done)
+    for goal in flight.goals:
+        if not goal.done:
+            goal.end("IT")
+    flight.tick()
+    assert flight.alive() == ["land"]
+
+
+def test_when_the_pilot_takes_over_nothing_more_is_commanded(flight: Flight) -> None:
+    flight.start_mapping()
+    flight.interface.states["SDK_authority"] = "UNAVAILABLE"
+    assert flight.tick() is Status.FAILURE
+    assert all(goal.interrupts == 1 for goal in flight.goals if not goal.done)
+    assert "land" not in [goal.skill for goal in flight.goals]
+
+
+def test_a_landing_that_fails_is_tried_three_times(flight: Flight) -> None:
+    flight.interface.states["flight_status"] = "IN_AIR"
+    tries = 0
+    while flight.trees.rescue.status in (Status.INVALID, Status.RUNNING):
+        flight.trees.rescue.tick_once()
+        if flight.alive():
+            tries += 1
+            flight.goal("land").end("S_BLOCKED")
+    assert (tries, flight.trees.rescue.status) == (3, Status.FAILURE)
+
+
+def test_the_time_limit_ends_the_flight(flight: Flight) -> None:
+    flight.start_mapping()
+    flight.time = 901.0
+    flight.tick()
+    assert flight.goal("goto_straight").interrupts == 1
+    assert flight.journal[-1][3] == "flight takes longer than 900 s"
+
+
+# --- options ---------------------------------------------------------------------------------------------------------
+
+
+def test_options_are_read_from_plain_values_and_text() -> None:
+    options = MISSION.read_options({"route": [[1, 2, 3]], "speed": "1.5", "height": 6})
+    assert options == MappingOptions(route=((1.0, 2.0, 3.0),), speed=1.5, height=6.0)
+
+
+@pytest.mark.parametrize(
+    ("given", "option"),
+    [
+        ({"speeed": 1}, "speeed"),
+        ({"speed": 50}, "speed"),
+        ({"route": []}, "route"),
+        ({"route": [[1, 2]]}, "route"),
+        ({"height": "tall"}, "height"),
+    ],
+)
+def test_options_that_do_not_fit_are_named(given: dict[str, object], option: str) -> None:
+    with pytest.raises(InvalidOptionError) as caught:
+        MISSION.read_options(given)
+    assert caught.value.option == option
+
+
+def test_missions_are_found_by_name() -> None:
+    assert find_mission("mapping") is MISSION
+    with pytest.raises(UnknownNameError, match="did you mean `mapping`"):
+        find_mission("maping")
