@@ -7,43 +7,33 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable
 
 from skillwing.sim_mujoco.autopilot import Setpoint
-from skillwing.sim_mujoco.simulator import Simulator
+from skillwing.sim_mujoco.simulator import SENSORS, Simulator
 from skillwing.sim_mujoco.world import make_world
 
 
-def _flight(simulator: Simulator, seconds: float) -> float:
-    """Wall time of climbing and flying east for so many seconds of robot time."""
-    started = time.perf_counter()
+def _flight(simulator: Simulator, seconds: float) -> None:
+    """Climb and fly east for so many seconds of robot time."""
     end = simulator.t + seconds
     while simulator.t < end:
         t = simulator.t
         where = (0.3 * t, 0.0, min(0.5 + t, 4.0))
         simulator.command(Setpoint(where, (0.3, 0.0, 0.0), 0.0))
         simulator.advance(t + 0.02)
-    return time.perf_counter() - started
-
-
-def _rate(repeat: int, call: Callable[[], object]) -> float:
-    started = time.perf_counter()
-    for _ in range(repeat):
-        call()
-    return (time.perf_counter() - started) / repeat
 
 
 def main() -> None:
     seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 10.0
-    building = _rate(1, lambda: make_world(2).triangles())
-    simulator = Simulator(make_world(1))
-    _flight(simulator, 1.0)
-    wall = _flight(simulator, seconds)
-    lines = (
-        f"world built in {1e3 * building:.0f} ms",
-        f"{seconds:g} s of flight with all sensors in {wall:.2f} s: {seconds / wall:.1f} x real time",
-    )
-    sys.stdout.write("\n".join(lines) + "\n")
+    world = make_world(1)
+    sys.stdout.write("robot seconds per second of wall time and of processor time\n")
+    for name, sensors in (("physics and control", ("range",)), ("with IMU, LiDAR and depth camera", SENSORS)):
+        simulator = Simulator(world, sensors=sensors)
+        _flight(simulator, 1.0)
+        wall, processor = time.perf_counter(), time.process_time()
+        _flight(simulator, seconds)
+        wall, processor = time.perf_counter() - wall, time.process_time() - processor
+        sys.stdout.write(f"{name:34s} {seconds / wall:6.1f} {seconds / processor:6.1f}\n")
 
 
 if __name__ == "__main__":

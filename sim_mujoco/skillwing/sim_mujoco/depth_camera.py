@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from .geometry import Vector, add, to_world
 from .motion import Motion
+from .noise import NoiseTable
 from .poses import rotations
 from .rays import RayScene
 from .sensor_geometry import depth_directions
@@ -36,7 +37,7 @@ class DepthCamera:
     """One picture at a time, of the static world."""
 
     def __init__(self, rays: RayScene, rng: np.random.Generator) -> None:
-        self._rays, self._rng = rays, rng
+        self._rays, self._noise = rays, NoiseTable(rng)
         directions = depth_directions(depth_header(0.0)).reshape(-1, 3)
         length = np.linalg.norm(directions, axis=1)
         self._rays_in_body = directions / length[:, None]
@@ -49,6 +50,6 @@ class DepthCamera:
         origin = np.array(add(motion.position, to_world(motion.quaternion, ZED_MOUNT)), dtype=np.float32)
         ranges = self._rays.distances(origin, self._rays_in_body @ turn.T, self._reach)
         depth = ranges * self._depth_per_range
-        depth += np.float32(_NOISE) * depth * depth * self._rng.standard_normal(len(depth), dtype=np.float32)
+        depth += np.float32(_NOISE) * depth * depth * self._noise.draw(len(depth))
         depth[(depth < NEAREST) | (depth > REACH)] = 0.0
         return depth.reshape(HEIGHT, WIDTH)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from .geometry import Vector
 from .motion import Motion
+from .noise import NoiseTable
 from .poses import interpolate, rotations
 from .rays import RayScene
 from .sensor_geometry import lidar_directions
@@ -28,7 +29,7 @@ class Lidar:
     """One revolution at a time."""
 
     def __init__(self, rays: RayScene, rng: np.random.Generator) -> None:
-        self._rays, self._rng = rays, rng
+        self._rays, self._noise = rays, NoiseTable(rng)
         self._directions = lidar_directions(COLUMNS, BEAMS)
         self._mount = np.array(LIDAR_MOUNT)
 
@@ -43,5 +44,5 @@ class Lidar:
             np.repeat(origins.astype(np.float32), BEAMS, axis=0), directions.reshape(-1, 3), REACH
         )
         seen = ranges > NEAREST
-        noise = np.float32(RANGE_NOISE) * self._rng.standard_normal(len(ranges), dtype=np.float32)
+        noise = np.float32(RANGE_NOISE) * self._noise.draw(len(ranges))
         return np.where(seen, ranges + noise, np.float32(0.0)).reshape(COLUMNS, BEAMS)
