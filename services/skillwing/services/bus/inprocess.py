@@ -10,7 +10,6 @@ An exception in a callback leaves `run_until` with its traceback: in a test noth
 
 from __future__ import annotations
 
-import heapq
 import random
 from collections import deque
 from collections.abc import Callable
@@ -29,6 +28,7 @@ from skillwing.services.bus import (
     Sample,
     Unanswered,
 )
+from skillwing.services.bus.agenda import Agenda, Entry
 from skillwing.services.bus.keys import matches
 from skillwing.services.protocol import ErrorReply
 
@@ -46,8 +46,7 @@ class InProcessNetwork:
         self._latency = latency
         self._jitter = jitter
         self._now = 0.0
-        self._created = 0
-        self._agenda: list[tuple[float, int, _Event]] = []
+        self._agenda = Agenda()
         self._robots: dict[str, _Robot] = {}
         self._last_arrival: dict[tuple[InProcessBus, InProcessBus], float] = {}
         self._running = False
@@ -93,25 +92,24 @@ class InProcessNetwork:
 
     def _step(self, deadline: float | None) -> bool:
         """Run the next event. False, with the clock at the deadline, if there is none until then."""
-        agenda = self._agenda
-        while agenda and agenda[0][2].action is None:
-            heapq.heappop(agenda)
-        if not agenda or (deadline is not None and agenda[0][0] > deadline):
+        due = self._agenda.next_due()
+        if due is None or (deadline is not None and due > deadline):
             if deadline is not None:
                 self._now = deadline
             return False
-        self._now, _, event = heapq.heappop(agenda)
-        action, event.action = event.action, None
+        self._now = due
+        action = self._agenda.take(due)
         if action is not None:
             action()
         return True
 
-    def schedule(self, at: float, action: Callable[[], None]) -> _Event:
-        """Put an action on the agenda; one that is already due runs now, after what was scheduled before it."""
-        event = _Event(action)
-        self._created += 1
-        heapq.heappush(self._agenda, (max(at, self._now), self._created, event))
-        return event
+    def schedule(self, delay: float, action: Callable[[], None]) -> Entry:
+        """Put an action on the agenda; with no delay it runs now, after what was scheduled before it."""
+        return self._agenda.add(self._now + max(delay, 0.0), action)
+
+    def schedule_periodic(self, period: float, action: Callable[[], None]) -> Entry:
+        """Put an action on the agenda at each multiple of `period` from now on."""
+        return self._agenda.add_periodic(self._now, period, action)
 
     def send(self, source: InProcessBus, target: InProcessBus, arrive: Callable[[], None]) -> None:
         """Run `arrive` after the time that a message from one node to another takes."""
@@ -120,7 +118,7 @@ class InProcessNetwork:
             link = (source, target)
             at = max(at + self._random.uniform(0.0, self._jitter), self._last_arrival.get(link, 0.0))
             self._last_arrival[link] = at
-        self.schedule(at, arrive)
+        self._agenda.add(at, arrive)
 
 
 class InProcessBus:
@@ -130,7 +128,6 @@ class InProcessBus:
         self._network = network
         self._robot = robot
         self._name = name
-        self._timers: set[_Event] = set()
         self._serving: dict[_Question, None] = {}
         self.closed = False
 
@@ -218,34 +215,21 @@ class InProcessBus:
         self._robot.watches.append(watch)
         return _Registration(lambda: self._robot.remove_watch(watch))
 
-    def after(self, delay: float, action: Callable[[], None], *, wall: bool = False) -> _Registration:
-        timer = self._schedule(self.now() + delay, action)
-        return _Registration(lambda: self._forget(timer))
+    def after(self, delay: float, action: Callable[[], None], *, wall: bool = False) -> Entry:
+        return self._network.schedule(delay, self._while_open(action))
 
-    def every(self, period: float, action: Callable[[], None]) -> _Registration:
-        if period <= 0.0:
-            raise ValueError(f"a period has to be longer than zero; {period} s was asked for")
-        start, count = self.now(), 0
-        timer: _Event | None = None
-
-        def plan() -> None:
-            nonlocal timer, count
-            count += 1
-            timer = self._schedule(start + count * period, fire)
-
+    def every(self, period: float, action: Callable[[], None]) -> Entry:
         def fire() -> None:
-            plan()
-            action()
+            if self.closed:
+                entry.cancel()
+            else:
+                action()
 
-        def stop() -> None:
-            if timer is not None:
-                self._forget(timer)
-
-        plan()
-        return _Registration(stop)
+        entry = self._network.schedule_periodic(period, fire)
+        return entry
 
     def post(self, action: Callable[[], None]) -> None:
-        self._schedule(self.now(), action)
+        self._network.schedule(0.0, self._while_open(action))
 
     def run_until(self, done: Callable[[], bool], timeout: float | None = None) -> bool:
         return self._network.run_until(done, timeout)
@@ -255,43 +239,17 @@ class InProcessBus:
         if self.closed:
             return
         self.closed = True
-        for timer in self._timers:
-            timer.cancel()
         self._robot.remove_node(self)
         abandoned, self._serving = self._serving, {}
         for question in abandoned:
             self._network.send(self, question.asker, lambda q=question: q.settle(Unanswered(timed_out=False)))
 
-    def _schedule(self, at: float, action: Callable[[], None]) -> _Event:
-        def run() -> None:
-            self._timers.discard(event)
-            action()
-
-        event = self._network.schedule(at, run)
-        if self.closed:
-            event.cancel()
-        else:
-            self._timers.add(event)
-        return event
-
-    def _forget(self, timer: _Event) -> None:
-        timer.cancel()
-        self._timers.discard(timer)
+    def _while_open(self, action: Callable[[], None]) -> Callable[[], None]:
+        """The action, as long as this bus is not closed."""
+        return lambda: None if self.closed else action()
 
 
 # --- what lives on the network ---------------------------------------------------------------------------------------
-
-
-class _Event:
-    """An entry of the agenda; cancelling leaves it there, empty."""
-
-    __slots__ = ("action",)
-
-    def __init__(self, action: Callable[[], None]) -> None:
-        self.action: Callable[[], None] | None = action
-
-    def cancel(self) -> None:
-        self.action = None
 
 
 class _Registration:
@@ -402,7 +360,7 @@ class _Subscription:
     def _arrive_in_slot(self, sample: Sample) -> None:
         """Keep the sample, and hand over the newest one when all that arrives at this instant has arrived."""
         if sample.key not in self.newest:
-            self.network.schedule(self.network.now(), lambda: self._deliver(self.newest.pop(sample.key)))
+            self.network.schedule(0.0, lambda: self._deliver(self.newest.pop(sample.key)))
         self.newest[sample.key] = sample
 
 

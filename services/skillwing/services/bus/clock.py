@@ -1,0 +1,115 @@
+"""Robot time on a wall-clock machine: who lives in it, who follows it, who makes it.
+
+Times are robot seconds; what a clock is asked to wait for it answers in wall seconds.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import Protocol
+
+LONGEST_EXTRAPOLATION = 0.1
+"""Robot seconds that a follower runs on by itself after a tick."""
+LARGEST_LAG = 0.05
+"""Wall seconds that a paced clock may lag behind its pace and still catch up."""
+
+
+class Clock(Protocol):
+    def now(self) -> float:
+        """Robot time."""
+        ...
+
+    def seconds_until(self, due: float) -> float | None:
+        """Wall seconds until robot time reaches `due`, 0 or less once it has; None if only a tick will tell."""
+        ...
+
+    def reach(self, due: float) -> None:
+        """A timer due at `due` is about to run."""
+        ...
+
+
+class WallClock:
+    """Robot time is Unix time, made steady: it does not jump when somebody sets the machine's clock."""
+
+    def __init__(self) -> None:
+        self._offset = time.time() - time.monotonic()
+
+    def now(self) -> float:
+        return time.monotonic() + self._offset
+
+    def seconds_until(self, due: float) -> float:
+        return due - self.now()
+
+    def reach(self, due: float) -> None:
+        pass
+
+
+class FollowedClock:
+    """Robot time as another process publishes it.
+
+    It stands at 0 until the first tick. Between ticks it runs on at the owner's factor, at most 0.1 s, so that it
+    stands still when the owner does; it never runs backwards.
+    """
+
+    def __init__(self) -> None:
+        self._tick: float | None = None
+        self._received = 0.0
+        self._factor = 1.0
+        self._latest = 0.0
+
+    @property
+    def started(self) -> bool:
+        """A tick has been heard."""
+        return self._tick is not None
+
+    def tick(self, t: float, factor: float, received: float) -> None:
+        """Take the owner's time `t`, which arrived at monotonic wall time `received`."""
+        self._tick, self._factor, self._received = t, factor, received
+
+    def now(self) -> float:
+        if self._tick is not None:
+            ahead = min((time.monotonic() - self._received) * self._factor, LONGEST_EXTRAPOLATION)
+            self._latest = max(self._latest, self._tick + ahead)
+        return self._latest
+
+    def seconds_until(self, due: float) -> float | None:
+        if self._tick is None:
+            return None
+        missing = due - self.now()
+        if missing <= 0.0:
+            return 0.0
+        if self._factor <= 0.0 or due > self._tick + LONGEST_EXTRAPOLATION:
+            return None
+        return missing / self._factor
+
+    def reach(self, due: float) -> None:
+        pass
+
+
+class PacedClock:
+    """Robot time of the process that owns it: it moves only with that process's timers, from one due time to the next.
+
+    factor: robot seconds per wall second; 0 for as fast as the timers' work allows. A process that cannot keep the
+    pace falls behind for good once it lags by more than 50 ms: the factor drops, and never do steps come in bursts.
+    """
+
+    def __init__(self, factor: float = 1.0) -> None:
+        self.factor = factor
+        self._now = 0.0
+        self._started: float | None = None
+
+    def now(self) -> float:
+        return self._now
+
+    def seconds_until(self, due: float) -> float:
+        if self.factor <= 0.0:
+            return 0.0
+        if self._started is None:
+            self._started = time.monotonic() - self._now / self.factor
+        return self._started + due / self.factor - time.monotonic()
+
+    def reach(self, due: float) -> None:
+        lag = -self.seconds_until(due)
+        if self._started is not None and lag > LARGEST_LAG:
+            self._started += lag
+        self._now = max(self._now, due)

@@ -1,0 +1,450 @@
+"""The bus of everything a user runs: a Zenoh session, one mailbox, one thread.
+
+Zenoh calls back on threads of its own. Those callbacks only put something into the mailbox; whoever runs `run_until`
+empties it and runs the timers in between, so that a node sees one thread and needs no locks.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from queue import Empty, SimpleQueue
+
+import zenoh
+import zenoh.ext
+
+from skillwing.services.bus import EVENT_HISTORY, Answer, Answered, Handle, Refused, Request, Sample, Unanswered
+from skillwing.services.bus.agenda import Agenda, Entry
+from skillwing.services.bus.clock import Clock, FollowedClock, WallClock
+from skillwing.services.bus.zenoh_session import CONNECT_TIMEOUT, open_client
+from skillwing.services.protocol import CLOCK_KEY, ClockTick, ErrorCode, ErrorReply, ProtocolError, decode, encode
+
+REFUSAL = zenoh.Encoding("application/vnd.skillwing.refusal+msgpack")
+"""Marks our own error replies; Zenoh makes error replies too, a query's timeout among them."""
+TIMEOUT_REPLY = b"Timeout"
+STREAM_BACKLOG = 256
+"""Samples of one stream that wait for a busy node; then the oldest go."""
+HEARTBEAT = 0.5
+"""Seconds between an event publisher's heartbeats, by which subscribers notice that the last event was lost."""
+ANSWER_GRACE = 1.0
+"""Seconds after a query's timeout by which Zenoh has to have said so."""
+
+TIMER_SLACK = 0.005
+
+_log = logging.getLogger(__name__)
+
+
+class ZenohBus:
+    """One node's session; see `Bus` for what each method promises.
+
+    name: the node's; robot: whose namespace; endpoint: of the router, `tcp/HOST:PORT`; clock: who tells robot time.
+    Raises RouterUnreachableError if the router does not answer within `connect_timeout` seconds.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        robot: str,
+        endpoint: str,
+        clock: Clock | None = None,
+        connect_timeout: float = CONNECT_TIMEOUT,
+    ) -> None:
+        self._name = name
+        self._clock = clock or WallClock()
+        self._mailbox: SimpleQueue[Callable[[], None]] = SimpleQueue()
+        self._robot_agenda = Agenda()
+        self._wall_agenda = Agenda()
+        self._declared: set[_Declared] = set()
+        self._running = False
+        self._closed = False
+        self._session = open_client(endpoint, robot, connect_timeout)
+        if isinstance(self._clock, FollowedClock):
+            self._follow(self._clock)
+
+    @property
+    def name(self) -> str:
+        return self._name
+
+    def now(self) -> float:
+        return self._clock.now()
+
+    # --- messages ----------------------------------------------------------------------------------------------------
+
+    def advertise(self, key: str, *, events: bool = False) -> _Publisher:
+        drop = zenoh.CongestionControl.DROP
+        if not events:
+            return _Publisher(self, self._session.declare_publisher(key, congestion_control=drop))
+        publisher = zenoh.ext.declare_advanced_publisher(
+            self._session,
+            key,
+            congestion_control=drop,
+            cache=zenoh.ext.CacheConfig(max_samples=EVENT_HISTORY),
+            publisher_detection=True,
+            sample_miss_detection=zenoh.ext.MissDetectionConfig(heartbeat=HEARTBEAT, sporadic_heartbeat=None),
+        )
+        return _Publisher(self, publisher)
+
+    def subscribe(
+        self,
+        key_expression: str,
+        on_sample: Callable[[Sample], None],
+        *,
+        events: bool = False,
+        latest_only: bool = False,
+    ) -> Handle:
+        handle = _Declared(self._declared)
+        inbox = _LatestInbox(self, handle, on_sample) if latest_only else _Inbox(self, handle, on_sample, events)
+        callback = zenoh.handlers.Callback(inbox.receive, indirect=False)
+        if not events:
+            handle.hold(self._session.declare_subscriber(key_expression, callback))
+            return handle
+        subscriber = zenoh.ext.declare_advanced_subscriber(
+            self._session,
+            key_expression,
+            callback,
+            history=zenoh.ext.HistoryConfig(detect_late_publishers=True),
+            recovery=zenoh.ext.RecoveryConfig(periodic_queries=None, heartbeat=True),
+        )
+
+        def on_miss(miss: zenoh.ext.Miss) -> None:
+            _log.warning("%s lost %d events on %s for good", self._name, miss.nb, key_expression)
+
+        misses = subscriber.sample_miss_listener(zenoh.handlers.Callback(on_miss, indirect=False))
+        handle.hold(misses, subscriber)
+        return handle
+
+    def serve(self, key_expression: str, on_request: Callable[[Request], None]) -> Handle:
+        handle = _Declared(self._declared)
+
+        def receive(query: zenoh.Query) -> None:
+            self.post(lambda: handle.while_declared(lambda: on_request(_Request(query))))
+
+        callback = zenoh.handlers.Callback(receive, indirect=False)
+        handle.hold(self._session.declare_queryable(key_expression, callback, complete=True))
+        return handle
+
+    def ask(
+        self,
+        key: str,
+        payload: bytes,
+        on_answer: Callable[[Answer], None],
+        *,
+        timeout: float = 2.0,
+        attachment: bytes = b"",
+    ) -> None:
+        question = _Question(on_answer)
+        expiry = time.monotonic() + timeout
+        question.expiry = self._wall_agenda.add(
+            expiry + ANSWER_GRACE, lambda: question.settle(Unanswered(timed_out=True))
+        )
+
+        def receive(reply: zenoh.Reply) -> None:
+            self.post(lambda: question.settle(_answer(reply)))
+
+        def finish() -> None:
+            # The router's own timeout ends a query like an absent server does; only the time tells them apart.
+            timed_out = time.monotonic() > expiry - TIMER_SLACK
+            self.post(lambda: question.settle(Unanswered(timed_out)))
+
+        self._session.get(
+            key,
+            zenoh.handlers.Callback(receive, finish, indirect=False),
+            payload=payload,
+            attachment=attachment or None,
+            timeout=timeout,
+            consolidation=zenoh.ConsolidationMode.NONE,
+        )
+
+    # --- liveliness --------------------------------------------------------------------------------------------------
+
+    def declare_alive(self, key: str) -> Handle:
+        handle = _Declared(self._declared)
+        handle.hold(self._session.liveliness().declare_token(key))
+        return handle
+
+    def watch_alive(self, key_expression: str, on_change: Callable[[str, bool], None]) -> Handle:
+        handle = _Declared(self._declared)
+        known: set[str] = set()
+
+        def note(key: str, alive: bool) -> None:
+            if alive != (key in known):
+                (known.add if alive else known.remove)(key)
+                on_change(key, alive)
+
+        def receive(sample: zenoh.Sample) -> None:
+            key, alive = str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT
+            self.post(lambda: handle.while_declared(lambda: note(key, alive)))
+
+        callback = zenoh.handlers.Callback(receive, indirect=False)
+        handle.hold(self._session.liveliness().declare_subscriber(key_expression, callback, history=True))
+        return handle
+
+    # --- time --------------------------------------------------------------------------------------------------------
+
+    def after(self, delay: float, action: Callable[[], None], *, wall: bool = False) -> Entry:
+        if wall:
+            return self._wall_agenda.add(time.monotonic() + delay, action)
+        return self._robot_agenda.add(self.now() + delay, action)
+
+    def every(self, period: float, action: Callable[[], None]) -> Entry:
+        return self._robot_agenda.add_periodic(self.now(), period, action)
+
+    def post(self, action: Callable[[], None]) -> None:
+        self._mailbox.put(action)
+
+    def run_until(self, done: Callable[[], bool], timeout: float | None = None) -> bool:
+        """See `Bus`. On a closed bus nothing runs any more, so that it returns False at once unless `done()` holds."""
+        if self._running:
+            raise RuntimeError("run_until was called from a callback; a node lives in callbacks and must not wait")
+        deadline = None if timeout is None else time.monotonic() + timeout
+        self._running = True
+        try:
+            while not done():
+                if self._closed or (deadline is not None and time.monotonic() >= deadline):
+                    return False
+                self._turn(deadline)
+            return True
+        finally:
+            self._running = False
+
+    def close(self) -> None:
+        """Leave the network; nothing is called back any more. Idempotent."""
+        if not self._closed:
+            self._closed = True
+            self._session.close()
+
+    @property
+    def closed(self) -> bool:
+        return self._closed
+
+    def _turn(self, deadline: float | None) -> None:
+        """Run the messages that are there and one timer that is due; wait for the first of either if there is none."""
+        waiting = self._mailbox.qsize()
+        for _ in range(waiting):
+            self._mailbox.get_nowait()()
+            if self._closed:
+                return
+        timer = self._due_timer()
+        if timer is not None:
+            timer()
+        elif not waiting:
+            try:
+                message = self._mailbox.get(timeout=self._patience(deadline))
+            except Empty:
+                return
+            message()
+
+    def _due_timer(self) -> Callable[[], None] | None:
+        timer = self._wall_agenda.take(time.monotonic())
+        if timer is not None:
+            return timer
+        due = self._robot_agenda.next_due()
+        if due is None:
+            return None
+        wait = self._clock.seconds_until(due)
+        if wait is None or wait > 0.0:
+            return None
+        self._clock.reach(due)
+        return self._robot_agenda.take(max(due, self._clock.now()))
+
+    def _patience(self, deadline: float | None) -> float | None:
+        """Wall seconds until something is due that no message announces; None for never."""
+        wall_due, robot_due = self._wall_agenda.next_due(), self._robot_agenda.next_due()
+        waits = [due - time.monotonic() for due in (deadline, wall_due) if due is not None]
+        if robot_due is not None:
+            wait = self._clock.seconds_until(robot_due)
+            if wait is not None:
+                waits.append(wait)
+        return max(0.0, min(waits)) if waits else None
+
+    def _follow(self, clock: FollowedClock) -> None:
+        def on_tick(payload: bytes, received: float) -> None:
+            try:
+                tick = decode(payload, ClockTick)
+            except ProtocolError as error:
+                _log.warning("%s ignores a clock tick: %s", self._name, error)
+                return
+            if not clock.started:
+                self._robot_agenda.shift(tick.t)
+            clock.tick(tick.t, tick.factor, received)
+
+        def receive(sample: zenoh.Sample) -> None:
+            payload, received = sample.payload.to_bytes(), time.monotonic()
+            self.post(lambda: on_tick(payload, received))
+
+        self._session.declare_subscriber(CLOCK_KEY, zenoh.handlers.Callback(receive, indirect=False))
+
+
+# --- what is declared ------------------------------------------------------------------------------------------------
+
+_Entity = (
+    zenoh.Subscriber[None]
+    | zenoh.Queryable[None]
+    | zenoh.LivelinessToken
+    | zenoh.ext.AdvancedSubscriber[None]
+    | zenoh.ext.SampleMissListener[None]
+)
+
+
+class _Declared:
+    """Declarations that are taken back together. What is in the mailbox by then is not delivered.
+
+    Zenoh takes a token back when nobody holds it any more: `register` holds what nobody has cancelled.
+    """
+
+    def __init__(self, register: set[_Declared]) -> None:
+        self._register = register
+        self._entities: tuple[_Entity, ...] = ()
+        self._cancelled = False
+        register.add(self)
+
+    def hold(self, *entities: _Entity) -> None:
+        self._entities = entities
+
+    def cancel(self) -> None:
+        self._cancelled = True
+        self._register.discard(self)
+        entities, self._entities = self._entities, ()
+        for entity in entities:
+            entity.undeclare()
+
+    def while_declared(self, action: Callable[[], None]) -> None:
+        if not self._cancelled:
+            action()
+
+
+class _Publisher:
+    def __init__(self, bus: ZenohBus, publisher: zenoh.Publisher | zenoh.ext.AdvancedPublisher) -> None:
+        self._bus = bus
+        self._publisher = publisher
+
+    def put(self, payload: bytes, attachment: bytes = b"") -> None:
+        if not self._bus.closed:
+            self._publisher.put(payload, attachment=attachment or None)
+
+
+class _Inbox:
+    """Samples of one subscription on their way to the node. A stream's backlog is bounded, that of events is not."""
+
+    def __init__(self, bus: ZenohBus, handle: _Declared, on_sample: Callable[[Sample], None], events: bool) -> None:
+        self._bus = bus
+        self._handle = handle
+        self._on_sample = on_sample
+        self._bound = None if events else STREAM_BACKLOG
+        self._waiting: deque[zenoh.Sample] = deque()
+        self._lock = threading.Lock()
+
+    def receive(self, sample: zenoh.Sample) -> None:
+        with self._lock:
+            self._waiting.append(sample)
+            if len(self._waiting) == self._bound:
+                self._waiting.popleft()
+                return
+        self._bus.post(self._deliver)
+
+    def _deliver(self) -> None:
+        with self._lock:
+            sample = self._waiting.popleft()
+        self._handle.while_declared(lambda: self._on_sample(_sample(sample)))
+
+
+class _LatestInbox:
+    """The newest sample of each key on its way to the node."""
+
+    def __init__(self, bus: ZenohBus, handle: _Declared, on_sample: Callable[[Sample], None]) -> None:
+        self._bus = bus
+        self._handle = handle
+        self._on_sample = on_sample
+        self._newest: dict[str, zenoh.Sample] = {}
+        self._lock = threading.Lock()
+
+    def receive(self, sample: zenoh.Sample) -> None:
+        key = str(sample.key_expr)
+        with self._lock:
+            first = key not in self._newest
+            self._newest[key] = sample
+        if first:
+            self._bus.post(lambda: self._deliver(key))
+
+    def _deliver(self, key: str) -> None:
+        with self._lock:
+            sample = self._newest.pop(key)
+        self._handle.while_declared(lambda: self._on_sample(_sample(sample)))
+
+
+class _Question:
+    """A query under way; the first answer settles it."""
+
+    def __init__(self, on_answer: Callable[[Answer], None]) -> None:
+        self._on_answer = on_answer
+        self._settled = False
+        self.expiry: Entry | None = None
+
+    def settle(self, answer: Answer) -> None:
+        if self._settled:
+            return
+        self._settled = True
+        if self.expiry is not None:
+            self.expiry.cancel()
+        self._on_answer(answer)
+
+
+class _Request:
+    """A query that was received. Dropping Zenoh's query after the answer tells the asker that nothing more comes."""
+
+    def __init__(self, query: zenoh.Query) -> None:
+        self._query: zenoh.Query | None = query
+        self._key = str(query.key_expr)
+        self._payload = query.payload.to_bytes() if query.payload is not None else b""
+        self._attachment = query.attachment.to_bytes() if query.attachment is not None else b""
+
+    @property
+    def key(self) -> str:
+        return self._key
+
+    @property
+    def payload(self) -> bytes:
+        return self._payload
+
+    @property
+    def attachment(self) -> bytes:
+        return self._attachment
+
+    def reply(self, payload: bytes, attachment: bytes = b"") -> None:
+        with self._take() as query:
+            query.reply(self._key, payload, attachment=attachment or None)
+
+    def refuse(self, error: ErrorReply) -> None:
+        with self._take() as query:
+            query.reply_err(encode(error), encoding=REFUSAL)
+
+    def _take(self) -> zenoh.Query:
+        query, self._query = self._query, None
+        if query is None:
+            raise RuntimeError(f"the query on `{self._key}` was answered twice; answer each query once")
+        return query
+
+
+def _sample(sample: zenoh.Sample) -> Sample:
+    attachment = sample.attachment.to_bytes() if sample.attachment is not None else b""
+    return Sample(str(sample.key_expr), sample.payload.to_bytes(), attachment)
+
+
+def _answer(reply: zenoh.Reply) -> Answer:
+    """Tell a reply, our own refusal, Zenoh's timeout and every other error of Zenoh's apart."""
+    if reply.ok is not None:
+        sample = _sample(reply.ok)
+        return Answered(sample.payload, sample.attachment)
+    error = reply.err
+    if error is None:
+        return Unanswered(timed_out=False)
+    payload = error.payload.to_bytes()
+    if error.encoding != REFUSAL:
+        return Unanswered(timed_out=payload == TIMEOUT_REPLY)
+    try:
+        return Refused(decode(payload, ErrorReply))
+    except ProtocolError as problem:
+        return Refused(ErrorReply(code=ErrorCode.INTERNAL, message=f"The refusal itself is malformed: {problem}."))

@@ -1,0 +1,74 @@
+"""How Skillwing opens Zenoh: one router, clients around it, loopback unless told otherwise, no multicast."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import zenoh
+
+from skillwing.services.errors import SkillwingError
+
+LEASE = 2.0
+"""Seconds after which a process that has frozen, or whose link is cut, counts as gone."""
+CONNECT_TIMEOUT = 10.0
+"""Seconds that a process waits for the router before it gives up."""
+
+
+class RouterUnreachableError(SkillwingError):
+    """No router answers. endpoint: where it was looked for."""
+
+    def __init__(self, endpoint: str) -> None:
+        self.endpoint = endpoint
+        super().__init__(
+            f"No router answers at {endpoint}. Start the system with `skillwing up`, or check the address."
+        )
+
+
+class EndpointError(SkillwingError):
+    """A router cannot listen there. endpoint: where it was told to."""
+
+    def __init__(self, endpoint: str, reason: str) -> None:
+        self.endpoint = endpoint
+        super().__init__(
+            f"The router cannot listen at {endpoint}: {reason}. Choose another port, or 0 for any free one."
+        )
+
+
+def open_router(endpoint: str) -> zenoh.Session:
+    """A session that routes between all that connect to `endpoint` (`tcp/HOST:PORT`); raises EndpointError."""
+    try:
+        return _open("router", {"listen": {"endpoints": [endpoint]}, "scouting": _scouting(delay=0)})
+    except zenoh.ZError as error:
+        raise EndpointError(endpoint, str(error).splitlines()[0]) from error
+
+
+def open_client(endpoint: str, robot: str, timeout: float = CONNECT_TIMEOUT) -> zenoh.Session:
+    """A session in the robot's namespace by the router at `endpoint`; raises RouterUnreachableError."""
+    connect = {
+        "endpoints": [endpoint],
+        "timeout_ms": round(timeout * 1000),
+        "exit_on_failure": True,
+        "retry": {"period_init_ms": 100, "period_max_ms": 1000, "period_increase_factor": 2},
+    }
+    own = {"namespace": f"robot/{robot}", "listen": {"endpoints": []}, "connect": connect}
+    try:
+        return _open("client", {**own, "scouting": _scouting(delay=500)})
+    except zenoh.ZError as error:
+        raise RouterUnreachableError(endpoint) from error
+
+
+def _open(mode: str, own: dict[str, Any]) -> zenoh.Session:
+    queue = {"size": {"data": 16}, "congestion_control": {"block": {"wait_before_close": 1_000_000}}}
+    link = {"tx": {"lease": round(LEASE * 1000), "keep_alive": 4, "queue": queue}}
+    shared = {
+        "mode": mode,
+        "queries_default_timeout": 2000,
+        "timestamping": {"enabled": True},
+        "transport": {"shared_memory": {"enabled": False}, "link": link},
+    }
+    return zenoh.open(zenoh.Config.from_json5(json.dumps({**shared, **own})))
+
+
+def _scouting(delay: int) -> dict[str, Any]:
+    return {"multicast": {"enabled": False}, "delay": delay}

@@ -1,0 +1,56 @@
+"""When a process has to end: on SIGTERM or SIGINT, or when the process that started it is gone."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable
+from queue import SimpleQueue
+
+EXIT_OK = 0
+EXIT_CRASHED = 70
+"""An exception that nobody expected; the log has its traceback."""
+EXIT_CONFIGURATION = 78
+"""The process was told to do something it cannot; it said what."""
+
+
+class Lifetime:
+    """Takes over the ends of a process; to be made on its main thread, once, before anything that takes time.
+
+    A parent that is killed cannot tell anyone, but its end of the pipe to our standard input closes with it.
+    """
+
+    def __init__(self, *, parent_pipe: bool) -> None:
+        self.over = False
+        self._end: SimpleQueue[None] = SimpleQueue()
+        self._wake: Callable[[], None] | None = None
+        for number in (signal.SIGTERM, signal.SIGINT):
+            signal.signal(number, lambda _number, _frame: self.end())
+        if parent_pipe:
+            threading.Thread(target=self._follow_parent, name="parent", daemon=True).start()
+
+    def end(self) -> None:
+        """The process has to end. May be called on any thread, more than once."""
+        self.over = True
+        self._end.put(None)
+        if self._wake is not None:
+            self._wake()
+
+    def on_end(self, wake: Callable[[], None]) -> None:
+        """Have `wake` called at the end, on whatever thread notices it."""
+        self._wake = wake
+        if self.over:
+            wake()
+
+    def wait(self) -> None:
+        """Block until the end."""
+        if not self.over:
+            self._end.get()
+
+    def _follow_parent(self) -> None:
+        # A plain read on the descriptor: at exit, Python must not find a thread holding the lock of sys.stdin.
+        while os.read(sys.stdin.fileno(), 4096):
+            pass
+        self.end()
