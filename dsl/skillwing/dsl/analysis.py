@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from skillwing.dsl.expressions import Expression, references
+from skillwing.dsl.expressions import And, Expression, Implies, Not, Or
 from skillwing.dsl.leaks import report_leaks
 from skillwing.dsl.model import Effect, Event, Invariant, Predicate, Resource, Skill, Skillset
 from skillwing.dsl.report import Report
@@ -54,8 +54,21 @@ def _expressions(skill: Skill) -> Iterator[Expression]:
 
 
 def _span_of(expression: Expression) -> Span | None:
-    spans = [name.span for name in references(expression) if name.span is not None]
+    spans = list(_spans(expression))
     return spans[0].to(spans[-1]) if spans else None
+
+
+def _spans(expression: Expression) -> Iterator[Span]:
+    match expression:
+        case And(left, right) | Or(left, right) | Implies(left, right):
+            yield from _spans(left)
+            yield from _spans(right)
+        case Not(operand):
+            yield from _spans(operand)
+        case _ if expression.span is not None:
+            yield expression.span
+        case _:
+            pass
 
 
 # --- resources and events
@@ -112,6 +125,7 @@ class _SkillAnalysis:
         self._checks = [check for check in skill.preconditions.checks if about_resources(check.expression)]
         self._invariants = [item for item in skill.invariants if about_resources(item.expression)]
         self._start = skill.transitions(skill.preconditions.success)
+        self._judged_wrong: set[Span] = set()
 
     def run(self) -> None:
         names = resources_of(check.expression for check in self._checks) | {name for name, _ in self._start}
@@ -247,24 +261,29 @@ class _SkillAnalysis:
         into = [edge for edge in self._space.resource(name).transitions if edge.target == target]
         if states == frozenset({target}) or any(edge.source in states and not edge.extern for edge in into):
             return
+        if span in self._judged_wrong:
+            return  # An effect that several ends apply is reported once.
         if any(edge.source in states and edge.extern for edge in into):
+            code = "SW040"
             message = (
                 f"`{effect.name}` drives `{name} -> {target}`, which is extern: only the functional layer may take it."
             )
-            self._report.add(
-                "SW040", span, message, "Remove it from the effect, or declare the transition without `extern`."
-            )
+            advice = "Remove it from the effect, or declare the transition without `extern`."
         elif target in states:
             return  # It can only ever find the resource there already, which changes nothing.
-        elif not any(not edge.extern for edge in into):
+        elif all(edge.extern for edge in into):
+            code = "SW041"
             message = f"`{name}` has no transition to `{target}` that a skill may take."
-            self._report.add("SW041", span, message, _transitions_advice(name, self._space))
+            advice = _transitions_advice(name, self._space)
         else:
+            code = "SW042"
             places = " or ".join(sorted(states))
             message = (
                 f"`{effect.name}` can never apply {when}: `{name}` is then {places}, with no transition to `{target}`."
             )
-            self._report.add("SW042", span, message, _transitions_advice(name, self._space))
+            advice = _transitions_advice(name, self._space)
+        self._judged_wrong.add(span)
+        self._report.add(code, span, message, advice)
 
     # --- postconditions
 

@@ -6,7 +6,6 @@ resource manager, the mocks, the checker and the verifier all call it.
 
 from __future__ import annotations
 
-import json
 import operator
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -246,4 +245,11 @@ def _operand_text(operand: Operand) -> str:
 
 def literal_text(value: bool | int | float | str) -> str:
     """Print a literal as the language writes it: `true`, `0.5`, `"text"`."""
-    return json.dumps(value, ensure_ascii=False)
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return '"' + "".join(_ESCAPES.get(character, character) for character in value) + '"'
+    return repr(value)
+
+
+_ESCAPES = {"\\": "\\\\", '"': '\\"', "\n": "\\n", "\t": "\\t"}

@@ -115,6 +115,9 @@ class Predicates:
         left_symbol, right_symbol = self._enum_value(left, right), self._enum_value(right, left)
         if left_symbol or right_symbol:
             return self._enum_comparison(comparison, left_symbol, right_symbol)
+        if resources := [side for side in (left, right) if self._names_resource(side)]:
+            self._typed(resources[0])
+            return None
         typed_left, typed_right = self._typed(left), self._typed(right)
         if typed_left is None or typed_right is None:
             return None

@@ -90,6 +90,9 @@ class Recovery:
 
     def run(self) -> object:
         """Parse to the end; return the root node, or None if the file could not be read as a skillset at all."""
+        if self._type_at(0) == END:
+            self._report("SW006", self._tokens[0], "The file is empty.", "Write `skillset NAME { ... }`.")
+            return None
         while True:
             token = self._tokens[self._at]
             try:
@@ -110,7 +113,9 @@ class Recovery:
             self._word_as_name(token)
             or self._unreadable(token)
             or self._no_header(token)
+            or self._second_skillset(token)
             or self._misspelt(token)
+            or self._misspelt_before()
             or self._nameless(token)
             or self._unclosed(token)
             or self._missing_sign(token)
@@ -145,12 +150,7 @@ class Recovery:
         return True
 
     def _no_header(self, token: Token) -> bool:
-        if self._at > 0:
-            return False
-        if token.type == END:
-            self._report("SW006", token, "The file is empty.", "Write `skillset NAME { ... }`.")
-            return False
-        if token.type not in _TOP_LEVEL:
+        if self._at > 0 or token.type not in _TOP_LEVEL:
             return False
         self._report(
             "SW006",
@@ -163,17 +163,46 @@ class Recovery:
         self._tokens.insert(-1, Token.new_borrow_pos("CLOSE", "}", self._tokens[-2]))
         return True
 
-    def _misspelt(self, token: Token) -> bool:
-        if token.type != "NAME":
+    def _second_skillset(self, token: Token) -> bool:
+        if token.type != "SKILLSET" or self._acceptable() != [END]:
             return False
-        words = {kind.lower(): kind for kind in self._acceptable() if kind not in _NO_WORDS}
-        word = closest(token, words)
-        if word is None or not self._reads([words[word], *self._types_from(1)]):
-            return False
-        message = f"`{token}` is no word of the language."
-        self._report("SW003", token, message, f"Did you mean `{word}`?")
-        self._tokens[self._at] = Token.new_borrow_pos(words[word], word, token)
+        self._report("SW006", token, "A file holds one skillset.", "Move this one into a file of its own.")
+        del self._tokens[self._at : -1]
         return True
+
+    def _misspelt(self, token: Token) -> bool:
+        word = self._meant_word(token, self._state.state_stack, 1)
+        if word is None:
+            return False
+        self._replace_misspelt(token, word)
+        return True
+
+    def _misspelt_before(self) -> bool:
+        """The word before was read as a name, and was meant as a word of the language: `intial A`."""
+        values, stack = self._state.value_stack, self._state.state_stack
+        token = values[-1] if values else None
+        if not isinstance(token, Token) or token is not self._tokens[self._at - 1]:
+            return False
+        word = self._meant_word(token, stack[:-1], 0)
+        if word is None:
+            return False
+        stack.pop()
+        values.pop()
+        self._at -= 1
+        self._replace_misspelt(token, word)
+        return True
+
+    def _meant_word(self, token: Token, stack: Sequence[int], behind: int) -> str | None:
+        """The word of the language that a name resembles and that the parser could read there, with what follows."""
+        if token.type != "NAME":
+            return None
+        words = [kind.lower() for kind in self._acceptable(stack) if kind not in _NO_WORDS]
+        word = closest(token, words)
+        return word if word and self._reads([word.upper(), *self._types_from(behind)], stack) else None
+
+    def _replace_misspelt(self, token: Token, word: str) -> None:
+        self._report("SW003", token, f"`{token}` is no word of the language.", f"Did you mean `{word}`?")
+        self._tokens[self._at] = Token.new_borrow_pos(word.upper(), word, token)
 
     def _nameless(self, token: Token) -> bool:
         keyword = self._tokens[self._at - 1] if self._at else token
@@ -290,16 +319,23 @@ class Recovery:
                 return True
         return False
 
-    def _acceptable(self) -> list[str]:
-        actions = self._table[self._state.state_stack[-1]]
-        return sorted(kind for kind in actions if kind.isupper() and kind != _BROKEN and self._reads([kind]))
+    def _acceptable(self, stack: Sequence[int] | None = None) -> list[str]:
+        states = self._state.state_stack if stack is None else stack
+        actions = self._table[states[-1]]
+        return sorted(
+            kind
+            for kind in actions
+            if kind == END or (kind.isupper() and kind != _BROKEN and self._reads([kind], states))
+        )
 
     def _open_blocks(self) -> list[_Block]:
         """The brackets that the parser has open, outermost first: they wait on its stack for their rule's end."""
         values = self._state.value_stack
         blocks: list[_Block] = []
         for index, value in enumerate(values):
-            if isinstance(value, Token) and value.type in _CLOSERS:
+            if isinstance(value, Token) and value.type in _CLOSERS.values():
+                blocks.pop()  # closed, and only waiting for the word behind it
+            elif isinstance(value, Token) and value.type in _CLOSERS:
                 blocks.append(_Block(_title(values[:index]), value.line or 1, _CLOSERS[value.type]))
         return blocks
 
@@ -340,7 +376,7 @@ class Recovery:
         blocks = self._open_blocks()
         acceptable = self._acceptable()
         if acceptable == [END]:
-            message = f"{_capital(_named(token))} stands behind the end of {blocks[0].title}."
+            message = f"{_capital(_named(token))} stands behind the end of the skillset."
             advice = "A `}` before it is one too many, or it belongs into a file of its own."
             self._report("SW006", token, message, advice)
             return

@@ -264,6 +264,7 @@ class _SkillResolver:
         self._whole = whole
         self._report = whole.report
         self._effects: dict[str, Effect] = {}
+        self._misnamed_effect = False
         self._inputs = whole.fields(sections.get("input"), "input")
         self._predicates = whole.predicates(self._inputs)
 
@@ -318,10 +319,13 @@ class _SkillResolver:
     def _effect_name(self, word: Word | None) -> str | None:
         if word is None or word.text in self._effects:
             return None if word is None else word.text
+        self._misnamed_effect = True
         self._report.unknown("SW012", word, "effect", self._effects)
         return None
 
     def _unused_effects(self, skill: Skill) -> None:
+        if self._misnamed_effect:
+            return
         used = {
             skill.preconditions.success,
             skill.preconditions.failure,

@@ -1,0 +1,87 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from skillwing.dsl import commands
+
+CASES = Path(__file__).parent / "cases"
+GOOD = str(CASES / "valid" / "everything.skillset")
+LEAKY = str(CASES / "valid" / "paper.skillset")
+BAD = str(CASES / "invalid" / "unknown_names.skillset")
+
+
+@pytest.fixture
+def app() -> typer.Typer:
+    application = typer.Typer()
+    application.command("check")(commands.check)
+    application.command("generate")(commands.generate)
+    return application
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        ([GOOD], 0),
+        ([LEAKY], 0),
+        ([LEAKY, "--strict"], 1),
+        ([BAD], 1),
+        ([GOOD, BAD], 1),
+        (["nowhere.skillset"], 2),
+        ([str(CASES)], 2),
+        ([], 2),
+    ],
+)
+def test_exit_codes_of_check(app: typer.Typer, arguments: list[str], code: int) -> None:
+    assert CliRunner().invoke(app, ["check", *arguments]).exit_code == code
+
+
+def test_check_shows_every_problem_and_a_count(app: typer.Typer) -> None:
+    output = CliRunner().invoke(app, ["check", GOOD, BAD]).output
+    assert output.count("error[SW012]") == 3
+    assert f"{GOOD}: no problem" in output
+    assert f"{BAD}: 9 errors" in output
+
+
+def test_a_missing_file_is_one_sentence(app: typer.Typer) -> None:
+    result = CliRunner().invoke(app, ["check", "nowhere.skillset"])
+    assert result.output.strip() == "`nowhere.skillset` cannot be read: No such file or directory."
+
+
+def test_a_binary_file_is_one_sentence(app: typer.Typer, tmp_path: Path) -> None:
+    (tmp_path / "x.skillset").write_bytes(b"\xff\xfe\x00")
+    result = CliRunner().invoke(app, ["check", str(tmp_path / "x.skillset")])
+    assert result.exit_code == 2
+    assert "is not a text file in UTF-8" in result.output
+
+
+def test_json_has_place_and_help(app: typer.Typer) -> None:
+    report = json.loads(CliRunner().invoke(app, ["check", "--json", LEAKY]).stdout)
+    assert [(item["code"], item["severity"], item["line"], item["column"]) for item in report] == [
+        ("SW080", "warning", 18, 7)
+    ]
+    assert report[0]["help"]
+    assert json.loads(CliRunner().invoke(app, ["check", "--json", GOOD]).stdout) == []
+
+
+def test_generate_and_its_check(app: typer.Typer, tmp_path: Path) -> None:
+    target = str(tmp_path / "generated")
+    assert CliRunner().invoke(app, ["generate", GOOD, "-o", target, "--check"]).exit_code == 1
+    assert not (tmp_path / "generated").exists()
+    assert CliRunner().invoke(app, ["generate", GOOD, "-o", target]).exit_code == 0
+    assert CliRunner().invoke(app, ["generate", GOOD, "-o", target, "--check"]).exit_code == 0
+    (tmp_path / "generated" / "types.py").write_text("edited")
+    result = CliRunner().invoke(app, ["generate", GOOD, "-o", target, "--check"])
+    assert result.exit_code == 1
+    assert "types.py" in result.output
+
+
+def test_generate_refuses_a_skillset_with_errors(app: typer.Typer, tmp_path: Path) -> None:
+    result = CliRunner().invoke(app, ["generate", BAD, "-o", str(tmp_path / "generated")])
+    assert result.exit_code == 1
+    assert "nothing was generated" in result.output
+    assert not (tmp_path / "generated").exists()
