@@ -200,7 +200,8 @@ class SkillCore:
             if wrong:
                 self._end(run, "error", f"The output of {result} does not fit the skillset: {' '.join(wrong)}")
             else:
-                self._end(run, "result", f"The skill ended with {result}.", result=result, output=fitted or None)
+                told = fitted if output is not None else None
+                self._end(run, "result", f"The skill ended with {result}.", result=result, output=told)
         return self._actions()
 
     def interrupted(self, goal_id: str, now: float) -> tuple[Action, ...]:

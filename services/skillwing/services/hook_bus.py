@@ -1,0 +1,84 @@
+"""The bus as the developer of a skill gets it: what goes wrong in a callback ends the goal, not the process."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import ParamSpec
+
+from skillwing.services.bus import Answer, Bus, Handle, Publisher, Request, Sample
+
+P = ParamSpec("P")
+Guard = Callable[[str, Callable[[], None]], None]
+"""Runs a callback of which it gets the name, and deals with its exceptions."""
+
+
+class HookBus:
+    """A `Bus` whose callbacks all run under a guard."""
+
+    def __init__(self, bus: Bus, guard: Guard) -> None:
+        self._bus = bus
+        self._guard = guard
+
+    @property
+    def name(self) -> str:
+        return self._bus.name
+
+    def now(self) -> float:
+        return self._bus.now()
+
+    def advertise(self, key: str, *, events: bool = False) -> Publisher:
+        return self._bus.advertise(key, events=events)
+
+    def subscribe(
+        self,
+        key_expression: str,
+        on_sample: Callable[[Sample], None],
+        *,
+        events: bool = False,
+        latest_only: bool = False,
+    ) -> Handle:
+        guarded = self._guarded(on_sample)
+        return self._bus.subscribe(key_expression, guarded, events=events, latest_only=latest_only)
+
+    def serve(self, key_expression: str, on_request: Callable[[Request], None]) -> Handle:
+        return self._bus.serve(key_expression, self._guarded(on_request))
+
+    def ask(
+        self,
+        key: str,
+        payload: bytes,
+        on_answer: Callable[[Answer], None],
+        *,
+        timeout: float = 2.0,
+        attachment: bytes = b"",
+    ) -> None:
+        self._bus.ask(key, payload, self._guarded(on_answer), timeout=timeout, attachment=attachment)
+
+    def declare_alive(self, key: str) -> Handle:
+        return self._bus.declare_alive(key)
+
+    def watch_alive(self, key_expression: str, on_change: Callable[[str, bool], None]) -> Handle:
+        return self._bus.watch_alive(key_expression, self._guarded(on_change))
+
+    def after(self, delay: float, action: Callable[[], None], *, wall: bool = False) -> Handle:
+        return self._bus.after(delay, self._guarded(action), wall=wall)
+
+    def every(self, period: float, action: Callable[[], None]) -> Handle:
+        return self._bus.every(period, self._guarded(action))
+
+    def post(self, action: Callable[[], None]) -> None:
+        self._bus.post(self._guarded(action))
+
+    def run_until(self, done: Callable[[], bool], timeout: float | None = None) -> bool:
+        return self._bus.run_until(done, timeout)
+
+    def close(self) -> None:
+        self._bus.close()
+
+    def _guarded(self, callback: Callable[P, None]) -> Callable[P, None]:
+        name = getattr(callback, "__name__", "callback")
+
+        def run(*args: P.args, **kwargs: P.kwargs) -> None:
+            self._guard(name, lambda: callback(*args, **kwargs))
+
+        return run
