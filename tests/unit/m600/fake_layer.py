@@ -162,9 +162,7 @@ class FakeLayer:
         if self.body.state is MotionState.MOVING:
             self._move(self.body)
         if self.nose.state is MotionState.MOVING and isinstance(self.nose.motion, Turn):
-            self.nose.remaining = 0.0 if not self.stuck else 1.0
-            self.nose.state = MotionState.MOVING if self.stuck else MotionState.DONE
-            self.heading = self.heading if self.stuck else self.nose.motion.heading
+            self._turn(self.nose.motion)
         if self.reports:
             self._put(
                 topics.GUIDANCE_STATUS,
@@ -198,6 +196,14 @@ class FakeLayer:
                 axis.state = MotionState.DONE
             case _:
                 pass
+
+    def _turn(self, turn: Turn) -> None:
+        if self.aborts:
+            self.nose.state = MotionState.ABORTED
+        elif self.stuck:
+            self.nose.remaining = 1.0
+        else:
+            self.heading, self.nose.remaining, self.nose.state = turn.heading, 0.0, MotionState.DONE
 
     def _step(self, target: Vector3, speed: float) -> None:
         axis = self.body
