@@ -1,0 +1,52 @@
+"""How a node reads publications and answers queries: from bytes to messages, from errors to typed refusals."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from typing import TypeVar
+
+from skillwing.services.bus import Request, Sample
+from skillwing.services.protocol import ErrorCode, ErrorReply, Message, ProtocolError, decode, encode
+
+from .axis import RefusedError
+from .topics import Done
+
+M = TypeVar("M", bound=Message)
+S = TypeVar("S")
+_log = logging.getLogger(__name__)
+
+
+def reader(kind: type[M], use: Callable[[M], object]) -> Callable[[Sample], None]:
+    """A subscriber that passes on messages of a kind. What it cannot read is logged and counts as not sent."""
+    return stream_reader(lambda payload, _: decode(payload, kind), use)
+
+
+def stream_reader(read: Callable[[bytes, bytes], S], use: Callable[[S], object]) -> Callable[[Sample], None]:
+    """A subscriber for payloads with attachments; `read` makes something of the two or raises ProtocolError."""
+
+    def on_sample(sample: Sample) -> None:
+        try:
+            value = read(sample.payload, sample.attachment)
+        except ProtocolError as error:
+            _log.warning("dropped a publication on %s: %s", sample.key, error)
+            return
+        use(value)
+
+    return on_sample
+
+
+def answer_with(kind: type[M], act: Callable[[M], str]) -> Callable[[Request], None]:
+    """A service for commands of a kind. `act` says in words what was done, or raises RefusedError."""
+
+    def on_request(request: Request) -> None:
+        try:
+            text = act(decode(request.payload, kind))
+        except ProtocolError as error:
+            request.refuse(ErrorReply(code=ErrorCode.BAD_REQUEST, message=str(error), help="check the message"))
+        except RefusedError as error:
+            request.refuse(error.reply)
+        else:
+            request.reply(encode(Done(text=text)))
+
+    return on_request
