@@ -6,14 +6,21 @@ import os
 import signal
 import sys
 import threading
+import time
 from collections.abc import Callable
 from queue import SimpleQueue
 
 EXIT_OK = 0
+EXIT_UNREACHABLE = 69
+"""There is no router where the process was told to look for one."""
 EXIT_CRASHED = 70
 """An exception that nobody expected; the log has its traceback."""
 EXIT_CONFIGURATION = 78
 """The process was told to do something it cannot; it said what."""
+EXIT_ORPHANED = 75
+"""Its parent was gone, and it did not come to its end in time."""
+ORPHAN_GRACE = 5.0
+"""Seconds that an orphan has for its end in good order."""
 
 
 class Lifetime:
@@ -54,3 +61,6 @@ class Lifetime:
         while os.read(sys.stdin.fileno(), 4096):
             pass
         self.end()
+        # Whoever hangs in a callback does not notice. Nobody is left to kill it, so it does that itself.
+        time.sleep(ORPHAN_GRACE)
+        os._exit(EXIT_ORPHANED)

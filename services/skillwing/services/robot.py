@@ -12,12 +12,12 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any, Literal
 
+from skillwing.dsl import load
 from skillwing.dsl.model import Skillset, UnknownNameError
+from skillwing.services.names import DATA_MANAGER, RESOURCE_MANAGER, skill_process
 
 ROBOTS = "skillwing.robots"
-DATA_MANAGER = "skillwing.services.data_manager:make_data_manager"
-RESOURCE_MANAGER = "skillwing.services.resource_manager:make_resource_manager"
-SKILL_MANAGER = "skillwing.services.skill_manager:make_skill_manager"
+PACKAGE = "skillwing.services"
 
 ClockKind = Literal["wall", "robot"]
 
@@ -38,6 +38,10 @@ class ProcessSpec:
     extra: str | None = None
 
 
+def _nothing(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
+    return ()
+
+
 @dataclass(frozen=True)
 class Robot:
     """What a robot is made of.
@@ -45,6 +49,7 @@ class Robot:
     skillset: its `.skillset` file. functional_layer: from run options (`seed`, `speed`, `faults`, `run_dir`) to the
     processes below the managers. hooks: for each skill with a manager, the developer's class (`package.module:Class`).
     clock: `robot` where one process of the functional layer owns the time, `wall` where the robot lives in ours.
+    observers: like `functional_layer`, for processes that only look on, such as the recorder; they start on request.
     """
 
     name: str
@@ -52,24 +57,39 @@ class Robot:
     functional_layer: Callable[[dict[str, Any]], tuple[ProcessSpec, ...]]
     hooks: Mapping[str, str]
     clock: ClockKind = "robot"
+    observers: Callable[[dict[str, Any]], tuple[ProcessSpec, ...]] = _nothing
 
     def load_skillset(self) -> Skillset:
         """Read the skillset file; raises `SkillsetError` with everything that is wrong in it."""
-        from skillwing.dsl import load  # noqa: PLC0415 - only who reads skillsets needs the parser
-
         return load(self.skillset)
 
     def managers(self) -> tuple[ProcessSpec, ...]:
-        """The data manager, the resource manager, and one skill manager for each skill with hooks."""
+        """The data manager, the resource manager, and one skill manager for each skill with hooks.
+
+        Without one skill manager the system goes on: that skill's goals end LOST, and nobody can start it.
+        """
         options = {"skillset": str(self.skillset)}
         return (
-            ProcessSpec("data_manager", DATA_MANAGER, options),
-            ProcessSpec("resource_manager", RESOURCE_MANAGER, options),
+            ProcessSpec(DATA_MANAGER, f"{PACKAGE}.data_manager:make_data_manager", options),
+            ProcessSpec(RESOURCE_MANAGER, f"{PACKAGE}.resource_manager:make_resource_manager", options),
             *(
-                ProcessSpec(f"skill/{skill}", SKILL_MANAGER, {**options, "hooks": hooks})
+                ProcessSpec(
+                    skill_process(skill),
+                    f"{PACKAGE}.skill_manager:make_skill_manager",
+                    {**options, "hooks": hooks},
+                    essential=False,
+                )
                 for skill, hooks in self.hooks.items()
             ),
         )
+
+    def process(self, name: str, options: dict[str, Any]) -> ProcessSpec:
+        """One process of the table, by name, for these run options; raises UnknownNameError."""
+        specs = (*self.functional_layer(options), *self.managers(), *self.observers(options))
+        for spec in specs:
+            if spec.name == name:
+                return spec
+        raise UnknownNameError(f"process of {self.name}", name, (spec.name for spec in specs))
 
 
 def robot_names() -> tuple[str, ...]:

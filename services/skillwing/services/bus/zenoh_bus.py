@@ -34,7 +34,7 @@ ANSWER_GRACE = 1.0
 
 TIMER_SLACK = 0.005
 
-_log = logging.getLogger(__name__)
+logger = logging.getLogger(__name__)
 
 
 class ZenohBus:
@@ -110,7 +110,7 @@ class ZenohBus:
         )
 
         def on_miss(miss: zenoh.ext.Miss) -> None:
-            _log.warning("%s lost %d events on %s for good", self._name, miss.nb, key_expression)
+            logger.warning("%s lost %d events on %s for good", self._name, miss.nb, key_expression)
 
         misses = subscriber.sample_miss_listener(zenoh.handlers.Callback(on_miss, indirect=False))
         handle.hold(misses, subscriber)
@@ -265,7 +265,7 @@ class ZenohBus:
             try:
                 tick = decode(payload, ClockTick)
             except ProtocolError as error:
-                _log.warning("%s ignores a clock tick: %s", self._name, error)
+                logger.warning("%s ignores a clock tick: %s", self._name, error)
                 return
             if not clock.started:
                 self._robot_agenda.shift(tick.t)

@@ -1,0 +1,88 @@
+"""Where a running system is to be found: one small file per robot, written by whoever runs it.
+
+The files live in a directory that only the user can read. A file whose process is gone, or whose process id now
+belongs to another process, counts for nothing and is removed.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+
+import msgspec
+
+from skillwing.services.robot import ClockKind
+
+
+class RunState(msgspec.Struct, frozen=True, kw_only=True):
+    """A running system.
+
+    robot: its name and namespace; endpoint: of the router; skillset: path of the `.skillset` file; clock: who tells
+    robot time; pid and pid_started: of the process that runs it; run_dir: where its logs are.
+    """
+
+    robot: str
+    endpoint: str
+    skillset: str
+    clock: ClockKind
+    pid: int
+    pid_started: str
+    run_dir: str
+    mock: bool = False
+
+
+def runtime_dir() -> Path:
+    """The user's own directory for such files; made if need be."""
+    base = os.environ.get("XDG_RUNTIME_DIR")
+    root = Path(base) / "skillwing" if base else Path(tempfile.gettempdir()) / f"skillwing-{os.getuid()}"
+    root.mkdir(mode=0o700, parents=True, exist_ok=True)
+    return root
+
+
+def started(pid: int) -> str | None:
+    """When the process of that id was started, in the kernel's ticks since boot; None if there is none."""
+    try:
+        stat = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return None
+    state, *fields = stat.rpartition(")")[2].split()
+    return None if state in "ZX" else fields[18]
+
+
+def write_run_state(state: RunState) -> None:
+    """Make a system known."""
+    path = _path(state.robot)
+    fresh = path.with_suffix(".new")
+    fresh.write_bytes(msgspec.json.format(msgspec.json.encode(state)))
+    fresh.replace(path)
+
+
+def read_run_state(robot: str) -> RunState | None:
+    """The running system of a robot; None if there is none."""
+    path = _path(robot)
+    try:
+        state = msgspec.json.decode(path.read_bytes(), type=RunState)
+    except FileNotFoundError:
+        return None
+    except (OSError, msgspec.DecodeError):
+        state = None
+    if state is None or started(state.pid) != state.pid_started:
+        path.unlink(missing_ok=True)
+        return None
+    return state
+
+
+def remove_run_state(robot: str) -> None:
+    """A system has stopped."""
+    _path(robot).unlink(missing_ok=True)
+
+
+def running_systems() -> tuple[RunState, ...]:
+    """All systems of this user that run, by robot name."""
+    found = (read_run_state(path.stem) for path in sorted(runtime_dir().glob("*.json")))
+    return tuple(state for state in found if state is not None)
+
+
+def _path(robot: str) -> Path:
+    return runtime_dir() / f"{robot}.json"
