@@ -54,6 +54,7 @@ class ToyDrone:
         self._keys = Keys(skillset.name)
         self._told: dict[str, str] = {}
         self._motion: Motion | None = None
+        self._frozen: set[str] = set()
 
     def attach(self, bus: Bus) -> None:
         self.bus = bus
@@ -67,6 +68,13 @@ class ToyDrone:
         """Something becomes true of the drone; the resource manager hears of it at once."""
         self.truth[resource] = state
         self._tell()
+
+    def freeze(self, skill: str) -> None:
+        """From now on `skill` never confirms that it has stopped."""
+        self._frozen.add(skill)
+
+    def confirms(self, skill: str) -> bool:
+        return skill not in self._frozen
 
     def fly(self, motion: Motion) -> None:
         self._motion = motion
@@ -141,7 +149,8 @@ class ToySkill(SkillHooks[Any, Any, Any]):
         self.drone = drone
 
     def on_interrupt(self, goal: Goal[Any]) -> None:
-        self.drone.stop(goal.id, at_rest=lambda: self.interrupted(goal.id))
+        if self.drone.confirms(self.skill):
+            self.drone.stop(goal.id, at_rest=lambda: self.interrupted(goal.id))
 
     def on_ended(self, goal: Goal[Any], terminal: Terminal) -> None:
         self.drone.stop(goal.id)

@@ -6,7 +6,6 @@ the tree could not go on, SETTLING until every goal of the mission is over, OVER
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,7 @@ from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Bus, Handle, Publisher, Request
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.interface import SkillsetInterface
+from skillwing.services.options import required
 from skillwing.services.protocol import (
     ErrorCode,
     ErrorReply,
@@ -70,20 +70,18 @@ class Phase(StrEnum):
     ABORTED = "ABORTED"
 
 
-def make_mission(options: Mapping[str, Any]) -> MissionNode:
+def make_mission(options: dict[str, Any]) -> MissionNode:
     """A node that flies one mission of the library.
 
     options: "mission" (its name), "skillset" (path of the file), optionally "ready_timeout" (wall seconds); all others
     are the mission's own. Raises UnknownNameError, InvalidOptionError or SkillsetError.
     """
-    own = dict(options)
-    try:
-        mission = find_mission(str(own.pop("mission")))
-        skillset = load(Path(own.pop("skillset")))
-    except KeyError as missing:
-        option = str(missing.args[0])
-        raise InvalidOptionError(option, f"A mission needs the option `{option}`; give it.") from missing
-    timeout = float(own.pop("ready_timeout", READY_TIMEOUT))
+    mission = find_mission(required(options, "mission"))
+    skillset = load(Path(required(options, "skillset")))
+    own = {name: value for name, value in options.items() if name not in ("mission", "skillset", "ready_timeout")}
+    timeout = options.get("ready_timeout", READY_TIMEOUT)
+    if not isinstance(timeout, (int, float)):
+        raise InvalidOptionError("ready_timeout", f"`ready_timeout` is {timeout!r}; give a number of seconds.")
     return MissionNode(mission, skillset, mission.read_options(own), ready_timeout=timeout)
 
 
@@ -136,6 +134,7 @@ class MissionNode:
             self._interface.on_change(self._wake),
             bus.every(TICK_PERIOD, self._wake),
             bus.after(self._ready_timeout, self._give_up_waiting, wall=True),
+            bus.declare_alive(self._keys.alive(self.name)),
         ]
         problems = preflight([self._trees.root, self._trees.rescue], self._skillset, {**self.mission.needs})
         if problems:
@@ -176,7 +175,7 @@ class MissionNode:
                 pass
         if self._stage is Stage.SETTLING and not self._context.reaper.unfinished:
             self._finish()
-        if self._publish_tree() and not self.over:
+        if self._stage in (Stage.FLYING, Stage.RESCUING) and self._publish_tree():
             # What one tick changed (the end of a round, say) the next one may go on from.
             self._bus.after(SETTLED_TICK, self._wake)
         self._publish_progress()
@@ -249,6 +248,7 @@ class MissionNode:
     def _end(self, phase: Phase, text: str, *, rescue: bool) -> None:
         """Halt the tree. Then bring the drone down with `rescue`, or wait for the goals to stop."""
         self._outcome = phase, text
+        self._publish_tree()  # the last picture of it, before halting wipes its statuses
         self._halt()
         if rescue:
             self._stage = Stage.RESCUING
@@ -274,7 +274,6 @@ class MissionNode:
         if running:
             text = f"{text}; these did not stop: " + ", ".join(sorted({goal.skill for goal in running}))
         self._stage = Stage.OVER
-        self._publish_tree()
         self._enter(phase, text)
         for handle in (*self._handles, self._clock_watch):
             if handle is not None:

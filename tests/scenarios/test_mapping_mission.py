@@ -1,0 +1,154 @@
+"""The mapping mission on real managers and a toy drone: nominal, and whatever fails whenever."""
+
+from __future__ import annotations
+
+import pytest
+from flights import ROUTE, Flight
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from skillwing.services.protocol import RecordKind
+
+LONGEST = 42.0
+"""Longer than the nominal mission takes, in seconds: a failure may also come after it."""
+moments = st.floats(0.0, LONGEST)
+seeds = st.integers(0, 2**16)
+
+
+def test_nominal() -> None:
+    flight = Flight()
+    status = flight.fly()
+    assert (status.phase, status.waypoint, status.waypoints) == ("SUCCEEDED", 3, 3)
+    assert flight.idle
+    assert flight.on_ground
+    assert flight.drone.position == (0.0, 0.0, 0.0)
+    assert flight.started[0] == "takeoff"
+    assert set(flight.started[1:3]) == {"lidar_mapping", "zed_depthmap"}, "together, in any order"
+    assert flight.started[3:] == ["goto_straight", "goto_straight", "goto_straight", "return_home", "land"]
+    assert flight.ends("lidar_mapping") == flight.ends("zed_depthmap") == ["IT"]
+    assert flight.ends("goto_straight") == ["S_ARRIVED"] * 3
+    assert [status.phase for status in flight.statuses if status.phase != "RUNNING"][-1] == "SUCCEEDED"
+    assert flight.statuses[-1].t < LONGEST
+
+
+def test_the_camera_fails_on_the_second_leg() -> None:
+    """Figure 12, with the chain of causes from the resource to the new branch."""
+    flight = Flight()
+    flight.at(17.0, lambda: flight.drone.set("zed_status", "FAILED"))
+    status = flight.fly()
+    assert status.phase == "SUCCEEDED"
+    assert flight.idle
+    assert flight.on_ground
+    assert flight.ends("zed_depthmap") == ["RI"]
+    assert flight.ends("goto_straight") == ["S_ARRIVED", "IT"]
+    assert flight.ends("goto") == ["S_ARRIVED", "S_ARRIVED"]
+    assert flight.ends("lock_head") == ["IT", "IT"]
+    assert flight.ends("lidar_mapping") == ["IT"]
+    assert "NR" not in [label for skill in set(flight.started) for label in flight.ends(skill)]
+
+    switch = next(record for record in flight.records if record.kind is RecordKind.MISSION and record.before == "ZED")
+    subjects = [record.subject for record in flight.chain(switch)]
+    assert subjects[0] == "navigation"
+    assert "zed_depthmap" in subjects
+    assert subjects[-1] == "zed_status"
+    begun = next(record for record in flight.records if record.subject == "lidar_depthmap")
+    assert switch in flight.chain(begun)
+
+
+@given(seed=seeds, moment=moments)
+@settings(max_examples=10, deadline=None)
+def test_the_camera_may_fail_at_any_time(seed: int, moment: float) -> None:
+    flight = Flight(seed=seed)
+    flight.at(moment, lambda: flight.drone.set("zed_status", "FAILED"))
+    status = flight.fly()
+    assert (status.phase, status.waypoint) == ("SUCCEEDED", len(ROUTE))
+    assert flight.idle
+    assert flight.on_ground
+
+
+@given(seed=seeds, moment=st.floats(1.0, LONGEST), second=st.floats(0.0, 30.0))
+@settings(max_examples=10, deadline=None)
+def test_the_lidar_may_fail_at_any_time_and_the_drone_lands(seed: int, moment: float, second: float) -> None:
+    flight = Flight(seed=seed)
+    flight.at(max(0.0, moment - second), lambda: flight.drone.set("zed_status", "FAILED"))
+    flight.at(moment, lambda: flight.drone.set("lidar_status", "FAILED"))
+    status = flight.fly()
+    assert flight.idle
+    assert flight.on_ground
+    if "RI" in flight.ends("lidar_mapping"):
+        assert status.phase == "FAILED"
+        assert "lidar" in status.text
+
+
+@given(seed=seeds, moment=st.floats(1.0, LONGEST))
+@settings(max_examples=10, deadline=None)
+def test_the_pilot_may_take_over_at_any_time_and_nothing_is_commanded_after(seed: int, moment: float) -> None:
+    flight = Flight(seed=seed)
+    started_before: list[int] = []
+
+    def take_over() -> None:
+        flight.drone.set("SDK_authority", "UNAVAILABLE")
+        flight.observer.after(0.05, lambda: started_before.append(len(flight.started)))
+
+    flight.at(moment, take_over)
+    status = flight.fly()
+    assert flight.idle
+    if not started_before:
+        assert status.phase == "SUCCEEDED"
+    elif status.phase != "SUCCEEDED":
+        assert status.phase == "FAILED"
+        assert "SDK_authority is UNAVAILABLE" in status.text
+        assert len(flight.started) == started_before[0]
+
+
+@given(seed=seeds, moment=st.floats(1.0, LONGEST))
+@settings(max_examples=8, deadline=None)
+def test_the_battery_may_run_low_at_any_time_and_the_drone_lands(seed: int, moment: float) -> None:
+    flight = Flight(seed=seed)
+    flight.at(moment, lambda: flight.drone.set("battery_status", "CRITICAL"))
+    status = flight.fly()
+    assert flight.idle
+    assert flight.on_ground
+    if status.phase != "SUCCEEDED":
+        assert "battery_status is CRITICAL" in status.text
+
+
+@pytest.mark.parametrize("camera", ["OK", "FAILED"])
+def test_a_pole_on_the_leg_is_gone_round(camera: str) -> None:
+    flight = Flight(poles=((10.0, 0.1), (20.0, 5.0)))
+    flight.drone.truth["zed_status"] = camera
+    status = flight.fly()
+    assert (status.phase, status.text) == ("SUCCEEDED", "3 of 3 waypoints reached")
+    motion = "goto_straight" if camera == "OK" else "goto"
+    assert flight.ends(motion).count("S_BLOCKED") >= 2
+    assert flight.drone.nearest_pole > 1.5
+    assert flight.idle
+
+
+def test_a_waypoint_that_cannot_be_reached_is_left_out_and_said_so() -> None:
+    ring = tuple((20.0 + x, 10.0 + y) for x in range(-3, 4) for y in range(-3, 4) if 3 in (abs(x), abs(y)))
+    flight = Flight(poles=ring)
+    status = flight.fly()
+    assert status.phase == "SUCCEEDED"
+    assert status.text.startswith("2 of 3 waypoints reached (2 given up")
+    assert flight.idle
+
+
+@pytest.mark.parametrize("victim", ["goto_straight", "zed_depthmap"])
+def test_a_manager_that_dies_costs_the_branch_and_not_the_mission(victim: str) -> None:
+    flight = Flight()
+    flight.at(10.0, flight.buses[f"skill/{victim}"].close)
+    status = flight.fly()
+    assert status.phase == "SUCCEEDED"
+    assert flight.ends("lidar_depthmap") == ["IT"]
+    assert flight.on_ground
+
+
+def test_the_same_seed_flies_the_same_mission() -> None:
+    def story(seed: int) -> list[tuple[float, str, str]]:
+        flight = Flight(seed=seed)
+        flight.at(20.0, lambda: flight.drone.set("zed_status", "FAILED"))
+        flight.fly()
+        return [(record.t, record.subject, record.after) for record in flight.records]
+
+    assert story(7) == story(7)

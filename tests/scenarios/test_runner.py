@@ -1,0 +1,280 @@
+"""The process around a mission: waiting, aborting, giving up, and what it tells while it runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+import pytest
+from flights import KEYS, M600, M600_FILE, Flight
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from py_trees.behaviour import Behaviour
+from py_trees.behaviours import StatusQueue
+from py_trees.common import Status
+
+from skillwing.bt_missions import runner
+from skillwing.bt_missions.abort import AbortMission
+from skillwing.bt_missions.composites import alongside, in_order
+from skillwing.bt_missions.context import MissionContext
+from skillwing.bt_missions.landing import land_where_it_is
+from skillwing.bt_missions.mission import Mission, MissionOptions, MissionTrees, Progress
+from skillwing.bt_missions.runner import MissionNode, make_mission
+from skillwing.bt_missions.skill_action import SkillAction
+from skillwing.dsl.model import UnknownNameError
+from skillwing.services.bus import Answer, Answered, Bus, Refused
+from skillwing.services.errors import InvalidOptionError
+from skillwing.services.protocol import MissionStatus, RecordKind, decode, encode
+
+TIDY = {"max_examples": 8, "deadline": None}
+
+
+HOP = [Status.RUNNING] * 40 + [Status.SUCCESS]
+
+
+class StillBus:
+    """A bus whose robot time stops at a moment, as when the simulator hangs."""
+
+    def __init__(self, bus: Bus, at: float) -> None:
+        self._bus = bus
+        self._at = at
+
+    def now(self) -> float:
+        return min(self._bus.now(), self._at)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._bus, name)
+
+
+class Raising(Behaviour):
+    """A leaf with a programming error."""
+
+    def update(self) -> Status:
+        raise ZeroDivisionError("division by zero")
+
+
+class ShortHop(Mission):
+    """Takes off, then does what the test says."""
+
+    name = "hop"
+    summary = "Take off and see."
+    needs: ClassVar[dict[str, tuple[str, ...]]] = {"SDK_authority": ("AVAILABLE",), "homepoint_status": ("VALID",)}
+
+    def __init__(self, *then: Callable[[MissionContext], Behaviour], rescue: bool = True) -> None:
+        self.then = then
+        self.can_rescue = rescue
+
+    def build(self, context: MissionContext, options: Any) -> MissionTrees:
+        takeoff = SkillAction("takeoff", context, "takeoff", {"height": 4.0})
+        rescue = land_where_it_is(context) if self.can_rescue else Raising("raises")
+        return MissionTrees(in_order("hop", takeoff, *(make(context) for make in self.then)), rescue, Progress)
+
+
+def hop(*then: Callable[[MissionContext], Behaviour], rescue: bool = True) -> Flight:
+    return Flight(mission=ShortHop(*then, rescue=rescue))
+
+
+def raising(context: MissionContext) -> Behaviour:
+    return Raising("raises")
+
+
+def hold(context: MissionContext) -> Behaviour:
+    return SkillAction("hold", context, "lidar_mapping")
+
+
+# --- before the flight -----------------------------------------------------------------------------------------------
+
+
+def test_a_robot_that_is_not_ready_is_waited_for() -> None:
+    flight = Flight()
+    flight.drone.truth["SDK_authority"] = "UNAVAILABLE"
+    flight.at(10.0, lambda: flight.drone.set("SDK_authority", "AVAILABLE"))
+    flight.network.run_for(5.0)
+    assert (flight.node.status.phase, flight.started) == ("IDLE", [])
+    assert "SDK_authority is UNAVAILABLE instead of AVAILABLE" in flight.node.status.text
+    assert flight.fly().phase == "SUCCEEDED"
+
+
+def test_a_robot_that_does_not_get_ready_is_given_up_with_a_sentence() -> None:
+    flight = Flight(ready_timeout=5.0)
+    flight.drone.truth["lidar_status"] = "FAILED"
+    status = flight.fly()
+    assert status.phase == "FAILED"
+    assert "within 5 s" in status.text
+    assert "lidar_status is FAILED instead of OK" in status.text
+    assert flight.started == []
+
+
+def test_a_robot_without_managers_is_given_up_too() -> None:
+    flight = Flight(ready_timeout=5.0)
+    flight.buses["resource_manager"].close()
+    flight.until(lambda: flight.node.over)
+    assert "waiting for the resource manager" in flight.node.status.text
+
+
+def test_a_mission_that_does_not_fit_is_refused_with_all_its_problems() -> None:
+    flight = hop(
+        lambda context: SkillAction("a", context, "teleport"),
+        lambda context: SkillAction("b", context, "goto", {"speed": 99.0, "target": {"x": 0.0, "y": 0.0, "z": 1.0}}),
+    )
+    status = flight.fly()
+    assert status.phase == "FAILED"
+    assert "teleport" in status.text
+    assert "speed" in status.text
+    assert flight.started == []
+
+
+# --- calling it off --------------------------------------------------------------------------------------------------
+
+
+def call_off(flight: Flight, reason: str = "the wind gets up") -> list[Answer]:
+    answers: list[Answer] = []
+    flight.observer.ask(KEYS.mission_abort, encode(AbortMission(reason=reason)), answers.append)
+    return answers
+
+
+@given(moment=st.floats(0.0, 40.0), seed=st.integers(0, 1000))
+@settings(**TIDY)
+def test_an_abort_at_any_time_brings_the_drone_down(moment: float, seed: int) -> None:
+    flight = Flight(seed=seed)
+    flight.at(moment, lambda: call_off(flight))
+    flight.at(moment + 0.1, lambda: call_off(flight, "again"))
+    status = flight.fly()
+    assert status.phase in ("ABORTED", "SUCCEEDED")
+    if status.phase == "ABORTED":
+        assert status.text.startswith("the wind gets up")
+    assert flight.idle
+    assert flight.on_ground
+
+
+def test_an_abort_is_answered_and_a_malformed_one_refused() -> None:
+    flight = hop(hold)
+    flight.network.run_for(10.0)
+    refused: list[Answer] = []
+    flight.observer.ask(KEYS.mission_abort, b"\xc1", refused.append)
+    flight.network.run_for(0.1)
+    assert isinstance(refused[0], Refused)
+    assert flight.node.status.phase == "RUNNING"
+    answers = call_off(flight)
+    flight.network.run_for(0.1)
+    assert isinstance(answers[0], Answered)
+    assert decode(answers[0].payload, MissionStatus).mission == "hop"
+    assert flight.fly().text == "the wind gets up; the drone is on the ground"
+
+
+def test_an_abort_before_the_flight_starts_nothing() -> None:
+    flight = Flight()
+    flight.drone.truth["SDK_authority"] = "UNAVAILABLE"
+    flight.network.run_for(1.0)
+    call_off(flight)
+    assert flight.fly().phase == "ABORTED"
+    assert flight.started == []
+
+
+def test_a_process_that_is_stopped_says_its_last_words_and_interrupts() -> None:
+    flight = hop(hold)
+    flight.network.run_for(10.0)
+    flight.node.detach()
+    assert flight.fly().phase == "ABORTED"
+    assert flight.ends("lidar_mapping") == ["IT"]
+
+
+# --- when the tree itself breaks -------------------------------------------------------------------------------------
+
+
+def test_a_leaf_that_raises_fails_the_mission_and_the_drone_lands() -> None:
+    flight = hop(raising)
+    status = flight.fly()
+    assert status.phase == "FAILED"
+    assert status.text == "the tree raised ZeroDivisionError: division by zero; the drone is on the ground"
+    assert flight.ends("land") == ["S_LANDED"]
+    assert flight.idle
+    assert flight.on_ground
+
+
+def test_a_rescue_that_raises_as_well_still_ends_the_mission() -> None:
+    flight = hop(raising, rescue=False)
+    status = flight.fly()
+    assert status.phase == "FAILED"
+    assert "while landing the tree raised" in status.text
+    assert flight.idle
+
+
+def test_the_end_waits_for_a_skill_that_does_not_confirm_its_stop() -> None:
+    flight = hop(hold)
+    flight.at(10.0, lambda: flight.drone.freeze("lidar_mapping"))
+    flight.at(10.1, lambda: call_off(flight))
+    assert flight.fly().phase == "ABORTED"
+    assert flight.ends("lidar_mapping") == ["IT"], "forced by the timeout of its manager"
+    assert flight.idle
+    assert flight.on_ground
+
+
+def test_the_end_does_not_wait_for_ever_and_names_what_did_not_stop(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(runner, "SETTLE_TIMEOUT", 1.0)
+    flight = hop(lambda context: alongside("hop on", hold(context), until=StatusQueue("fly", HOP, None)))
+    flight.at(4.0, lambda: flight.drone.freeze("lidar_mapping"))
+    flight.until(lambda: flight.node.over)
+    assert flight.node.status.text == "done; these did not stop: lidar_mapping"
+
+
+def test_a_robot_clock_that_stands_still_ends_the_flight() -> None:
+    flight = hop(hold)
+    node = MissionNode(ShortHop(hold), M600, MissionOptions())
+    flight.network.run_for(10.0)
+    flight.node.abort("make room")
+    flight.fly()
+    node.attach(StillBus(flight.network.bus("still"), at=flight.network.now() + 5.0))
+    flight.until(lambda: node.over)
+    assert node.status.phase == "FAILED"
+    assert node.status.text == "robot time stands still for 15 s"
+    flight.network.run_for(5.0)
+    assert all(goal.terminal for goal in flight.goals.values())
+
+
+# --- what it tells ---------------------------------------------------------------------------------------------------
+
+
+def test_phases_and_tree_are_told_as_they_change() -> None:
+    flight = Flight()
+    flight.fly()
+    steps = [(record.before, record.after) for record in flight.records if record.kind is RecordKind.MISSION]
+    assert steps == [("IDLE", "RUNNING"), ("RUNNING", "SUCCEEDED")]
+    assert [status.waypoint for status in flight.statuses] == sorted(status.waypoint for status in flight.statuses)
+    assert any(status.goal == (20.0, 10.0, 4.0) for status in flight.statuses)
+    assert all(a.nodes != b.nodes for a, b in zip(flight.trees, flight.trees[1:], strict=False))
+    running = {node.name for tree in flight.trees for node in tree.nodes if node.status == "RUNNING"}
+    assert {"takeoff", "lidar_mapping", "zed_depthmap", "goto_straight", "return_home", "land"} <= running
+    assert flight.trees[-1].nodes[0].status == "SUCCESS"
+
+
+def test_between_changes_nothing_is_published() -> None:
+    flight = hop(hold)
+    flight.network.run_for(10.0)
+    told = len(flight.trees), len(flight.statuses)
+    flight.network.run_for(20.0)
+    assert (len(flight.trees), len(flight.statuses)) == told
+
+
+# --- making the node -------------------------------------------------------------------------------------------------
+
+
+def test_a_node_is_made_from_plain_options() -> None:
+    node = make_mission({"mission": "mapping", "skillset": str(M600_FILE), "route": [[10, 0, 4]], "speed": 1.5})
+    assert node.mission.name == "mapping"
+    assert not node.over
+
+
+@pytest.mark.parametrize(
+    ("options", "error"),
+    [
+        ({"mission": "mapping"}, InvalidOptionError),
+        ({"skillset": str(M600_FILE)}, InvalidOptionError),
+        ({"mission": "maping", "skillset": str(M600_FILE)}, UnknownNameError),
+        ({"mission": "mapping", "skillset": str(M600_FILE), "sped": 1}, InvalidOptionError),
+        ({"mission": "mapping", "skillset": str(M600_FILE), "ready_timeout": "soon"}, InvalidOptionError),
+    ],
+)
+def test_options_that_do_not_fit_raise_a_sentence(options: dict[str, Any], error: type[Exception]) -> None:
+    with pytest.raises(error):
+        make_mission(options)
