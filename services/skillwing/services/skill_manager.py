@@ -268,8 +268,11 @@ class SkillManagerNode:
         if not isinstance(told, Mapping):
             raise TypeError(f"progress has to return the skill's feedback by name, not {told!r}")
         feedback, problems = fit_fields(self._model.feedback, told)
-        if problems:
-            raise ValueError(" ".join(problem.sentence for problem in problems))
+        wrong = [problem.sentence for problem in problems if problem.kind != "range"]
+        if wrong:
+            # No reason to end a flight.
+            log.warning("dropped a feedback of %s: %s", self.name, " ".join(wrong))
+            return None
         return feedback
 
 

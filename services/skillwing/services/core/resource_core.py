@@ -106,8 +106,10 @@ class ResourceCore:
         obstacle = self._table.obstacle(transitions, extern=True)
         if obstacle is not None:
             targets = self._table.extern_targets(resource.name)
-            now_possible = ", ".join(targets) or "nowhere; only skills move it from there"
-            help_text = f"From {self.states[resource.name]} the functional layer can bring it to: {now_possible}."
+            there = f"From {self.states[resource.name]} "
+            help_text = there + (
+                f"the functional layer can bring it to {' or '.join(targets)}." if targets else "only skills move it."
+            )
             raise RefusedError(ErrorCode.NOT_ALLOWED, obstacle, help=help_text, known=targets)
         self._table.apply(transitions, now, f"reported by {request.source}", cause=request.cause)
         self._enforce_invariants(now)

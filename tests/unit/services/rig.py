@@ -1,0 +1,142 @@
+"""A small skillset with one of everything, and cores on a workbench."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from skillwing.dsl import parse
+from skillwing.services.core.resource_core import Publication, ResourceCore, Step
+from skillwing.services.ids import RecordIds
+from skillwing.services.protocol import (
+    BeginGoal,
+    DataSample,
+    EndGoal,
+    FireExtern,
+    GoalVerdict,
+    Record,
+    ResourceChange,
+    Violated,
+)
+
+RIG = parse(
+    """
+    skillset rig {
+        data { battery: float64 [%] period=1.0 }
+        resource authority { initial ON  extern ON -> OFF  extern OFF -> ON }
+        resource door { initial CLOSED  extern CLOSED -> OPEN  extern OPEN -> CLOSED }
+        resource axes { initial FREE  FREE -> USED  USED -> FREE }
+        resource lamp {
+            state { OFF LIT BROKEN }
+            initial OFF
+            OFF -> LIT
+            LIT -> OFF
+            extern * -> BROKEN
+            extern BROKEN -> OFF
+        }
+        event storm { guard resource=(authority == ON) effect { authority -> OFF  door -> OPEN } }
+
+        skill move {
+            deadline=60.0
+            progress=0.5 { distance: float64 [m] }
+            input { speed: float64 [m/s] in 0.1..3.0 = 1.0  label: string = "a" }
+            output { distance: float64 [m] }
+            effect { take: axes -> USED  release: axes -> FREE }
+            precondition {
+                authority: resource=(authority == ON)
+                free: resource=(axes == FREE)
+                charged: data=(battery > 15.0)
+                success take
+            }
+            invariant {
+                authority: resource=(authority == ON) violation=release
+                charged: data=(battery > 10.0) violation=release
+            }
+            interrupt { apply=release timeout=2.0 }
+            result {
+                success DONE: apply=release
+                failure STUCK: apply=release post resource=(door == CLOSED)
+            }
+        }
+
+        skill shine {
+            effect { light: lamp -> LIT  dark: lamp -> OFF }
+            precondition { off: resource=(lamp == OFF)  success light }
+            invariant { moving: resource=(axes == USED) violation=dark }
+            interrupt { apply=dark timeout=2.0 }
+            result { END: apply=dark }
+        }
+
+        skill watch {
+            effect { none {} }
+            precondition { success none }
+            invariant { something: resource=(lamp == LIT or axes == USED or authority == ON) violation=none }
+            result { END: apply=none }
+        }
+
+        skill carry {
+            effect { take { axes -> USED  lamp -> LIT }  release { axes -> FREE  lamp -> OFF } }
+            precondition { free: resource=(axes == FREE)  success take }
+            result { END: apply=release }
+        }
+    }
+    """,
+    "rig.skillset",
+)
+
+
+class Bench:
+    """A resource core and everything that it has published; requests in short."""
+
+    def __init__(self) -> None:
+        self.core = ResourceCore(RIG, source="rm", new_record_id=RecordIds("rm"))
+        self.published: list[Publication] = []
+        self.now = 0.0
+
+    def perform(self, step: Step[Any]) -> Any:
+        self.published += step.publications
+        return step.reply
+
+    def begin(self, skill: str, goal_id: str, manager: str = "", **inputs: Any) -> GoalVerdict:
+        request = BeginGoal(
+            goal_id=goal_id,
+            skill=skill,
+            inputs=inputs,
+            manager=manager or f"skill/{skill}",
+            owner="test",
+            schema=RIG.schema_hash,
+        )
+        return self.perform(self.core.begin(request, self.now))
+
+    def end(self, skill: str, goal_id: str, token: int, how: str = "result", result: str | None = None) -> GoalVerdict:
+        request = EndGoal(goal_id=goal_id, skill=skill, token=token, how=how, result=result)
+        return self.perform(self.core.end(request, self.now))
+
+    def extern(self, resource: str, target: str, cause: str | None = None) -> Any:
+        request = FireExtern(resource=resource, target=target, source="test", cause=cause)
+        return self.perform(self.core.fire_extern(request, self.now))
+
+    def battery(self, percent: Any) -> None:
+        sample = DataSample(name="battery", value=percent, t=self.now)
+        self.perform(self.core.update_datum(sample, self.now))
+
+    def of(self, kind: type[Any], where: Callable[[Any], bool] = lambda publication: True) -> list[Any]:
+        return [publication for publication in self.published if isinstance(publication, kind) and where(publication)]
+
+    @property
+    def violations(self) -> list[tuple[str, str]]:
+        return [(violated.skill, violated.invariant) for violated in self.of(Violated)]
+
+    @property
+    def changes(self) -> list[tuple[str, str, int]]:
+        return [(change.resource, change.after, change.revision) for change in self.of(ResourceChange)]
+
+    def chain(self, record_id: str | None) -> list[str]:
+        """What led to a record, the root first, as `subject after`."""
+        records = {record.id: record for record in self.of(Record)}
+        steps: list[str] = []
+        while record_id is not None:
+            record = records.get(record_id)
+            steps.append(f"{record.subject} {record.after}" if record else record_id)
+            record_id = record.cause if record else None
+        return steps[::-1]

@@ -1,0 +1,227 @@
+"""What holds whatever happens: the cores on a network that loses, repeats and reorders, in any order of events."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from hypothesis import settings
+from hypothesis import strategies as st
+from hypothesis.stateful import Bundle, RuleBasedStateMachine, invariant, multiple, rule
+from rig import RIG
+
+from skillwing.services.core.refusal import RefusedError
+from skillwing.services.core.resource_core import ResourceCore, Step
+from skillwing.services.core.skill_actions import Action, AskResources, CallHook, Hook
+from skillwing.services.core.skill_core import SILENCES_UNTIL_SETTLED, SkillCore
+from skillwing.services.ids import RecordIds
+from skillwing.services.protocol import (
+    BeginGoal,
+    DataSample,
+    FireExtern,
+    GoalStatus,
+    InterruptGoal,
+    Lost,
+    ResourceChange,
+    StartGoal,
+    State,
+    Terminal,
+    Violated,
+)
+
+MOVERS = ("move", "carry")
+SKILLS = (*MOVERS, "shine", "watch")
+RESULTS = {"move": ("DONE", "STUCK"), "carry": ("END",), "shine": ("END",), "watch": ("END",)}
+EXTERNS = tuple(
+    (resource.name, edge.target) for resource in RIG.resources for edge in resource.transitions if edge.extern
+)
+
+
+class Managers(RuleBasedStateMachine):
+    """One resource manager and a manager for each skill. Questions and pushes lie around until a rule moves them."""
+
+    goals: Bundle[tuple[str, str]] = Bundle("goals")
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.now = 0.0
+        self.resources = ResourceCore(RIG, source="rm", new_record_id=RecordIds("rm"))
+        self.skills = {
+            name: SkillCore(RIG, name, source=f"skill/{name}", new_record_id=RecordIds(name)) for name in SKILLS
+        }
+        self.questions: list[tuple[str, AskResources]] = []
+        self.pushes: list[Violated | Lost] = []
+        self.accepted: set[str] = set()
+        self.dispatched: list[str] = []
+        self.answers: dict[str, list[Terminal]] = {}
+        self.count = 0
+
+    # --- plumbing ----------------------------------------------------------------------------------------------------
+
+    def perform(self, skill: str, actions: tuple[Action, ...]) -> None:
+        for action in actions:
+            match action:
+                case AskResources():
+                    self.questions.append((skill, action))
+                case GoalStatus(terminal=Terminal() as terminal):
+                    self.answers.setdefault(action.goal_id, []).append(terminal)
+                case CallHook(hook=Hook.VALIDATE):
+                    self.perform(skill, self.skills[skill].validated(action.goal_id, None, self.now))
+                case CallHook(hook=Hook.DISPATCH):
+                    self.dispatched.append(action.goal_id)
+                case _:
+                    pass
+
+    def judge(self, step: Step[Any], before: int) -> Any:
+        """Look at what one atomic step has published."""
+        changes = [each for each in step.publications if isinstance(each, ResourceChange)]
+        revisions = [change.revision for change in changes]
+        assert revisions == sorted(revisions)
+        assert set(revisions) == set(range(before + 1, self.resources.revision + 1)), "one revision per change set"
+        for change in changes:
+            assert change.before != change.after
+        self.pushes += [each for each in step.publications if isinstance(each, (Violated, Lost))]
+        return step.reply
+
+    def execute(self, asked: AskResources) -> Any:
+        """What the resource manager does and answers; a refusal is an answer."""
+        call, before = asked.call, self.resources.revision
+        try:
+            step = self.resources.begin(call, self.now) if isinstance(call, BeginGoal) else None
+            return self.judge(step or self.resources.end(call, self.now), before)  # pyright: ignore[reportArgumentType]
+        except RefusedError as refusal:
+            assert self.resources.revision == before, "a refusal changes nothing"
+            return refusal.reply
+
+    # --- what may happen ---------------------------------------------------------------------------------------------
+
+    @rule(target=goals, skill=st.sampled_from(SKILLS))
+    def name_a_goal(self, skill: str) -> Any:
+        self.count += 1
+        return multiple((skill, f"g{self.count}"))
+
+    @rule(goal=goals, speed=st.sampled_from([1.0, 99.0]))
+    def start(self, goal: tuple[str, str], speed: float) -> None:
+        skill, goal_id = goal
+        inputs: dict[str, Any] = {"speed": speed} if skill == "move" else {}
+        request = StartGoal(goal_id=goal_id, inputs=inputs, client="c", schema=RIG.schema_hash)
+        self.accepted.add(goal_id)
+        self.perform(skill, self.skills[skill].start(request, self.now))
+
+    @rule(goal=goals)
+    def interrupt(self, goal: tuple[str, str]) -> None:
+        skill, goal_id = goal
+        try:
+            self.perform(skill, self.skills[skill].interrupt(InterruptGoal(goal_id=goal_id, client="c"), self.now))
+        except RefusedError:
+            assert goal_id not in self.accepted
+
+    @rule(data=st.data(), how=st.sampled_from(["deliver", "lose the answer", "lose the question", "repeat"]))
+    def move_a_question(self, data: st.DataObject, how: str) -> None:
+        if not self.questions:
+            return
+        skill, asked = self.questions.pop(data.draw(st.integers(0, len(self.questions) - 1)))
+        answer = None if how == "lose the question" else self.execute(asked)
+        if how == "repeat":
+            self.execute(asked)
+        if how == "lose the answer":
+            answer = None
+        self.perform(skill, self.skills[skill].answered(asked, answer, self.now))
+
+    @rule(data=st.data())
+    def deliver_a_push(self, data: st.DataObject) -> None:
+        if self.pushes:
+            verdict = self.pushes.pop(data.draw(st.integers(0, len(self.pushes) - 1)))
+            self.perform(verdict.skill, self.skills[verdict.skill].pushed(verdict, self.now))
+
+    @rule(goal=goals, data=st.data(), call=st.sampled_from(["dispatched", "end", "interrupted", "failed", "raised"]))
+    def the_hooks_speak(self, goal: tuple[str, str], data: st.DataObject, call: str) -> None:
+        skill, goal_id = goal
+        core = self.skills[skill]
+        match call:
+            case "dispatched":
+                actions = core.dispatched(goal_id, self.now)
+            case "end":
+                actions = core.terminated(goal_id, data.draw(st.sampled_from(RESULTS[skill])), None, self.now)
+            case "interrupted":
+                actions = core.interrupted(goal_id, self.now)
+            case "failed":
+                actions = core.failed(goal_id, "It broke.", self.now)
+            case _:
+                actions = core.raised(goal_id, "progress", "ValueError: oh", self.now)
+        self.perform(skill, actions)
+
+    @rule(extern=st.sampled_from(EXTERNS))
+    def the_world_changes(self, extern: tuple[str, str]) -> None:
+        before = self.resources.revision
+        try:
+            request = FireExtern(resource=extern[0], target=extern[1], source="world")
+            self.judge(self.resources.fire_extern(request, self.now), before)
+        except RefusedError:
+            assert self.resources.revision == before
+
+    @rule(percent=st.sampled_from([80.0, 12.0, 5.0]))
+    def the_battery_tells(self, percent: float) -> None:
+        before = self.resources.revision
+        sample = DataSample(name="battery", value=percent, t=self.now)
+        self.judge(self.resources.update_datum(sample, self.now), before)
+
+    @rule(seconds=st.sampled_from([0.1, 1.0, 3.5]))
+    def time_passes(self, seconds: float) -> None:
+        self.now += seconds
+        self.judge(self.resources.tick(self.now), self.resources.revision)
+        for skill, core in self.skills.items():
+            self.perform(skill, core.tick(self.now))
+
+    @rule(skill=st.sampled_from(SKILLS))
+    def a_manager_seems_lost(self, skill: str) -> None:
+        self.judge(self.resources.manager_lost(f"skill/{skill}", self.now), self.resources.revision)
+
+    # --- what always holds -------------------------------------------------------------------------------------------
+
+    @invariant()
+    def nobody_shares_the_axes(self) -> None:
+        holders = [grant for grant in self.resources.grants if grant.skill.name in MOVERS]
+        assert len(holders) <= 1
+        if holders:
+            assert self.resources.states["axes"] == "USED"
+
+    @invariant()
+    def tokens_grow(self) -> None:
+        tokens = [grant.token for grant in self.resources.grants]
+        assert tokens == sorted(set(tokens))
+
+    @invariant()
+    def every_goal_has_one_answer_at_most_and_is_dispatched_once(self) -> None:
+        assert all(len(answers) == 1 for answers in self.answers.values())
+        assert len(self.dispatched) == len(set(self.dispatched))
+
+    @invariant()
+    def no_grant_outlives_its_violation(self) -> None:
+        assert self.resources.tick(self.now).publications == ()
+
+    def teardown(self) -> None:
+        """Let the network heal: then every accepted goal gets its answer, and nothing stays taken."""
+        for _ in range(SILENCES_UNTIL_SETTLED):
+            if not self.questions and not self.pushes and all(core.current is None for core in self.skills.values()):
+                break
+            while self.questions:
+                skill, asked = self.questions.pop(0)
+                self.perform(skill, self.skills[skill].answered(asked, self.execute(asked), self.now))
+            while self.pushes:
+                verdict = self.pushes.pop(0)
+                self.perform(verdict.skill, self.skills[verdict.skill].pushed(verdict, self.now))
+            for skill, core in self.skills.items():
+                run = core.current
+                if run is not None and run.state is State.DISPATCHING:
+                    self.perform(skill, core.dispatched(run.goal_id, self.now))
+                elif run is not None:
+                    request = InterruptGoal(goal_id=run.goal_id, client="c")
+                    self.perform(skill, core.interrupt(request, self.now))
+                    self.perform(skill, core.interrupted(run.goal_id, self.now))
+        assert self.answers.keys() == self.accepted
+        assert all(len(answers) == 1 for answers in self.answers.values())
+        assert self.resources.grants == ()
+
+
+Managers.TestCase.settings = settings(max_examples=60, stateful_step_count=40, deadline=None)
+TestManagers = Managers.TestCase

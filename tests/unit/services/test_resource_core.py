@@ -1,0 +1,303 @@
+"""The resource manager's judgement, rule by rule of docs/semantics.md."""
+
+from __future__ import annotations
+
+import pytest
+from rig import RIG, Bench
+
+from skillwing.services.core.refusal import RefusedError
+from skillwing.services.protocol import (
+    BeginGoal,
+    DataSample,
+    Ended,
+    ErrorCode,
+    FireEvent,
+    Granted,
+    Lost,
+    NotReady,
+    Record,
+    RenewGoal,
+    Violated,
+)
+
+
+@pytest.fixture
+def bench() -> Bench:
+    bench = Bench()
+    bench.battery(80.0)
+    return bench
+
+
+def granted(verdict: object) -> Granted:
+    assert isinstance(verdict, Granted)
+    return verdict
+
+
+def test_every_failing_precondition_is_named_with_its_reason() -> None:
+    bench = Bench()
+    bench.extern("authority", "OFF")
+    verdict = bench.begin("move", "g")
+    assert isinstance(verdict, NotReady)
+    assert verdict.failing == {
+        "authority": "`authority == ON` does not hold: authority is OFF.",
+        "charged": "`battery > 15.0` does not hold: battery is stale or was never published.",
+    }
+    assert bench.core.states["axes"] == "FREE"
+
+
+def test_two_goals_cannot_both_take_the_axes(bench: Bench) -> None:
+    granted(bench.begin("move", "g1"))
+    verdict = bench.begin("move", "g2")
+    assert isinstance(verdict, NotReady)
+    assert list(verdict.failing) == ["free"]
+
+
+def test_a_start_effect_that_cannot_apply_is_not_half_applied(bench: Bench) -> None:
+    bench.extern("lamp", "BROKEN")
+    verdict = bench.begin("carry", "g")
+    assert isinstance(verdict, NotReady)
+    assert verdict.failing == {
+        "effect take": "The effect `take` cannot be applied: `lamp` has no internal transition from BROKEN to LIT."
+    }
+    assert bench.core.states["axes"] == "FREE"
+
+
+def test_begin_again_with_the_same_id_takes_nothing_twice(bench: Bench) -> None:
+    first = bench.begin("move", "g")
+    revision, published = bench.core.revision, len(bench.published)
+    assert bench.begin("move", "g") == first
+    assert (bench.core.revision, len(bench.published)) == (revision, published)
+
+
+def test_begin_again_after_the_goal_was_violated_tells_so(bench: Bench) -> None:
+    bench.begin("move", "g")
+    bench.extern("authority", "OFF")
+    assert isinstance(bench.begin("move", "g"), Violated)
+    assert bench.core.states["axes"] == "FREE"
+
+
+def test_tokens_grow_and_outgrow_those_of_an_earlier_process() -> None:
+    first, second = Bench(), Bench()
+    first.now, second.now = 10.0, 20.0
+    tokens = []
+    for bench in (first, second):
+        for number in range(3):
+            tokens.append(granted(bench.begin("watch", f"g{number}")).token)
+    assert tokens == sorted(set(tokens))
+
+
+@pytest.mark.parametrize(
+    ("how", "result", "held"),
+    [("result", "DONE", True), ("result", "STUCK", True), ("interrupt", None, True), ("error", None, True)],
+)
+def test_every_end_gives_back_what_the_goal_took(bench: Bench, how: str, result: str | None, held: bool) -> None:
+    token = granted(bench.begin("move", "g")).token
+    ended = bench.end("move", "g", token, how, result)
+    assert isinstance(ended, Ended)
+    assert (ended.held, bench.core.states["axes"], bench.core.grants) == (held, "FREE", ())
+    assert bench.end("move", "g", token, how, result) == ended
+
+
+def test_a_postcondition_that_does_not_hold_leaves_the_effect_applied(bench: Bench) -> None:
+    token = granted(bench.begin("move", "g")).token
+    bench.extern("door", "OPEN")
+    ended = bench.end("move", "g", token, result="STUCK")
+    assert isinstance(ended, Ended)
+    assert not ended.held
+    assert ended.reason == "The postcondition `door == CLOSED` does not hold: door is OPEN."
+    assert bench.core.states["axes"] == "FREE"
+
+
+def test_mistake_an_effect_that_could_not_apply_still_says_success(bench: Bench) -> None:
+    token = granted(bench.begin("carry", "g")).token
+    bench.extern("lamp", "BROKEN")
+    ended = bench.end("carry", "g", token, result="END")
+    assert isinstance(ended, Ended)
+    assert not ended.held
+    assert "`lamp` has no internal transition from BROKEN to OFF" in ended.reason
+    assert bench.core.states["axes"] == "USED", "nothing is half-applied"
+
+
+def test_mistake_the_invariant_loop_stops_early(bench: Bench) -> None:
+    """`watch` is judged first and holds; only what the later goals give back breaks it."""
+    for skill in ("watch", "move", "shine"):
+        granted(bench.begin(skill, skill))
+    bench.published.clear()
+    bench.extern("authority", "OFF", cause="camera#1")
+    assert bench.violations == [("move", "authority"), ("shine", "moving"), ("watch", "something")]
+    assert bench.core.grants == ()
+    last = bench.of(Violated)[-1]
+    assert bench.chain(last.record) == [
+        "camera#1",
+        "authority OFF",
+        "move.authority VIOLATED",
+        "axes FREE",
+        "shine.moving VIOLATED",
+        "lamp OFF",
+        "watch.something VIOLATED",
+    ]
+
+
+def test_a_goal_whose_own_end_breaks_its_invariant_just_ends(bench: Bench) -> None:
+    bench.begin("move", "m")
+    token = granted(bench.begin("shine", "s")).token
+    bench.end("shine", "s", token, result="END")
+    assert bench.violations == []
+
+
+def test_an_invariant_that_is_false_from_the_start_ends_the_goal_in_the_same_step(bench: Bench) -> None:
+    verdict = bench.begin("shine", "s")
+    assert isinstance(verdict, Violated)
+    assert bench.core.states["lamp"] == "OFF"
+
+
+def test_a_violation_effect_that_cannot_apply_is_said_aloud(bench: Bench) -> None:
+    bench.begin("move", "m")
+    bench.begin("shine", "s")
+    bench.extern("lamp", "BROKEN")
+    bench.extern("authority", "OFF")
+    violated = bench.of(Violated)[-1]
+    assert violated.skill == "shine"
+    assert "The effect `dark` could not be applied" in violated.reason
+
+
+def test_stale_data_break_an_invariant_when_their_time_comes(bench: Bench) -> None:
+    bench.begin("move", "g")
+    due = bench.core.next_tick(bench.now)
+    assert due == 3.0
+    bench.now = 2.999
+    bench.perform(bench.core.tick(bench.now))
+    assert bench.violations == []
+    bench.now = due
+    bench.perform(bench.core.tick(bench.now))
+    assert bench.violations == [("move", "charged")]
+    assert bench.of(Violated)[0].subject == "battery"
+    assert bench.chain(bench.of(Violated)[0].record) == ["battery STALE", "move.charged VIOLATED"]
+    assert bench.core.next_tick(bench.now) is None
+
+
+def test_a_datum_breaks_an_invariant_as_it_comes_in(bench: Bench) -> None:
+    bench.begin("move", "g")
+    bench.battery(9.0)
+    assert bench.violations == [("move", "charged")]
+
+
+@pytest.mark.parametrize("value", ["full", None, True, float("nan"), {"percent": 3}])
+def test_a_datum_of_a_wrong_type_is_refused_and_the_old_value_stays(bench: Bench, value: object) -> None:
+    with pytest.raises(RefusedError, match="battery"):
+        bench.battery(value)
+    granted(bench.begin("move", "g"))
+
+
+def test_a_stamp_from_the_future_does_not_keep_a_value_fresh(bench: Bench) -> None:
+    bench.now = 1.0
+    bench.core.update_datum(DataSample(name="battery", value=90.0, t=1e9), bench.now)
+    bench.now = 5.0
+    assert isinstance(bench.begin("move", "g"), NotReady)
+
+
+@pytest.mark.parametrize(
+    ("resource", "target", "code", "known"),
+    [
+        ("axes", "USED", ErrorCode.NOT_ALLOWED, ()),
+        ("lamp", "LIT", ErrorCode.NOT_ALLOWED, ("BROKEN",)),
+        ("authority", "MAYBE", ErrorCode.UNKNOWN_NAME, ("ON", "OFF")),
+        ("autority", "OFF", ErrorCode.UNKNOWN_NAME, ("authority", "door", "axes", "lamp")),
+    ],
+)
+def test_refused_extern_transitions_say_what_exists(
+    bench: Bench, resource: str, target: str, code: ErrorCode, known: tuple[str, ...]
+) -> None:
+    with pytest.raises(RefusedError) as refusal:
+        bench.extern(resource, target)
+    assert refusal.value.code is code
+    assert set(known) <= set(refusal.value.known)
+    assert bench.core.revision == 0
+
+
+def test_naming_the_state_that_is_changes_nothing(bench: Bench) -> None:
+    assert bench.extern("authority", "ON").revision == 0
+    assert bench.changes == []
+
+
+def test_an_event_is_all_or_nothing_and_guarded(bench: Bench) -> None:
+    event = FireEvent(event="storm", source="test")
+    bench.perform(bench.core.fire_event(event, 0.0))
+    assert bench.changes == [("authority", "OFF", 1), ("door", "OPEN", 1)]
+    with pytest.raises(RefusedError, match="authority is OFF"):
+        bench.core.fire_event(event, 0.0)
+    with pytest.raises(RefusedError) as refusal:
+        bench.core.fire_event(FireEvent(event="strom", source="test"), 0.0)
+    assert refusal.value.known == ("storm",)
+
+
+def test_a_lost_manager_loses_its_goals_and_its_token(bench: Bench) -> None:
+    token = granted(bench.begin("move", "g")).token
+    bench.perform(bench.core.manager_lost("skill/shine", 0.0))
+    assert bench.core.states["axes"] == "USED"
+    bench.perform(bench.core.manager_lost("skill/move", 0.0))
+    assert bench.core.states["axes"] == "FREE"
+    lost = bench.of(Lost)
+    assert [(each.goal_id, each.token) for each in lost] == [("g", token)]
+    assert [record.after for record in bench.of(Record, lambda record: record.id == lost[0].record)] == ["LOST"]
+    granted(bench.begin("move", "next"))
+    for call in (
+        lambda: bench.end("move", "g", token, result="DONE"),
+        lambda: bench.begin("move", "g"),
+        lambda: bench.core.renew(RenewGoal(goal_id="g", skill="move", token=token)),
+    ):
+        with pytest.raises(RefusedError) as refusal:
+            call()
+        assert refusal.value.code is ErrorCode.STALE_TOKEN
+    assert bench.core.states["axes"] == "USED", "what the old process says frees nothing of the new one's"
+
+
+def test_a_goal_given_up_before_its_begin_arrives_is_never_granted(bench: Bench) -> None:
+    assert isinstance(bench.end("move", "g", 0, "error"), Ended)
+    assert isinstance(bench.begin("move", "g"), Ended)
+    assert bench.core.states["axes"] == "FREE"
+
+
+def test_a_goal_given_up_without_its_token_is_freed_all_the_same(bench: Bench) -> None:
+    bench.begin("move", "g")
+    assert isinstance(bench.end("move", "g", 0, "error"), Ended)
+    assert bench.core.states["axes"] == "FREE"
+
+
+@pytest.mark.parametrize(
+    ("how", "result", "token", "code"),
+    [
+        ("result", "DONE", 99, ErrorCode.STALE_TOKEN),
+        ("result", "DOEN", None, ErrorCode.UNKNOWN_NAME),
+        ("result", None, None, ErrorCode.BAD_REQUEST),
+        ("vanish", None, None, ErrorCode.BAD_REQUEST),
+    ],
+)
+def test_a_malformed_end_frees_nothing(
+    bench: Bench, how: str, result: str | None, token: int | None, code: ErrorCode
+) -> None:
+    real = granted(bench.begin("move", "g")).token
+    with pytest.raises(RefusedError) as refusal:
+        bench.end("move", "g", token or real, how, result)
+    assert refusal.value.code is code
+    assert bench.core.states["axes"] == "USED"
+
+
+def test_ends_of_unknown_goals_and_borrowed_ids_are_refused(bench: Bench) -> None:
+    with pytest.raises(RefusedError) as refusal:
+        bench.end("move", "nobody", 1, result="DONE")
+    assert refusal.value.code is ErrorCode.UNKNOWN_GOAL
+    bench.begin("move", "g")
+    with pytest.raises(RefusedError, match="belongs to `move`"):
+        bench.begin("watch", "g")
+    with pytest.raises(RefusedError, match="characters"):
+        bench.begin("move", "x" * 1000)
+
+
+def test_a_foreign_schema_is_refused_naming_both(bench: Bench) -> None:
+    request = BeginGoal(goal_id="g", skill="move", inputs={}, manager="m", owner="o", schema="abcd")
+    with pytest.raises(RefusedError) as refusal:
+        bench.core.begin(request, 0.0)
+    assert refusal.value.code is ErrorCode.SCHEMA_MISMATCH
+    assert "abcd" in str(refusal.value)
+    assert RIG.schema_hash in str(refusal.value)

@@ -1,0 +1,415 @@
+"""Figure 5, transition by transition."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from rig import RIG
+
+from skillwing.services.core.refusal import RefusedError
+from skillwing.services.core.skill_actions import Action, AskResources, CallHook, Hook
+from skillwing.services.core.skill_core import GOALS_REMEMBERED, SILENCES_UNTIL_ERROR, SkillCore
+from skillwing.services.ids import RecordIds
+from skillwing.services.protocol import (
+    BeginGoal,
+    Ended,
+    EndGoal,
+    Ending,
+    ErrorCode,
+    ErrorReply,
+    GoalStatus,
+    Granted,
+    InterruptGoal,
+    Lost,
+    NotReady,
+    StartGoal,
+    State,
+    Terminal,
+    Violated,
+)
+
+TOKEN = 7
+
+
+class Desk:
+    """A skill core for `move`, what it asked for, and the answers to that in short."""
+
+    def __init__(self) -> None:
+        self.core = SkillCore(RIG, "move", source="skill/move", new_record_id=RecordIds("skill/move"))
+        self.actions: list[Action] = []
+        self.now = 0.0
+
+    def take(self, actions: tuple[Action, ...]) -> None:
+        self.actions += actions
+
+    def start(self, goal_id: str = "g", **fields: Any) -> None:
+        request: dict[str, Any] = {"inputs": {}, "client": "test", "schema": RIG.schema_hash} | fields
+        self.take(self.core.start(StartGoal(goal_id=goal_id, **request), self.now))
+
+    def interrupt(self, goal_id: str = "g") -> None:
+        self.take(self.core.interrupt(InterruptGoal(goal_id=goal_id, client="test", cause="mission#1"), self.now))
+
+    def validated(self, problem: str | None = None) -> None:
+        self.take(self.core.validated("g", problem, self.now))
+
+    def dispatched(self) -> None:
+        self.take(self.core.dispatched("g", self.now))
+
+    def terminated(self, result: str = "DONE", output: dict[str, object] | None = None, goal_id: str = "g") -> None:
+        self.take(self.core.terminated(goal_id, result, output, self.now))
+
+    def interrupted(self) -> None:
+        self.take(self.core.interrupted("g", self.now))
+
+    def failed(self) -> None:
+        self.take(self.core.failed("g", "The motor is gone.", self.now))
+
+    def raised(self) -> None:
+        self.take(self.core.raised("g", "progress", "ValueError: oh", self.now))
+
+    def answer(self, verdict: Any) -> None:
+        self.take(self.core.answered(self.asked, verdict, self.now))
+
+    def granted(self) -> None:
+        self.answer(Granted(goal_id="g", token=TOKEN, revision=1, record="rm#1"))
+
+    def ended(self, held: bool = True) -> None:
+        reason = "" if held else "It did not hold."
+        self.answer(Ended(goal_id="g", held=held, reason=reason, revision=2, record="rm#2"))
+
+    def violated(self) -> None:
+        self.take(self.core.pushed(VIOLATED, self.now))
+
+    def wait(self, seconds: float) -> None:
+        self.now += seconds
+        self.take(self.core.tick(self.now))
+
+    @property
+    def asked(self) -> AskResources:
+        return [action for action in self.actions if isinstance(action, AskResources)][-1]
+
+    @property
+    def ends_asked(self) -> list[tuple[str, str | None, int]]:
+        calls = [action.call for action in self.actions if isinstance(action, AskResources)]
+        return [(call.how, call.result, call.token) for call in calls if isinstance(call, EndGoal)]
+
+    @property
+    def hooks(self) -> list[Hook]:
+        return [action.hook for action in self.actions if isinstance(action, CallHook)]
+
+    @property
+    def state(self) -> State:
+        return self.core.status("g").state
+
+    @property
+    def terminals(self) -> list[tuple[str, Terminal]]:
+        return [(s.goal_id, s.terminal) for s in self.actions if isinstance(s, GoalStatus) and s.terminal is not None]
+
+    def terminal(self, goal_id: str = "g") -> Terminal:
+        [terminal] = [terminal for name, terminal in self.terminals if name == goal_id]
+        assert self.core.status(goal_id).terminal == terminal
+        return terminal
+
+
+VIOLATED = Violated(
+    goal_id="g", skill="move", invariant="authority", subject="authority", reason="It is OFF.", t=0.0, record="rm#9"
+)
+REFUSED = ErrorReply(code=ErrorCode.STALE_TOKEN, message="The token is stale.")
+
+
+def validating() -> Desk:
+    desk = Desk()
+    desk.start()
+    desk.validated()
+    return desk
+
+
+def dispatching() -> Desk:
+    desk = validating()
+    desk.granted()
+    return desk
+
+
+def running() -> Desk:
+    desk = dispatching()
+    desk.dispatched()
+    return desk
+
+
+def interrupting() -> Desk:
+    desk = running()
+    desk.interrupt()
+    return desk
+
+
+def then(*steps: Callable[[Desk], None]) -> Callable[[Desk], None]:
+    def play(desk: Desk) -> None:
+        for step in steps:
+            step(desk)
+
+    return play
+
+
+ENDINGS: list[tuple[Callable[[], Desk], Callable[[Desk], None], str]] = [
+    (Desk, lambda d: d.start(inputs={"speed": 9.0}), "NV"),
+    (Desk, then(lambda d: d.start(), lambda d: d.validated("Too windy.")), "NV"),
+    (Desk, then(lambda d: d.start(), lambda d: d.take(d.core.raised("g", "validate", "E: x", 0.0))), "ERROR"),
+    (validating, lambda d: d.answer(NotReady(goal_id="g", failing={"free": "It is not."}, record="rm#1")), "NR"),
+    (validating, lambda d: d.answer(VIOLATED), "RI"),
+    (validating, then(Desk.violated, Desk.granted, Desk.ended), "RI"),
+    (validating, then(Desk.interrupt, Desk.granted, Desk.ended), "IT"),
+    (validating, lambda d: d.answer(REFUSED), "LOST"),
+    (validating, lambda d: d.answer(ErrorReply(code=ErrorCode.SCHEMA_MISMATCH, message="No.")), "ERROR"),
+    (dispatching, then(Desk.terminated, Desk.dispatched, Desk.ended), "S_DONE"),
+    (dispatching, then(Desk.raised, Desk.ended), "ERROR"),
+    (dispatching, then(Desk.interrupt, Desk.dispatched, Desk.interrupted, Desk.ended), "IT"),
+    (running, then(Desk.terminated, Desk.ended), "S_DONE"),
+    (running, then(lambda d: d.terminated("STUCK"), Desk.ended), "S_STUCK"),
+    (running, then(Desk.terminated, lambda d: d.ended(held=False)), "N_DONE"),
+    (running, then(Desk.terminated, Desk.violated, Desk.ended), "RI"),
+    (running, then(Desk.terminated, lambda d: d.answer(VIOLATED)), "RI"),
+    (running, then(Desk.terminated, lambda d: d.answer(REFUSED)), "LOST"),
+    (running, then(Desk.terminated, lambda d: d.terminated("STUCK"), Desk.ended), "S_DONE"),
+    (running, then(Desk.terminated, Desk.interrupt, Desk.ended), "S_DONE"),
+    (running, then(lambda d: d.terminated("DOEN"), Desk.ended), "ERROR"),
+    (running, then(lambda d: d.terminated("DONE", {"distance": float("nan")}), Desk.ended), "ERROR"),
+    (running, Desk.violated, "RI"),
+    (running, then(Desk.raised, Desk.ended), "ERROR"),
+    (running, then(Desk.failed, Desk.ended), "ERROR"),
+    (running, lambda d: d.take(d.core.pushed(lost(), 0.0)), "LOST"),
+    (interrupting, then(Desk.interrupted, Desk.ended), "IT"),
+    (interrupting, then(Desk.terminated, Desk.ended), "S_DONE"),
+    (interrupting, Desk.violated, "RI"),
+    (interrupting, then(lambda d: d.wait(2.0), Desk.ended), "IT"),
+    (interrupting, then(Desk.failed, Desk.ended), "ERROR"),
+]
+
+
+def lost() -> Lost:
+    return Lost(goal_id="g", skill="move", reason="Gone.", t=0.0, record="rm#9", token=TOKEN)
+
+
+@pytest.mark.parametrize(("context", "steps", "label"), ENDINGS)
+def test_endings(context: Callable[[], Desk], steps: Callable[[Desk], None], label: str) -> None:
+    desk = context()
+    steps(desk)
+    assert desk.terminal().label == label
+    assert desk.terminal().reason
+    assert desk.core.current is None
+    assert desk.hooks.count(Hook.ENDED) == desk.hooks.count(Hook.DISPATCH), "whoever was dispatched is told of the end"
+    desk.start()
+    for late in (desk.terminated, desk.interrupted, desk.failed, desk.raised, desk.violated, desk.dispatched):
+        late()
+    desk.wait(1000.0)
+    desk.interrupt()
+    assert len(desk.terminals) == 1, "nothing gives a second answer"
+
+
+def test_the_way_of_a_goal_is_one_chain_of_causes() -> None:
+    desk = Desk()
+    desk.start(cause="mission#1")
+    desk.validated()
+    desk.granted()
+    desk.dispatched()
+    desk.terminated(output={"distance": 3})
+    desk.ended()
+    records = [action for action in desk.actions if hasattr(action, "subject")]
+    assert [(r.before, r.after, r.cause) for r in records] == [  # pyright: ignore[reportAttributeAccessIssue]
+        ("IDLE", "VALIDATING", "mission#1"),
+        ("VALIDATING", "DISPATCHING", "rm#1"),
+        ("DISPATCHING", "RUNNING", "skill/move#2"),
+        ("RUNNING", "S_DONE", "rm#2"),
+    ]
+    assert desk.terminal().output == {"distance": 3.0}
+    assert desk.terminal().success
+
+
+def test_a_failure_that_held_is_no_success() -> None:
+    desk = running()
+    desk.terminated("STUCK")
+    desk.ended()
+    assert not desk.terminal().success
+
+
+def test_inputs_reach_hooks_and_preconditions_with_defaults() -> None:
+    desk = validating()
+    [validate] = [action for action in desk.actions if isinstance(action, CallHook)]
+    assert validate.inputs == {"speed": 1.0, "label": "a"}
+    assert isinstance(desk.asked.call, BeginGoal)
+    assert desk.asked.call.inputs == {"speed": 1.0, "label": "a"}
+
+
+def test_a_refused_input_is_named() -> None:
+    desk = Desk()
+    desk.start(inputs={"speed": 9.0, "lable": "x"})
+    assert set(desk.terminal().failing) == {"speed", "lable"}
+    assert "between 0.1 and 3" in desk.terminal().reason
+    assert desk.hooks == []
+
+
+def test_start_again_with_the_same_id_runs_nothing_twice() -> None:
+    desk = running()
+    count = len(desk.actions)
+    desk.start()
+    desk.start(schema="other", deadline=-1.0)
+    assert len(desk.actions) == count
+    assert desk.state is State.RUNNING
+
+
+def test_mistake_busy_answers_the_running_goal() -> None:
+    desk = running()
+    desk.start("new")
+    assert desk.state is State.RUNNING
+    assert desk.terminal("new").ending is Ending.BUSY
+    assert desk.terminal("new").running_goal == "g"
+    assert [goal_id for goal_id, _ in desk.terminals] == ["new"]
+    desk.terminated()
+    desk.ended()
+    assert desk.terminal().label == "S_DONE"
+
+
+def test_a_flood_of_new_callers_makes_nobody_forget_the_running_goal() -> None:
+    desk = running()
+    for number in range(GOALS_REMEMBERED + 10):
+        desk.start(f"new{number}")
+    assert desk.state is State.RUNNING
+    count = len(desk.actions)
+    desk.start()
+    assert len(desk.actions) == count
+    with pytest.raises(RefusedError):
+        desk.core.status("new0")
+
+
+def test_mistake_halt_before_the_acknowledgement_orphans_the_goal() -> None:
+    desk = Desk()
+    with pytest.raises(RefusedError) as refusal:
+        desk.interrupt()
+    assert refusal.value.code is ErrorCode.UNKNOWN_GOAL
+    desk.start()
+    assert desk.terminal().ending is Ending.INTERRUPTED
+    assert desk.hooks == []
+
+
+def test_an_interrupt_while_the_grant_is_under_way_gives_it_back_and_dispatches_nothing() -> None:
+    desk = validating()
+    desk.interrupt()
+    assert desk.state is State.INTERRUPTING
+    desk.granted()
+    assert desk.ends_asked == [("interrupt", None, TOKEN)]
+    desk.ended()
+    assert desk.hooks == [Hook.VALIDATE]
+
+
+def test_mistake_resources_are_released_on_the_cancel_acknowledgement() -> None:
+    desk = interrupting()
+    assert desk.state is State.INTERRUPTING
+    assert desk.hooks[-1] is Hook.INTERRUPT
+    assert desk.ends_asked == [], "the robot still moves"
+    desk.interrupted()
+    assert desk.ends_asked == [("interrupt", None, TOKEN)]
+
+
+def test_mistake_limbo_while_interrupting() -> None:
+    desk = interrupting()
+    assert desk.core.next_tick() == 2.0
+    desk.wait(1.9)
+    assert desk.ends_asked == []
+    desk.wait(0.1)
+    desk.ended()
+    assert desk.terminal().forced
+
+
+def test_mistake_cancel_of_a_finished_goal_throws() -> None:
+    desk = running()
+    desk.terminated()
+    desk.ended()
+    for _ in range(2):
+        desk.interrupt()
+    assert len(desk.terminals) == 1
+
+
+def test_mistake_double_halt() -> None:
+    desk = interrupting()
+    desk.interrupt()
+    assert desk.hooks.count(Hook.INTERRUPT) == 1
+
+
+def test_a_goal_past_its_deadline_is_interrupted() -> None:
+    desk = running()
+    desk.wait(59.0)
+    assert desk.state is State.RUNNING
+    desk.wait(1.0)
+    assert desk.state is State.INTERRUPTING
+    desk.interrupted()
+    desk.ended()
+    assert desk.terminal().reason == "Its deadline of 60 s passed."
+    assert not desk.terminal().success
+
+
+def test_a_late_start_is_refused_and_never_runs() -> None:
+    desk = Desk()
+    desk.now = 10.0
+    with pytest.raises(RefusedError) as refusal:
+        desk.start(deadline=9.0)
+    assert refusal.value.code is ErrorCode.TOO_LATE
+    assert desk.actions == []
+
+
+def test_a_foreign_schema_is_refused() -> None:
+    desk = Desk()
+    with pytest.raises(RefusedError) as refusal:
+        desk.start(schema="abcd")
+    assert refusal.value.code is ErrorCode.SCHEMA_MISMATCH
+
+
+def test_calls_for_goals_that_are_over_are_dropped_and_counted() -> None:
+    desk = running()
+    desk.terminated(goal_id="old")
+    desk.interrupted()
+    assert desk.core.dropped_calls == 2
+    assert desk.state is State.RUNNING
+    assert desk.ends_asked == []
+
+
+@pytest.mark.parametrize(("context", "how"), [(validating, None), (running, "DONE")])
+def test_silence_of_the_resource_manager_is_asked_again_and_ends_in_an_answer(
+    context: Callable[[], Desk], how: str | None
+) -> None:
+    desk = context()
+    if how:
+        desk.terminated(how)
+    first = desk.asked.call
+    for silences in range(1, SILENCES_UNTIL_ERROR):
+        desk.answer(None)
+        assert desk.asked == AskResources(first, silences)
+    assert desk.terminals == []
+    desk.answer(None)
+    assert desk.terminal().ending is Ending.ERROR
+    assert "resource manager does not answer" in desk.terminal().reason
+    settling = desk.asked.call
+    assert isinstance(settling, EndGoal), "what may have been granted is still to be given back"
+    desk.answer(None)
+    assert desk.asked.call == settling
+    count = len(desk.actions)
+    desk.ended()
+    assert len(desk.actions) == count
+
+
+def test_an_empty_reply_is_no_refusal() -> None:
+    desk = validating()
+    desk.answer(None)
+    desk.granted()
+    assert desk.state is State.DISPATCHING
+
+
+def test_memory_stays_bounded() -> None:
+    desk = Desk()
+    for number in range(3 * GOALS_REMEMBERED):
+        with pytest.raises(RefusedError):
+            desk.interrupt(f"unknown{number}")
+        desk.start(f"bad{number}", inputs={"speed": 9.0})
+    with pytest.raises(RefusedError):
+        desk.core.status("bad0")
+    desk.core.status(f"bad{3 * GOALS_REMEMBERED - 1}")
