@@ -10,9 +10,9 @@ from .topics import AxisStatus, MotionState
 class RefusedError(Exception):
     """A command was not taken; `reply` says why and what to do."""
 
-    def __init__(self, code: ErrorCode, message: str, advice: str) -> None:
+    def __init__(self, code: ErrorCode, message: str, advice: str, known: tuple[str, ...] = ()) -> None:
         super().__init__(message)
-        self.reply = ErrorReply(code=code, message=message, help=advice)
+        self.reply = ErrorReply(code=code, message=message, help=advice, known=known)
 
 
 class Axis:

@@ -45,6 +45,7 @@ _PATIENCE = 10.0
 _MAX_CLIMB, _MAX_SPEED = 1.8, 6.0
 _FLARE_HEIGHT, _TOUCHDOWN_SPEED = 1.5, 0.5
 _BELOW_ANY_GROUND = 50.0
+_RANGE_VALID = 0.5
 _ZERO: Vector = (0.0, 0.0, 0.0)
 _UNDER_WAY = (MotionState.TURNING, MotionState.MOVING, MotionState.WAITING)
 _BUSY = (*_UNDER_WAY, MotionState.STOPPING)
@@ -60,7 +61,7 @@ class GuidanceCore:
         self._lookout = Lookout()
         self._navigation: Navigation | None = None
         self._flight: FlightState | None = None
-        self._ground: float | None = None
+        self._range: tuple[float, float | None] = (-math.inf, None)
         self._home: Vector | None = None
         self._segment: Segment | None = None
         self._motion: Motion | None = None
@@ -84,9 +85,9 @@ class GuidanceCore:
         if was is not None and was.authority and not flight.authority and self._has_plans:
             self._abort(flight.t, "the safety pilot has taken over")
 
-    def range(self, distance: float | None) -> None:
-        """The range-finder's distance to the ground [m], None if it sees none."""
-        self._ground = distance
+    def range(self, t: float, distance: float | None) -> None:
+        """The range-finder's distance to the ground [m] at `t`, None if it sees none."""
+        self._range = t, distance
 
     def obstacles(self, status: ObstacleStatus) -> None:
         self._lookout.report(status)
@@ -278,11 +279,16 @@ class GuidanceCore:
 
     def _start_descent(self, landing: Land, here: Vector, t: float) -> None:
         """Come down to 1.5 m above the ground if it is in view, and gently from there."""
-        ground = self._ground
+        ground = self._ground(t)
         if ground is not None and ground > _FLARE_HEIGHT + 1.0:
             self._go(here, (here[0], here[1], here[2] - (ground - _FLARE_HEIGHT)), landing.speed, t)
         else:
             self._go(here, (here[0], here[1], here[2] - _BELOW_ANY_GROUND), min(landing.speed, _TOUCHDOWN_SPEED), t)
+
+    def _ground(self, t: float) -> float | None:
+        """Distance to the ground, if the range-finder has told it lately."""
+        measured, distance = self._range
+        return distance if t - measured <= _RANGE_VALID else None
 
     def _go(self, here: Vector, target: Vector, speed: float, t: float) -> None:
         way = subtract(target, here)
@@ -364,7 +370,8 @@ class GuidanceCore:
             self._look_ahead(t, norm(velocity))
 
     def _advance_landing(self, landing: Land, t: float, navigation: Navigation, segment: Segment) -> None:
-        height = self._ground if self._ground is not None else navigation.position[2]
+        ground = self._ground(t)
+        height = ground if ground is not None else navigation.position[2]
         self._body.remaining = max(0.0, height)
         late = navigation.position[2] - segment.at(t)[0][2]
         if late > _DRIFT:
@@ -381,7 +388,6 @@ class GuidanceCore:
     def _look_ahead(self, t: float, speed: float) -> None:
         view = self._lookout.view(t, speed, self._body.remaining, BRAKING)
         if view is View.BLOCKED:
-            free = self._lookout.free_distance or 0.0
-            self._brake(t, MotionState.BLOCKED, f"obstacle in {free:.1f} m")
+            self._brake(t, MotionState.BLOCKED, "an obstacle stands on the way")
         elif view is View.BLIND:
             self._brake(t, MotionState.WAITING, "no fresh view of the way ahead")

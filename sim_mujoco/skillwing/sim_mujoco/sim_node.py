@@ -2,23 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
-from skillwing.services.bus import Bus, Publisher, Request, Sample
-from skillwing.services.protocol import (
-    ClockTick,
-    ErrorCode,
-    ErrorReply,
-    Message,
-    ProtocolError,
-    decode,
-    encode,
-)
+from skillwing.services.bus import Bus, Publisher
+from skillwing.services.protocol import ClockTick, ErrorCode, Message, encode
 
 from . import lidar, topics
 from .autopilot import Setpoint
+from .axis import RefusedError
 from .cadence import Cadence
 from .channel import Measurement
 from .corruptors import UnknownFaultError
@@ -26,6 +17,7 @@ from .depth_camera import depth_header
 from .geometry import heading_of
 from .health import Change
 from .instruments import Solution
+from .messaging import answer_with, reader
 from .simulator import SENSORS, Simulator
 
 SLICE = 0.02
@@ -55,9 +47,11 @@ class SimNode:
             self._out[key] = bus.advertise(key)
         for key in map(topics.health_key, SENSORS):
             self._out[key] = bus.advertise(key, events=True)
-        bus.subscribe(topics.AUTOPILOT_SETPOINT, self._on_setpoint, latest_only=True)
-        bus.serve(topics.FAULT, lambda request: self._answer(request, self._set_fault))
-        bus.serve(topics.PILOT, lambda request: self._answer(request, self._set_pilot))
+        # A setpoint that cannot be read is no setpoint: then the failsafe decides.
+        setpoints = reader(topics.AutopilotSetpoint, self._on_setpoint)
+        bus.subscribe(topics.AUTOPILOT_SETPOINT, setpoints, latest_only=True)
+        bus.serve(topics.FAULT, answer_with(topics.SetFault, self._set_fault))
+        bus.serve(topics.PILOT, answer_with(topics.SetPilot, self._set_pilot))
         bus.every(SLICE, self._advance)
 
     def detach(self) -> None:
@@ -164,36 +158,21 @@ class SimNode:
 
     # --- what others want ------------------------------------------------------------------------------------
 
-    def _on_setpoint(self, sample: Sample) -> None:
-        try:
-            wanted = decode(sample.payload, topics.AutopilotSetpoint)
-        except ProtocolError:
-            return  # a setpoint that cannot be read is no setpoint: the failsafe decides
+    def _on_setpoint(self, wanted: topics.AutopilotSetpoint) -> None:
         self._sim.command(
             Setpoint(wanted.position, wanted.velocity, wanted.heading, wanted.rotors, wanted.acceleration)
         )
 
-    def _set_fault(self, request: Request) -> str:
-        wanted = decode(request.payload, topics.SetFault)
-        self._sim.set_fault(wanted.sensor, wanted.kind, wanted.on, wanted.magnitude)
+    def _set_fault(self, wanted: topics.SetFault) -> str:
+        try:
+            self._sim.set_fault(wanted.sensor, wanted.kind, wanted.on, wanted.magnitude)
+        except UnknownFaultError as error:
+            raise RefusedError(ErrorCode.UNKNOWN_NAME, str(error), "choose a known name", error.known) from error
         return f"{wanted.kind} of {wanted.sensor} is {'on' if wanted.on else 'off'}"
 
-    def _set_pilot(self, request: Request) -> str:
-        wanted = decode(request.payload, topics.SetPilot)
+    def _set_pilot(self, wanted: topics.SetPilot) -> str:
         self._sim.autopilot.authority = wanted.authority
         return "the computer has the authority" if wanted.authority else "the safety pilot has the authority"
-
-    @staticmethod
-    def _answer(request: Request, act: Callable[[Request], str]) -> None:
-        try:
-            text = act(request)
-        except ProtocolError as error:
-            request.refuse(ErrorReply(code=ErrorCode.BAD_REQUEST, message=str(error), help="check the message"))
-        except UnknownFaultError as error:
-            code = ErrorCode.UNKNOWN_NAME
-            request.refuse(ErrorReply(code=code, message=str(error), help="choose a known name", known=error.known))
-        else:
-            request.reply(encode(topics.Done(text=text)))
 
 
 def _millimetres(depth: np.ndarray) -> np.ndarray:

@@ -33,7 +33,6 @@ class Rig:
         self.obstacles: Callable[[float, GuidanceStatus], ObstacleStatus | None] = lambda t, status: None
         self.track: list[tuple[float, Vector]] = []
         self._token = 0
-        self._ground: float | None = None
 
     @property
     def status(self) -> GuidanceStatus:
@@ -70,7 +69,7 @@ class Rig:
         t, autopilot = self.sim.t, self.sim.autopilot
         self.track.append((t, self.sim.motion.position))
         for measurement in happened.measurements:
-            self.core.range(float(measurement.data[0]) or None)
+            self.core.range(measurement.end, float(measurement.data[0]) or None)
         for solution in happened.solutions:
             self.core.navigation(
                 Navigation(

@@ -100,11 +100,10 @@ def test_while_the_safety_pilot_flies_setpoints_are_ignored() -> None:
 
 def test_it_lands_without_a_range_finder() -> None:
     rig = Rig()
-    rig.take_off(2.0)
+    rig.take_off(4.0)
     rig.sim.set_fault("range", "blackout", on=True)
-    rig.fly(0.5)
-    rig.core.range(None)
-    rig.command("land", Land(speed=0.5))
+    rig.fly(1.0)
+    rig.command("land", Land(speed=2.0))
     rig.fly_until(MotionState.DONE)
     assert rig.sim.autopilot.mode is Mode.OFF
     assert rig.sim.collisions == 0
