@@ -19,39 +19,25 @@ from lark.parsers.lalr_analysis import Shift
 from skillwing.dsl.diagnostics import Diagnostic
 from skillwing.dsl.spans import Span
 from skillwing.dsl.suggest import closest
+from skillwing.dsl.terminals import (
+    BROKEN,
+    CLOSERS,
+    END,
+    NAMED_BLOCKS,
+    NO_WORDS,
+    SIGNS,
+    TOP_LEVEL,
+    UNREADABLE,
+    block_title,
+    capitalised,
+    either,
+    kind_text,
+    may_be_name,
+    token_text,
+)
 
-END = "$END"
-_BROKEN = "BROKEN"
 _LOOKAHEAD = 3  # words behind a repair that the parser has to be able to read
 _MOST_PROBLEMS = 100
-
-_SIGNS = {
-    "COLON": ":",
-    "EQUALS": "=",
-    "OPEN_PAREN": "(",
-    "CLOSE_PAREN": ")",
-    "ARROW": "->",
-    "OPEN": "{",
-    "UP_TO": "..",
-    "COMPARATOR": "==",
-    "IMPLIES": "=>",
-    "CLOSE": "}",
-}
-_OTHERS = {
-    END: "the end of the file",
-    "NAME": "a name",
-    "NUMBER": "a number",
-    "STRING": "a string",
-    "UNIT": "a unit such as `[m]`",
-    "ARRAY": "`[]`",
-    "DOT": "`.`",
-    "STAR": "`*`",
-}
-_UNREADABLE = frozenset({"UNCLOSED_COMMENT", "UNCLOSED_STRING", "UNKNOWN_CHARACTER"})
-_NO_WORDS = frozenset({*_SIGNS, *_OTHERS, *_UNREADABLE, _BROKEN})
-_TOP_LEVEL = frozenset({"SKILL", "RESOURCE", "DATA", "TYPE", "ENUM", "EVENT"})
-_NAMED_BLOCKS = _TOP_LEVEL | {"SKILLSET"}
-_CLOSERS = {"OPEN": "CLOSE", "OPEN_PAREN": "CLOSE_PAREN"}
 
 
 class ParserState(Protocol):
@@ -126,7 +112,7 @@ class Recovery:
 
     def _word_as_name(self, token: Token) -> bool:
         """A word of the language may also be a name, where only a name fits."""
-        if token.type == "NAME" or not _may_be_name(token.type, self._type_at(1)) or not self._reads(["NAME"]):
+        if token.type == "NAME" or not may_be_name(token.type, self._type_at(1)) or not self._reads(["NAME"]):
             return False
         self._tokens[self._at] = Token.new_borrow_pos("NAME", str(token), token)
         return True
@@ -137,6 +123,8 @@ class Recovery:
                 self._report("SW004", token, "This comment is never closed.", "Close it with `*/`.", first_line=True)
             case "UNCLOSED_STRING":
                 self._report("SW004", token, "This string is never closed.", 'Close it with `"` on the same line.')
+            case "UNCLOSED_BRACKET":
+                self._report("SW004", token, "This bracket is never closed.", f"Write `{token.strip()}]`.")
             case "UNKNOWN_CHARACTER":
                 message = f"The language has no character `{token}`."
                 advice = "Elements need no separator between them." if token in {",", ";"} else "Remove it."
@@ -150,7 +138,7 @@ class Recovery:
         return True
 
     def _no_header(self, token: Token) -> bool:
-        if self._at > 0 or token.type not in _TOP_LEVEL:
+        if self._at > 0 or token.type not in TOP_LEVEL:
             return False
         self._report(
             "SW006",
@@ -196,7 +184,7 @@ class Recovery:
         """The word of the language that a name resembles and that the parser could read there, with what follows."""
         if token.type != "NAME":
             return None
-        words = [kind.lower() for kind in self._acceptable(stack) if kind not in _NO_WORDS]
+        words = [kind.lower() for kind in self._acceptable(stack) if kind not in NO_WORDS]
         word = closest(token, words)
         return word if word and self._reads([word.upper(), *self._types_from(behind)], stack) else None
 
@@ -206,7 +194,7 @@ class Recovery:
 
     def _nameless(self, token: Token) -> bool:
         keyword = self._tokens[self._at - 1] if self._at else token
-        if keyword.type not in _NAMED_BLOCKS or not self._reads(["NAME", *self._types_from(0)]):
+        if keyword.type not in NAMED_BLOCKS or not self._reads(["NAME", *self._types_from(0)]):
             return False
         self._report("SW005", token, f"This {keyword} has no name.", f"Write `{keyword} NAME {{ ... }}`.")
         self._tokens.insert(self._at, Token.new_borrow_pos("NAME", "", token))
@@ -214,7 +202,7 @@ class Recovery:
 
     def _unclosed(self, token: Token) -> bool:
         """A closing bracket is missing: the words read on once the innermost open blocks are closed."""
-        if token.type != END and token.type in _SIGNS and token.type != "CLOSE":
+        if token.type != END and token.type in SIGNS and token.type != "CLOSE":
             return False
         blocks = self._open_blocks()
         closers: list[str] = []
@@ -229,7 +217,7 @@ class Recovery:
         unclosed = blocks[len(blocks) - len(closers) :]
         titles = ", ".join(f"{block.title} (line {block.line})" for block in unclosed)
         verb = "is" if len(unclosed) == 1 else "are"
-        texts = [_SIGNS[sign] for sign in closers]
+        texts = [SIGNS[sign] for sign in closers]
         place = "at the end of the file" if token.type == END else f"before `{token}`"
         self._report(
             "SW001",
@@ -243,7 +231,7 @@ class Recovery:
         return True
 
     def _missing_sign(self, token: Token) -> bool:
-        for sign, text in _SIGNS.items():
+        for sign, text in SIGNS.items():
             if sign != "CLOSE" and self._reads([sign, *self._types_from(0)]):
                 message = f"Missing `{text}` {self._before(token)}."
                 self._report("SW005", self._gap(), message, f"Write `{text}` here.")
@@ -252,9 +240,9 @@ class Recovery:
         return False
 
     def _wrong_sign(self, token: Token) -> bool:
-        if token.type not in _SIGNS:
+        if token.type not in SIGNS:
             return False
-        for sign, text in _SIGNS.items():
+        for sign, text in SIGNS.items():
             if self._reads([sign, *self._types_from(1)]):
                 self._report("SW005", token, f"`{token}` stands where `{text}` belongs.", f"Write `{text}`.")
                 self._tokens[self._at] = Token.new_borrow_pos(sign, text, token)
@@ -271,12 +259,12 @@ class Recovery:
     def _give_up_element(self, token: Token) -> bool:
         """Drop the element under way, and the words up to where its block can go on."""
         stack, values = self._state.state_stack, self._state.value_stack
-        depth = next((depth for depth in range(len(stack), 0, -1) if self._reads([_BROKEN], stack[:depth])), None)
+        depth = next((depth for depth in range(len(stack), 0, -1) if self._reads([BROKEN], stack[:depth])), None)
         self._report_unexpected(token)
         if depth is None:
             return False
         del stack[depth:], values[depth - 1 :]
-        self._state.feed_token(Token(_BROKEN, ""))
+        self._state.feed_token(Token(BROKEN, ""))
         self.elements_lost |= len(self._open_blocks()) <= 1 or self._inside_declarations()
         opened = 0
         while self._type_at(0) != END:
@@ -295,13 +283,13 @@ class Recovery:
     def _types_from(self, offset: int, count: int = _LOOKAHEAD) -> list[str]:
         """The words ahead, without the unreadable ones, which are reported when their turn comes."""
         words = islice(self._tokens, self._at + offset, self._at + offset + count + _LOOKAHEAD)
-        return [token.type for token in words if token.type not in _UNREADABLE][:count]
+        return [token.type for token in words if token.type not in UNREADABLE][:count]
 
     def _reads(self, kinds: Sequence[str], stack: Sequence[int] | None = None) -> bool:
         """Tell whether the parser could shift these words from here, by walking its tables without building."""
         states = list(self._state.state_stack if stack is None else stack)
         for kind, follower in zip(kinds, [*kinds[1:], ""], strict=True):
-            as_name = kind not in self._table[states[-1]] and _may_be_name(kind, follower)
+            as_name = kind not in self._table[states[-1]] and may_be_name(kind, follower)
             if not self._advance(states, "NAME" if as_name else kind):
                 return False
         return True
@@ -325,7 +313,7 @@ class Recovery:
         return sorted(
             kind
             for kind in actions
-            if kind == END or (kind.isupper() and kind != _BROKEN and self._reads([kind], states))
+            if kind == END or (kind.isupper() and kind != BROKEN and self._reads([kind], states))
         )
 
     def _open_blocks(self) -> list[_Block]:
@@ -333,10 +321,10 @@ class Recovery:
         values = self._state.value_stack
         blocks: list[_Block] = []
         for index, value in enumerate(values):
-            if isinstance(value, Token) and value.type in _CLOSERS.values():
+            if isinstance(value, Token) and value.type in CLOSERS.values():
                 blocks.pop()  # closed, and only waiting for the word behind it
-            elif isinstance(value, Token) and value.type in _CLOSERS:
-                blocks.append(_Block(_title(values[:index]), value.line or 1, _CLOSERS[value.type]))
+            elif isinstance(value, Token) and value.type in CLOSERS:
+                blocks.append(_Block(block_title(values[:index]), value.line or 1, CLOSERS[value.type]))
         return blocks
 
     def _inside_declarations(self) -> bool:
@@ -376,54 +364,11 @@ class Recovery:
         blocks = self._open_blocks()
         acceptable = self._acceptable()
         if acceptable == [END]:
-            message = f"{_capital(_named(token))} stands behind the end of the skillset."
+            message = f"{capitalised(token_text(token))} stands behind the end of the skillset."
             advice = "A `}` before it is one too many, or it belongs into a file of its own."
             self._report("SW006", token, message, advice)
             return
         where = f" in {blocks[-1].title}" if blocks else ""
-        options = [_kind_text(kind) for kind in acceptable]
-        message = f"{_capital(_named(token))} has no place here{where}."
-        self._report("SW002", token, message, f"Here may stand {_either(options)}.")
-
-
-def _may_be_name(kind: str, follower: str) -> bool:
-    """A word of the language is read as a name where it fits as one and does not begin a block or an element."""
-    return kind not in _NO_WORDS and follower not in {"OPEN", "NAME"}
-
-
-def _title(heading: Sequence[object]) -> str:
-    """Name a block by the words in front of its bracket."""
-    match heading[-2:]:
-        case [Token(type=kind) as keyword, Token(type="NAME") as name] if kind in _NAMED_BLOCKS:
-            return f"{keyword} `{name}`"
-        case [Token(type="EQUALS"), Token(type="NUMBER")]:
-            return "`progress`"
-        case [Token() as word, Token(type="EQUALS")]:
-            return f"`{word}=(`"
-        case [*_, Token() as word] if word.type not in _SIGNS:
-            return f"`{word}`"
-        case _:
-            return "the parenthesis"
-
-
-def _named(token: Token) -> str:
-    return _OTHERS[END] if token.type == END else f"`{_shortened(token)}`"
-
-
-def _shortened(text: str) -> str:
-    first, *rest = text.split("\n")
-    return f"{first[:40]}..." if rest or len(first) > 40 else first
-
-
-def _capital(text: str) -> str:
-    return text[0].upper() + text[1:]
-
-
-def _kind_text(kind: str) -> str:
-    return f"`{_SIGNS[kind]}`" if kind in _SIGNS else _OTHERS.get(kind, f"`{kind.lower()}`")
-
-
-def _either(options: Sequence[str]) -> str:
-    if not options:
-        return "nothing more"
-    return options[0] if len(options) == 1 else f"{', '.join(options[:-1])} or {options[-1]}"
+        options = [kind_text(kind) for kind in acceptable]
+        message = f"{capitalised(token_text(token))} has no place here{where}."
+        self._report("SW002", token, message, f"Here may stand {either(options)}.")
