@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import logging
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 from skillwing.dsl import load
@@ -20,6 +19,7 @@ from skillwing.m600.latest import Latest
 from skillwing.m600.telemetry import Telemetry
 from skillwing.services.bus import Answer, Bus, Refused, Sample
 from skillwing.services.interface import SkillsetInterface
+from skillwing.services.options import required
 from skillwing.services.protocol import Keys, Lost, ProtocolError, Record, RecordKind, Violated, decode, encode
 from skillwing.services.timeline import Timeline
 from skillwing.sim_mujoco.topics import (
@@ -42,8 +42,8 @@ _log = logging.getLogger(__name__)
 
 
 def make_bridge(options: dict[str, Any]) -> RobotBridge:
-    """The bridge of the skillset in the file `options["skillset"]`."""
-    return RobotBridge(load(Path(options["skillset"])))
+    """Options: `skillset`, the path of the .skillset file."""
+    return RobotBridge(load(required(options, "skillset")))
 
 
 class RobotBridge:
