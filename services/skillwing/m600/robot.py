@@ -28,10 +28,32 @@ def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
     )
 
 
+def observers(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
+    """The recorder, for a run that leaves something behind.
+
+    options: `run_dir`, where to write; `viewer_url` of a Rerun viewer or server to show the run in as well, or `viewer`
+    for another way of showing it (`spawn`, `serve`).
+    """
+    if options.get("run_dir") is None:
+        return ()
+    recorder: dict[str, Any] = {
+        "run_dir": str(options["run_dir"]),
+        "skillset": str(SKILLSET),
+        "scene": "skillwing.m600.dashboard:make_scene",
+    }
+    if options.get("viewer_url") is not None:
+        recorder |= {"viewer": "connect", "url": options["viewer_url"]}
+    elif options.get("viewer") is not None:
+        recorder["viewer"] = options["viewer"]
+    factory = "skillwing.services.telemetry.recorder:make_recorder"
+    return (ProcessSpec("recorder", factory, recorder, essential=False, extra="viewer"),)
+
+
 ROBOT = Robot(
     name="m600",
     skillset=SKILLSET,
     functional_layer=functional_layer,
+    observers=observers,
     hooks={
         "takeoff": "skillwing.m600.takeoff:TakeoffManager",
         "land": "skillwing.m600.land:LandManager",
