@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .geometry import Vector, add, to_world
+from .infill import Pixels, inverse_depths
 from .motion import Motion
 from .noise import NoiseTable
 from .poses import rotations
@@ -38,18 +39,27 @@ class DepthCamera:
 
     def __init__(self, rays: RayScene, rng: np.random.Generator) -> None:
         self._rays, self._noise = rays, NoiseTable(rng)
-        directions = depth_directions(depth_header(0.0)).reshape(-1, 3)
-        length = np.linalg.norm(directions, axis=1)
-        self._rays_in_body = directions / length[:, None]
-        self._depth_per_range = (1.0 / length).astype(np.float32)
+        directions = depth_directions(depth_header(0.0))
+        length = np.linalg.norm(directions, axis=-1, keepdims=True)
+        self._rays_in_body = directions / length
+        self._range_per_depth = length[..., 0].astype(np.float32)
         self._reach = REACH * float(length.max())
 
     def picture(self, motion: Motion) -> NDArray[np.float32]:
         """Depth along the optical axis (180, 320) [m], 0 = no return."""
+        depth = self.true_depth(motion)
+        depth += np.float32(_NOISE) * depth * depth * self._noise.draw(depth.size).reshape(depth.shape)
+        depth[(depth < NEAREST) | (depth > REACH)] = 0.0
+        return depth
+
+    def true_depth(self, motion: Motion) -> NDArray[np.float32]:
+        """The same without noise and limits of the sensor."""
         turn = rotations(np.array([motion.quaternion]))[0].astype(np.float32)
         origin = np.array(add(motion.position, to_world(motion.quaternion, ZED_MOUNT)), dtype=np.float32)
-        ranges = self._rays.distances(origin, self._rays_in_body @ turn.T, self._reach)
-        depth = ranges * self._depth_per_range
-        depth += np.float32(_NOISE) * depth * depth * self._noise.draw(len(depth))
-        depth[(depth < NEAREST) | (depth > REACH)] = 0.0
-        return depth.reshape(HEIGHT, WIDTH)
+
+        def cast(rows: Pixels, columns: Pixels) -> NDArray[np.float32]:
+            ranges = self._rays.distances(origin, self._rays_in_body[rows, columns] @ turn.T, self._reach)
+            return np.divide(self._range_per_depth[rows, columns], ranges, out=ranges, where=ranges > 0.0)
+
+        inverse = inverse_depths(HEIGHT, WIDTH, cast)
+        return np.divide(np.float32(1.0), inverse, out=np.zeros_like(inverse), where=inverse > 0.0)
