@@ -126,6 +126,7 @@ _TABLE = (
         "what needs both is written as two checks.",
     ),
     Code("SW028", "error", "not a predicate", "Only a boolean datum or input may stand without a comparison."),
+    Code("SW029", "error", "nested too deeply", "A predicate or a type is nested beyond what anybody could read."),
     # --- resources
     Code("SW030", "error", "no single initial state", "A resource has exactly one `initial STATE`."),
     Code("SW031", "error", "unreachable state", "No chain of transitions leads from the initial state to this state."),

@@ -154,6 +154,23 @@ def references(expression: Expression) -> Iterator[Name]:
             yield from references(right)
 
 
+def depth(expression: Expression) -> int:
+    """Return how many operators stand one inside another. Uses no recursion, so that any expression can be asked."""
+    deepest = 0
+    pending = [(expression, 0)]
+    while pending:
+        node, level = pending.pop()
+        deepest = max(deepest, level)
+        match node:
+            case Not(operand):
+                pending.append((operand, level + 1))
+            case And(left, right) | Or(left, right) | Implies(left, right):
+                pending += [(left, level + 1), (right, level + 1)]
+            case _:
+                pass
+    return deepest
+
+
 def names_used(expression: Expression, scope: Scope | None = None) -> frozenset[str]:
     """Return the declared names (`position` for `position.z`) used in the expression, of one scope if given."""
     return frozenset(name.root for name in references(expression) if scope is None or name.scope == scope)

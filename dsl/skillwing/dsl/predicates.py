@@ -17,6 +17,7 @@ from skillwing.dsl.expressions import (
     Or,
     Scope,
     Symbol,
+    depth,
     literal_text,
 )
 from skillwing.dsl.model import DataItem, EnumType, Field, Resource, ScalarType, StructType, Type
@@ -28,6 +29,7 @@ from skillwing.dsl.types import type_text
 _BOOL = ScalarType("bool")
 _TEXT = ScalarType("string")
 _NUMBER = ScalarType("float64")
+_DEEPEST = 100
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +50,10 @@ class Predicates:
 
     def resolve(self, predicate: PredicateSyntax) -> Expression | None:
         """Return the expression with every name resolved, or None if some part is wrong."""
+        if depth(predicate.expression) > _DEEPEST:
+            message = f"This predicate is nested more than {_DEEPEST} levels deep."
+            self._report.add("SW029", predicate.span, message, "Split it into several.")
+            return None
         return self._expression(predicate.expression, predicate.kind == "resource")
 
     def _expression(self, expression: Expression, on_resources: bool) -> Expression | None:

@@ -123,6 +123,10 @@ class Recovery:
                 self._report("SW004", token, "This comment is never closed.", "Close it with `*/`.", first_line=True)
             case "UNCLOSED_STRING":
                 self._report("SW004", token, "This string is never closed.", 'Close it with `"` on the same line.')
+            case "OVERSIZED_NUMBER":
+                self._report("SW004", token, "This number is too large.", "Write one that a computer can count with.")
+                self._tokens[self._at] = Token.new_borrow_pos("NUMBER", "1", token)
+                return True
             case "UNCLOSED_BRACKET":
                 self._report("SW004", token, "This bracket is never closed.", f"Write `{token.strip()}]`.")
             case "UNKNOWN_CHARACTER":

@@ -20,6 +20,7 @@ SCALARS: Mapping[str, ScalarType] = {
     )
 }
 _FAMILIAR = {"float": "float64", "double": "float64", "int": "int64", "uint": "uint64", "str": "string"}
+_DEEPEST = 32
 _UNIT = re.compile(
     r"""(?x) (?: 1 | %FACTOR% ) (?: [/*.·] %FACTOR% )* """.replace("%FACTOR%", r"(?:[^\W\d_]+|[%°]\w*)(?:\^?-?\d+)?")
 )
@@ -84,6 +85,10 @@ class Types:
         if name in self._under_way:
             message = f"The type `{name}` contains itself."
             self._report.add("SW024", word.span, message, "Refer to it by an identifier, such as an integer, instead.")
+            return None
+        if len(self._under_way) > _DEEPEST:
+            message = f"Types are nested more than {_DEEPEST} levels deep here."
+            self._report.add("SW029", word.span, message, "Use fewer levels.")
             return None
         if name in self._named or name in self._structs:
             return self._built(name)

@@ -24,7 +24,7 @@ from skillwing.dsl.expressions import (
 )
 from skillwing.dsl.parser import parse_file
 
-numbers = st.integers(-(10**9), 10**9) | st.floats(allow_nan=False, allow_infinity=False)
+numbers = st.integers(-(10**9), 10**9) | st.floats(-1e99, 1e99)
 states = st.sampled_from(["FREE", "USED", "BROKEN"])
 resource_names = st.sampled_from(["axes", "sensor"])
 data_names = st.sampled_from(["battery", "height", "wind"])

@@ -75,3 +75,25 @@ def test_repeated_noise_is_survived() -> None:
         checked = check(f"skillset s {{ skill k {{ {f'{noise} ' * 50}", "noise")
         assert checked.skillset is None
         assert checked.diagnostics
+
+
+def test_absurd_sizes_are_survived() -> None:
+    deep = "not " * 5000
+    wide = " and ".join(["a"] * 5000)
+    chain = " ".join(f"type T{n} {{ x: T{n + 1} }}" for n in range(500))
+    for source, code in (
+        (
+            f"skillset s {{ data {{ a: bool }} skill k {{ precondition {{ p: data=({deep}a) }} result {{ D }} }} }}",
+            "SW029",
+        ),
+        (
+            f"skillset s {{ data {{ a: bool }} skill k {{ precondition {{ p: data=({wide}) }} result {{ D }} }} }}",
+            "SW029",
+        ),
+        (f"skillset s {{ {chain} type T500 {{ x: bool }} }}", "SW029"),
+        (f"skillset s {{ data {{ a: float64 period={'9' * 5000} }} }}", "SW004"),
+        ("skillset s { data { a: float64 period=1e999 } }", "SW004"),
+        (f"skillset s {{ data {{ a: float64[{'9' * 5000}] }} }}", "SW004"),
+        ("skillset s { " + "{ " * 5000, "SW002"),
+    ):
+        assert code in [diagnostic.code for diagnostic in check(source, "absurd").diagnostics]
