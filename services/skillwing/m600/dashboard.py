@@ -14,16 +14,16 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from skillwing.m600.scene_geometry import DEPTH_STEP, Throttle, VoxelPieces, by_height, depth_levels, scan_points
+from skillwing.m600.scene_geometry import DEPTH_STEP, Throttle, by_height, depth_levels, scan_points
+from skillwing.m600.voxel_pieces import VoxelPieces
 from skillwing.services.bus import Bus
-from skillwing.services.protocol import Keys, Message, MissionStatus, Record
+from skillwing.services.protocol import Keys, Message, MissionStatus, Record, RecordKind
 from skillwing.services.telemetry import palette
-from skillwing.services.telemetry.history import is_switch
 from skillwing.services.telemetry.mission_view import MissionPanels, at, trailing
 from skillwing.services.telemetry.reading import message_reader, stream_reader
 from skillwing.services.telemetry.recording import framed
 from skillwing.sim_mujoco import topics
-from skillwing.sim_mujoco.lidar import lidar_directions
+from skillwing.sim_mujoco.sensor_geometry import lidar_directions
 
 M = TypeVar("M", bound=Message)
 
@@ -32,15 +32,15 @@ SCAN_STRIDE = 8
 PIECE_OF_PATH = 100
 """Points after which the path goes on in a new strip, so that a long path is not logged again and again."""
 
-BRANCH_COLOURS = {"zed": "#ff5a4f", "lidar": "#4da3ff"}
-"""Path flown by branch, as in the paper's Figure 1; outside the branches it is grey."""
-_ELSEWHERE = "#b8bec6"
+PATH_COLOURS = {"ZED": "#ff5a4f", "LIDAR": "#4da3ff"}
+"""Path flown by the source of the depth map, as in the paper's Figure 1; without one it is grey."""
+_BLIND = "#b8bec6"
 _TARGET = [255, 196, 61]
 
 _SERIES = {
-    "metres/altitude": "#3b82f6",
-    "metres/free_distance": "#e69f00",
-    "speed/speed": "#2e9e4f",
+    "motion/altitude": "#3b82f6",
+    "motion/free_distance": "#e69f00",
+    "motion/speed": "#2e9e4f",
     "battery/battery": "#c3a3e3",
 }
 
@@ -53,8 +53,8 @@ class Dashboard:
         recording: rr.RecordingStream,
         *,
         skillset: str = "m600",
-        eye: topics.Vector3 = (-14.0, -22.0, 30.0),
-        look_at: topics.Vector3 = (15.0, 8.0, 0.0),
+        eye: topics.Vector3 = (-3.0, -20.0, 25.0),
+        look_at: topics.Vector3 = (15.0, 8.0, -1.0),
     ) -> None:
         self._recording = recording
         self._keys = Keys(skillset)
@@ -63,36 +63,33 @@ class Dashboard:
         self._pose: topics.Navigation | None = None
         self._path: list[topics.Vector3] = []
         self._strips = 0
-        self._branch = _ELSEWHERE
+        self._colour = _BLIND
         self._target: topics.Vector3 | None = None
         self._waypoint: topics.Vector3 | None = None
-        self._voxels = VoxelPieces()
+        self._voxels: VoxelPieces | None = None
         self._pinhole: tuple[int, int] | None = None
         self._pose_due, self._path_due, self._plan_due = Throttle(0.1), Throttle(0.2), Throttle(0.5)
         self._scan_due, self._depth_due, self._free_due = Throttle(0.2), Throttle(0.2), Throttle(0.2)
+        self._clearing_due = Throttle(5.0)
 
     # --- arrangement ---------------------------------------------------------------------------------------
 
     def blueprint(self, panels: MissionPanels) -> rrb.Blueprint:
         scene = rrb.Spatial3DView(
             origin="/world",
+            contents=["+ /world/**", "- /world/drone/camera/depth"],
             name="World as mapped",
-            background=[27, 31, 38],
+            background=palette.NIGHT,
             line_grid=rrb.LineGrid3D(visible=True, spacing=5.0, color=[70, 78, 90]),
             eye_controls=rrb.EyeControls3D(position=self._eye, look_target=self._look_at, eye_up=(0, 0, 1)),
         )
         depth = rrb.Spatial2DView(origin="/world/drone/camera", name="Depth camera")
-        metres = _plot("metres", "Altitude, free distance [m]")
-        small = rrb.Horizontal(_plot("speed", "Speed [m/s]"), _plot("battery", "Battery [%]"))
-        seen = rrb.Vertical(panels.tree, rrb.Horizontal(depth, metres, column_shares=[4, 5]), row_shares=[5, 3])
-        told = rrb.Vertical(panels.log, small, row_shares=[3, 2])
-        return framed(
-            rrb.Vertical(
-                rrb.Horizontal(scene, seen, column_shares=[5, 6]),
-                rrb.Horizontal(panels.skills, panels.resources, told, column_shares=[5, 4, 5]),
-                row_shares=[6, 5],
-            )
-        )
+        motion = _plot("motion", "Metres and metres a second", legend=True)
+        battery = _plot("battery", "Battery [%]", low=0.0, high=100.0)
+        seen = rrb.Vertical(depth, motion, battery, row_shares=[5, 5, 3])
+        told = rrb.Horizontal(panels.skills, panels.resources, panels.log, column_shares=[4, 3, 4])
+        flight = rrb.Vertical(rrb.Horizontal(scene, seen, column_shares=[5, 2]), told, row_shares=[1, 1])
+        return framed(rrb.Horizontal(flight, panels.tree, column_shares=[4, 1]))
 
     def attach(self, bus: Bus) -> None:
         self._recording.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
@@ -131,12 +128,12 @@ class Dashboard:
         self._recording.log("world/drone", rr.Transform3D(translation=pose.position, rotation=turn))
         if self._path_due.due(pose.t):
             self._extend_path(pose.position)
-            self._scalar("metres/altitude", pose.position[2])
-            self._scalar("speed/speed", math.hypot(*pose.velocity))
+            self._scalar("motion/altitude", pose.position[2])
+            self._scalar("motion/speed", math.hypot(*pose.velocity))
 
     def _extend_path(self, position: topics.Vector3) -> None:
         self._path.append(position)
-        strip = rr.LineStrips3D([self._path], colors=[palette.rgba(self._branch)], radii=0.09)
+        strip = rr.LineStrips3D([self._path], colors=[palette.rgba(self._colour)], radii=0.09)
         self._recording.log(f"world/path/{self._strips:03}", strip)
         if len(self._path) >= PIECE_OF_PATH:
             self._next_strip()
@@ -170,17 +167,17 @@ class Dashboard:
         self._recording.log("world/waypoint", marker)
 
     def _on_record(self, record: Record) -> None:
-        """A switch of branch changes the colour of the path from there on."""
-        if is_switch(record) or (record.kind == "mission" and _branch_colour(record.after) != _ELSEWHERE):
+        """Another source of the depth map changes the colour of the path from there on."""
+        if record.kind is RecordKind.RESOURCE and record.subject == "depthmap_source":
             self._next_strip()
-            self._branch = _branch_colour(record.after)
+            self._colour = PATH_COLOURS.get(record.after, _BLIND)
 
     def _on_obstacle(self, status: topics.ObstacleStatus) -> None:
         if not self._free_due.due(status.t):
             return
         at(self._recording, status.t)
         # A gap where the sensor does not look: not a number breaks the line.
-        self._scalar("metres/free_distance", math.nan if status.free_distance is None else status.free_distance)
+        self._scalar("motion/free_distance", math.nan if status.free_distance is None else status.free_distance)
 
     def _on_battery(self, battery: topics.Battery) -> None:
         at(self._recording, battery.t)
@@ -197,7 +194,7 @@ class Dashboard:
         ranges = np.frombuffer(payload, np.float32).reshape(header.columns, header.beams)[::SCAN_STRIDE]
         points = scan_points(ranges, self._directions, header.mount, self._pose)
         at(self._recording, header.t1)
-        self._recording.log("world/scan", rr.Points3D(points, colors=[[255, 255, 255, 150]], radii=0.04))
+        self._recording.log("world/scan", rr.Points3D(points, colors=[[255, 255, 255]], radii=rr.Radius.ui_points(1.1)))
 
     def _on_depth(self, header: topics.DepthHeader, payload: bytes) -> None:
         if not self._depth_due.due(header.t):
@@ -207,26 +204,32 @@ class Dashboard:
             _draw_camera(self._recording, header)
         levels = depth_levels(np.frombuffer(payload, np.uint16).reshape(header.height, header.width))
         at(self._recording, header.t)
-        image = rr.DepthImage(levels, meter=1.0 / DEPTH_STEP, colormap="turbo", depth_range=(0.0, 255.0))
-        self._recording.log("world/drone/camera", image)
+        image = rr.DepthImage(levels, meter=1.0 / DEPTH_STEP, colormap="turbo")
+        self._recording.log("world/drone/camera/depth", image)
 
     def _on_health(self, health: topics.Health) -> None:
         """A failed camera shows nothing, instead of its last picture."""
         if health.sensor == "zed" and health.status is topics.SensorStatus.FAILED:
             at(self._recording, health.t)
-            self._recording.log("world/drone/camera", rr.DepthImage.cleared())
+            self._recording.log("world/drone/camera/depth", rr.DepthImage.cleared())
 
     # --- what it has mapped --------------------------------------------------------------------------------
 
     def _on_map(self, header: topics.MapHeader, payload: bytes) -> None:
+        """Draw the pieces of the map that changed. A whole map comes when something turned out to be free: that is
+        worth a look every few seconds only."""
         centres = np.frombuffer(payload, np.float32).reshape(-1, 3)
+        if self._voxels is None:
+            self._voxels = VoxelPieces(header.voxel_size)
+        if header.complete and self._clearing_due.due(header.t):
+            changed = self._voxels.replace(centres)
+        else:
+            changed = self._voxels.add(centres)
         at(self._recording, header.t)
-        if header.complete:
-            self._voxels.clear()
-            self._recording.log("world/map", rr.Clear(recursive=True))
-        for number, piece in self._voxels.add(centres, header.voxel_size).items():
-            boxes = rr.Points3D(piece, colors=by_height(piece), radii=header.voxel_size * 0.5)
-            self._recording.log(f"world/map/{number:03}", boxes)
+        for number in sorted(changed):
+            piece = self._voxels.centres(number)
+            voxels = rr.Points3D(piece, colors=by_height(piece), radii=header.voxel_size * 0.5)
+            self._recording.log(f"world/map/{number:03}", voxels)
 
 
 def make_scene(recording: rr.RecordingStream, options: dict[str, Any]) -> Dashboard:
@@ -238,12 +241,16 @@ def _follow(bus: Bus, key: str, kind: type[M], show: Callable[[M], None]) -> Non
     bus.subscribe(key, message_reader(kind, show), latest_only=True)
 
 
-def _branch_colour(branch: str) -> str:
-    return next((colour for name, colour in BRANCH_COLOURS.items() if name in branch.lower()), _ELSEWHERE)
-
-
-def _plot(group: str, name: str) -> rrb.TimeSeriesView:
-    return rrb.TimeSeriesView(origin=f"/plots/{group}", name=name, axis_x=trailing(60.0, 2.0))
+def _plot(
+    group: str, name: str, *, low: float | None = None, high: float | None = None, legend: bool = False
+) -> rrb.TimeSeriesView:
+    return rrb.TimeSeriesView(
+        origin=f"/plots/{group}",
+        name=name,
+        axis_x=trailing(60.0, 2.0),
+        axis_y=None if low is None or high is None else rrb.ScalarAxis(range=(low, high)),
+        plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop, visible=legend),
+    )
 
 
 def _draw_drone(recording: rr.RecordingStream) -> None:

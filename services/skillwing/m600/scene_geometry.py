@@ -33,49 +33,6 @@ class Throttle:
         return True
 
 
-class VoxelPieces:
-    """A growing map in pieces that are small enough to be drawn again whenever they grow.
-
-    Voxels may come in repeatedly and in any order; each belongs to one piece for good, until `clear`.
-    """
-
-    def __init__(self, capacity: int = 2000) -> None:
-        self._capacity = capacity
-        self._known: set[tuple[int, int, int]] = set()
-        self._pieces: list[NDArray[np.float32]] = []
-
-    def __len__(self) -> int:
-        """Voxels in all pieces."""
-        return len(self._known)
-
-    @property
-    def count(self) -> int:
-        """Number of pieces."""
-        return len(self._pieces)
-
-    def clear(self) -> None:
-        self._known.clear()
-        self._pieces.clear()
-
-    def add(self, centres: NDArray[np.float32], voxel_size: float) -> dict[int, NDArray[np.float32]]:
-        """Add voxel centres (n, 3); returns the pieces that changed, by number, with all their centres."""
-        fresh: list[NDArray[np.float32]] = []
-        for key, centre in zip(np.floor(centres / voxel_size).astype(int).tolist(), centres, strict=True):
-            cell = (key[0], key[1], key[2])
-            if cell not in self._known:
-                self._known.add(cell)
-                fresh.append(centre)
-        changed: dict[int, NDArray[np.float32]] = {}
-        while fresh:
-            if not self._pieces or len(self._pieces[-1]) >= self._capacity:
-                self._pieces.append(np.empty((0, 3), np.float32))
-            room = self._capacity - len(self._pieces[-1])
-            self._pieces[-1] = np.vstack([self._pieces[-1], *fresh[:room]]).astype(np.float32)
-            fresh = fresh[room:]
-            changed[len(self._pieces) - 1] = self._pieces[-1]
-        return changed
-
-
 def scan_points(
     ranges: NDArray[np.float32], directions: NDArray[np.float32], mount: Vector3, pose: Navigation
 ) -> NDArray[np.float32]:

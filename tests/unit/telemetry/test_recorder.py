@@ -55,24 +55,24 @@ def test_the_journal_tells_the_whole_story(tmp_path: Path) -> None:
 
 def test_bars_of_the_recording_take_the_colour_of_their_ending(tmp_path: Path) -> None:
     record(tell(), tmp_path)
-    assert states_of(tmp_path, "/skills/02_goto_straight") == {
+    assert states_of(tmp_path, "/skills/03_goto_straight") == {
         6.4: "S_BLOCKED",
         12.0: "",
         12.2: "IT",
         21.5: "",
     }
-    assert states_of(tmp_path, "/skills/04_zed_depthmap") == {6.2: "RI", 20.53: ""}
+    assert states_of(tmp_path, "/skills/02_zed_depthmap") == {6.2: "RI", 20.53: ""}
 
 
 def test_a_refused_goal_has_no_bar(tmp_path: Path) -> None:
     record(tell(), tmp_path)
-    assert states_of(tmp_path, "/skills/03_goto") == {21.6: "S_ARRIVED", 29.8: ""}
+    assert states_of(tmp_path, "/skills/05_goto") == {21.6: "S_ARRIVED", 29.8: ""}
 
 
 def test_resources_begin_in_their_initial_state(tmp_path: Path) -> None:
     record(tell(), tmp_path)
-    assert states_of(tmp_path, "/resources/02_zed_status") == {0.0: "UNKNOWN", 0.5: "OK", 20.51: "FAILED"}
-    assert states_of(tmp_path, "/resources/04_battery_status") == {0.0: "NORMAL"}
+    assert states_of(tmp_path, "/resources/01_zed_status") == {0.0: "UNKNOWN", 0.5: "OK", 20.51: "FAILED"}
+    assert states_of(tmp_path, "/resources/02_depthmap_source") == {0.0: "NONE", 6.2: "ZED", 20.52: "NONE"}
 
 
 def test_tree_and_causes_are_in_the_recording(tmp_path: Path) -> None:
@@ -87,7 +87,10 @@ def test_tree_and_causes_are_in_the_recording(tmp_path: Path) -> None:
         for row in chunk.to_record_batch().column(name).to_pylist()
         for text in row
     ]
-    assert any(text.startswith("SWITCH to LiDAR branch, because zed blackout ON -> zed FAILED") for text in texts)
+    assert any(
+        text.startswith("SWITCH ZED branch -> LiDAR branch  <- zed_depthmap RI <- zed_status FAILED <- zed FAILED <- ")
+        for text in texts
+    )
 
 
 def test_a_message_that_is_none_is_left_out(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:

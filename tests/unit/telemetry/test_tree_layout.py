@@ -1,15 +1,13 @@
-"""Every node of a tree has a place of its own, beside its parent and among its siblings."""
+"""Every node of a tree has a row of its own, under its parent and among its siblings."""
 
 from __future__ import annotations
-
-from itertools import combinations
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from skillwing.services.protocol import TreeNode
-from skillwing.services.telemetry.tree_layout import ROW, lay_out
+from skillwing.services.telemetry.tree_layout import ROW, ROWS, Outline, lay_out
 
 
 @st.composite
@@ -21,23 +19,47 @@ def trees(draw: st.DrawFn) -> list[TreeNode]:
 
 
 @given(trees())
-def test_pills_do_not_overlap_and_children_stand_to_the_right(nodes: list[TreeNode]) -> None:
+def test_each_node_has_a_row_below_its_parent_and_is_indented(nodes: list[TreeNode]) -> None:
     layout = lay_out(nodes)
-    for a, b in combinations(layout.places, 2):
-        apart = abs(a.x - b.x) >= a.half_width + b.half_width - 1e-6
-        assert apart or abs(a.y - b.y) >= ROW - 1e-6
+    assert sorted(place.y / layout.row - 0.5 for place in layout.places) == pytest.approx(list(range(len(nodes))))
     for node, place in zip(nodes, layout.places, strict=True):
         if node.parent is not None:
             parent = layout.places[node.parent]
-            assert parent.x + parent.half_width < place.x - place.half_width
+            assert (place.left, place.y) > (parent.left, parent.y)
     assert len(layout.branches) == len(nodes) - 1
 
 
-@given(trees(), st.randoms())
-def test_the_order_of_nodes_in_the_list_does_not_matter_for_columns(nodes: list[TreeNode], random) -> None:
-    shuffled = random.sample(nodes, len(nodes))
-    expected = {node.index: place.x for node, place in zip(nodes, lay_out(nodes).places, strict=True)}
-    assert {n.index: p.x for n, p in zip(shuffled, lay_out(shuffled).places, strict=True)} == expected
+@given(trees())
+def test_rows_are_in_the_order_of_ticking(nodes: list[TreeNode]) -> None:
+    """Between a node and its next sibling stand its descendants and nobody else."""
+    layout = lay_out(nodes)
+    rows = sorted(zip(nodes, layout.places, strict=True), key=lambda item: item[1].y)
+    open_branch: list[int] = []
+    for node, _ in rows:
+        while open_branch and open_branch[-1] != node.parent:
+            open_branch.pop()
+        assert node.parent is None or open_branch
+        open_branch.append(node.index)
+
+
+def test_a_large_tree_fits_the_panel_too() -> None:
+    nodes = [TreeNode(index, None if index == 0 else 0, "n", "Sequence", "RUNNING") for index in range(100)]
+    assert max(place.y for place in lay_out(nodes).places) <= ROWS * ROW
+
+
+def test_a_branch_opens_when_it_is_visited_and_stays_open() -> None:
+    def snapshot(*statuses: str) -> list[TreeNode]:
+        parents = (None, 0, 1, 0, 3)
+        return [TreeNode(i, p, f"n{i}", "S", s) for i, (p, s) in enumerate(zip(parents, statuses, strict=True))]
+
+    outline = Outline()
+    run, failed, off = "RUNNING", "FAILURE", "INVALID"
+    first = outline.shown(snapshot(run, run, run, off, off))
+    assert [node.index for node in first] == [0, 1, 2, 3]
+    second = outline.shown(snapshot(run, failed, failed, run, run))
+    assert [node.index for node in second] == [0, 1, 2, 3, 4]
+    third = outline.shown(snapshot(run, off, off, off, off))
+    assert [node.index for node in third] == [0, 1, 2, 3, 4]
 
 
 def test_an_empty_tree_has_no_size() -> None:

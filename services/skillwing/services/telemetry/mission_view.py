@@ -5,7 +5,7 @@ Nothing here knows the robot; its scene is a `Scene` that the recorder is given 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -18,14 +18,20 @@ from skillwing.services.bus import Bus
 from skillwing.services.protocol import Ending, MissionStatus, Record, RecordKind, State, TreeNode, TreeSnapshot
 from skillwing.services.telemetry import palette
 from skillwing.services.telemetry.history import History, Outcome, SkillBar, is_switch
-from skillwing.services.telemetry.tree_layout import ROW, TreeLayout, lay_out
-from skillwing.services.telemetry.wording import headline, in_words, sentence
+from skillwing.services.telemetry.tree_layout import ROW, ROWS, WIDTH, Outline, TreeLayout, lay_out
+from skillwing.services.telemetry.wording import brief, headlines
 
 TIMELINE = "mission_time"
 """Name of the one timeline: robot time as a duration."""
-_WINDOW = 90.0
+_WINDOW = 120.0
 """Seconds of the lanes that are in view while time runs."""
-_PASSING = frozenset({State.VALIDATING, State.DISPATCHING, State.INTERRUPTING})
+_PILL = 0.45
+"""Half the height of a pill, in rows."""
+_LABEL_BELOW = 12.5
+"""Rerun writes a label this many pixels below its point."""
+_PASSING = frozenset({State.VALIDATING, State.DISPATCHING, State.INTERRUPTING, "GRANTED", "ENDED", "NOT_READY"})
+_BAD = ("FAILED", "RI", "ERROR", "LOST", "N_", "CRITICAL", "DIVERGED", "ABORTED", "VIOLATED")
+_DOUBTFUL = ("NR", "NV", "BUSY", "S_BLOCKED", "S_ABORTED")
 _RULES = ("NV", "NR", "RI", "BUSY", "ERROR", "LOST")
 
 
@@ -64,34 +70,35 @@ def trailing(seconds: float, ahead: float = 0.0) -> rrb.TimeAxis:
 
 
 class MissionView:
-    """Logs one robot's mission into `recording`. Lanes stand in the order in which the skillset declares them."""
+    """Logs one robot's mission into `recording`. A skill or resource has a lane from its first use or change on."""
 
     def __init__(self, recording: rr.RecordingStream, skillset: Skillset) -> None:
         self._recording = recording
         self._skills = {skill.name: skill for skill in skillset.skills}
-        self._order = {skill.name: number for number, skill in enumerate(skillset.skills, start=1)}
-        self._lanes: set[str] = set()
+        self._lanes: dict[str, str] = {}
         self._drawn: dict[str, SkillBar] = {}
         self._shape: tuple[tuple[int, int | None, str], ...] = ()
         self._layout = TreeLayout((), ())
+        self._outline = Outline()
         self._phase = ""
-        self._resources: dict[str, str] = {}
-        for number, resource in enumerate(skillset.resources, start=1):
-            lane = self._resources[resource.name] = f"resources/{number:02}_{resource.name}"
-            colours = palette.state_colours(resource.states, resource.initial)
-            self._configure(lane, list(colours), list(colours.values()))
-            self._state(lane, 0.0, resource.initial)
+        self._resources = {resource.name: resource for resource in skillset.resources}
 
     @staticmethod
     def panels() -> MissionPanels:
         return MissionPanels(
             skills=rrb.StateTimelineView(origin="/skills", name="Skills", time_view=trailing(_WINDOW, 3.0)),
             resources=rrb.StateTimelineView(origin="/resources", name="Resources", time_view=trailing(_WINDOW, 3.0)),
-            tree=rrb.Spatial2DView(origin="/tree", name="Behaviour tree", background=_colour(palette.PAPER)),
+            tree=rrb.Spatial2DView(
+                origin="/tree",
+                name="Behaviour tree",
+                background=palette.NIGHT,
+                visual_bounds=rrb.VisualBounds2D(x_range=[0.0, WIDTH], y_range=[-ROW / 2, (ROWS + 0.5) * ROW]),
+            ),
             log=rrb.TextLogView(
                 origin="/log",
                 name="Why things happened",
-                columns=rrb.TextLogColumns(timeline_columns=[], text_log_columns=["LogLevel", "Body"]),
+                columns=rrb.TextLogColumns(timeline_columns=[TIMELINE], text_log_columns=["LogLevel", "Body"]),
+                rows=rrb.TextLogRows(filter_by_log_level=["INFO", "WARN", "ERROR", "CRITICAL"]),
             ),
         )
 
@@ -101,21 +108,32 @@ class MissionView:
         """Draw or recolour the bar of one goal. A goal that never ran has no bar: the log tells of it."""
         if bar.skill not in self._skills or not bar.ran or bar == self._drawn.get(bar.goal_id):
             return
-        lane = f"skills/{self._order[bar.skill]:02}_{bar.skill}"
-        if bar.skill not in self._lanes:
-            self._lanes.add(bar.skill)
-            values, colours = zip(*_bar_colours(self._skills[bar.skill]), strict=True)
-            self._configure(lane, values, colours)
+        lane = self._lanes.get(bar.skill) or self._new_lane("skills", bar.skill, _bar_colours(self._skills[bar.skill]))
         self._drawn[bar.goal_id] = bar
         # Logging again at the start recolours the whole bar; the empty state ends it.
         self._state(lane, bar.t_start, bar.terminal or Outcome.RUNNING)
         if bar.t_end is not None:
             self._state(lane, bar.t_end, "")
 
-    def _configure(self, lane: str, values: Iterable[str], colours: Iterable[str]) -> None:
-        names = list(values)
-        rgba = np.array([palette.rgba(colour) for colour in colours], dtype=np.uint32)
-        self._recording.log(lane, rr.StateConfiguration(values=names, labels=names, colors=rgba), static=True)
+    def _show_resource(self, record: Record) -> None:
+        """Resources that never change have no lane."""
+        resource = self._resources.get(record.subject)
+        if resource is None:
+            return
+        if record.subject not in self._lanes:
+            colours = palette.state_colours(resource.states, resource.initial)
+            lane = self._new_lane("resources", resource.name, colours)
+            self._state(lane, 0.0, record.before or resource.initial)
+        self._state(self._lanes[record.subject], record.t, record.after)
+
+    def _new_lane(self, group: str, name: str, colours: Mapping[str, str]) -> str:
+        """Lanes are sorted by path, so a number puts them in the order of their first use, as in the paper."""
+        number = 1 + sum(lane.startswith(group) for lane in self._lanes.values())
+        lane = self._lanes[name] = f"{group}/{number:02}_{name}"
+        names = list(colours)
+        look = rr.StateConfiguration(values=names, labels=names, colors=_rgba(colours.values()))
+        self._recording.log(lane, look, static=True)
+        return lane
 
     def _state(self, lane: str, t: float, state: str) -> None:
         at(self._recording, t)
@@ -124,72 +142,79 @@ class MissionView:
     # --- causes --------------------------------------------------------------------------------------------
 
     def show_record(self, record: Record, history: History) -> None:
-        if record.kind is RecordKind.RESOURCE and (lane := self._resources.get(record.subject)):
-            self._state(lane, record.t, record.after)
-        if record.kind is RecordKind.GOAL and record.after in _PASSING:
-            return
-        chain = history.chain(record.id)
-        text = sentence(record)
-        if is_switch(record):
-            text = f"SWITCH to {record.after}, because {in_words(chain[:-1])}"
-        elif len(chain) > 1:
-            text += f"  <-  {headline(chain[-2])}"
-        at(self._recording, record.t)
-        self._recording.log(f"log/{record.kind}", rr.TextLog(text, level=_level(record)))
+        if record.kind is RecordKind.RESOURCE:
+            self._show_resource(record)
+        level = _level(record)
+        text = f"SWITCH {record.before} -> {record.after}" if is_switch(record) else brief(record)
+        chain = history.chain(record.id)[:-1]
+        if chain and level != rr.TextLogLevel.INFO:
+            text += "  <- " + " <- ".join(reversed(headlines(chain)))
+        self._log(record.kind, record.t, text, level)
 
     def show_mission(self, status: MissionStatus) -> None:
-        line = f"{status.mission}: {status.phase}, {status.text}"
-        if line != self._phase:
-            self._phase = line
-            at(self._recording, status.t)
-            self._recording.log("log/status", rr.TextLog(line, level=rr.TextLogLevel.INFO))
+        if status.phase != self._phase:
+            self._phase = status.phase
+            self._log(
+                "mission_status", status.t, f"{status.mission} {status.phase}: {status.text}", rr.TextLogLevel.INFO
+            )
+
+    def _log(self, source: str, t: float, text: str, level: rr.TextLogLevel) -> None:
+        at(self._recording, round(t, 2))  # more digits would not fit their column
+        self._recording.log(f"log/{source}", rr.TextLog(text, level=level))
 
     # --- tree ----------------------------------------------------------------------------------------------
 
     def show_tree(self, snapshot: TreeSnapshot) -> None:
         at(self._recording, snapshot.t)
-        shape = tuple((node.index, node.parent, node.name) for node in snapshot.nodes)
+        nodes = self._outline.shown(snapshot.nodes)
+        shape = tuple((node.index, node.parent, node.name) for node in nodes)
         if shape != self._shape:
             self._shape = shape
-            self._layout = lay_out(snapshot.nodes)
-            self._log_branches(snapshot.nodes)
-        pills = [
-            ((place.x - place.half_width + ROW * 0.4, place.y), (place.x + place.half_width - ROW * 0.4, place.y))
-            for place in self._layout.places
-        ]
-        fill = [palette.TREE_COLOURS.get(node.status, palette.REST) for node in snapshot.nodes]
-        self._recording.log("tree/pills", rr.LineStrips2D(pills, colors=_rgba(fill), radii=ROW * 0.4, draw_order=5.0))
+            self._layout = lay_out(nodes)
+            self._log_names(nodes)
+        radius = _PILL * self._layout.row
+        pills = [((place.left + radius, place.y), (place.right - radius, place.y)) for place in self._layout.places]
+        fill = _rgba(self._pill_colour(node) for node in nodes)
+        self._recording.log("tree/pills", rr.LineStrips2D(pills, colors=fill, radii=radius, draw_order=5.0))
 
-    def _log_branches(self, nodes: tuple[TreeNode, ...]) -> None:
+    def _pill_colour(self, node: TreeNode) -> str:
+        if node.status == "INVALID" and self._outline.latest(node) == "FAILURE":
+            return palette.GAVE_UP
+        return palette.TREE_COLOURS.get(node.status, palette.REST)
+
+    def _log_names(self, nodes: tuple[TreeNode, ...]) -> None:
         lines = [list(branch) for branch in self._layout.branches]
-        self._recording.log("tree/branches", rr.LineStrips2D(lines, colors=[[150, 158, 168]], radii=0.8, draw_order=0))
-        centres = [(place.x, place.y) for place in self._layout.places]
-        names = [node.name for node in nodes]
-        labels = rr.Points2D(
-            centres, labels=names, colors=[[255, 255, 255]], radii=0.0, show_labels=True, draw_order=10.0
+        self._recording.log("tree/branches", rr.LineStrips2D(lines, colors=[[110, 118, 130]], radii=0.6, draw_order=0))
+        centres = [((place.left + place.right) / 2, place.y - _LABEL_BELOW) for place in self._layout.places]
+        names = rr.Points2D(
+            centres,
+            labels=[node.name for node in nodes],
+            colors=[[255, 255, 255]],
+            radii=0.0,
+            show_labels=True,
+            draw_order=10.0,
         )
-        self._recording.log("tree/names", labels)
+        self._recording.log("tree/names", names)
 
 
-def _bar_colours(skill: Skill) -> list[tuple[str, str]]:
+def _bar_colours(skill: Skill) -> dict[str, str]:
     """Every label that can stand on a bar of this skill, with its colour."""
-    pairs: list[tuple[str, str]] = [(Outcome.RUNNING, palette.BLUE), (Ending.INTERRUPTED, palette.GREY)]
-    pairs += [(f"S_{result.name}", palette.GREEN if result.success else palette.RED) for result in skill.results]
-    pairs += [(f"N_{result.name}", palette.RED) for result in skill.results]
-    return pairs + [(label, palette.RED) for label in _RULES]
+    colours: dict[str, str] = {Outcome.RUNNING: palette.BLUE, Ending.INTERRUPTED: palette.GREY}
+    colours |= {f"S_{result.name}": palette.GREEN if result.success else palette.RED for result in skill.results}
+    colours |= {f"N_{result.name}": palette.RED for result in skill.results}
+    return colours | dict.fromkeys(_RULES, palette.RED)
 
 
 def _level(record: Record) -> rr.TextLogLevel:
-    bad = ("FAILED", "RI", "ERROR", "LOST", "N_", "CRITICAL", "DIVERGED", "ABORTED", "died")
-    if record.after.startswith(bad):
+    """What a reader of the log has to see first. Steps that the lanes show better are only for debugging."""
+    if record.after.startswith(_BAD):
         return rr.TextLogLevel.ERROR
-    doubtful = record.kind is RecordKind.FAULT or is_switch(record) or record.after.startswith(("NR", "NV", "BUSY"))
-    return rr.TextLogLevel.WARN if doubtful else rr.TextLogLevel.INFO
+    if record.kind is RecordKind.FAULT or is_switch(record) or record.after.startswith(_DOUBTFUL):
+        return rr.TextLogLevel.WARN
+    passing = record.kind is RecordKind.GOAL and record.after in _PASSING
+    effect = record.kind is RecordKind.RESOURCE and record.goal_id is not None
+    return rr.TextLogLevel.DEBUG if passing or effect or record.kind is RecordKind.DATA else rr.TextLogLevel.INFO
 
 
 def _rgba(colours: Iterable[str]) -> np.ndarray[Any, np.dtype[np.uint32]]:
     return np.array([palette.rgba(colour) for colour in colours], dtype=np.uint32)
-
-
-def _colour(colour: str) -> list[int]:
-    return list(bytes.fromhex(colour.lstrip("#")))

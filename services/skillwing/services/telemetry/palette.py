@@ -10,7 +10,8 @@ GREY = "#9aa0a6"
 BLUE = "#3b82f6"
 AMBER = "#e69f00"
 INK = "#24292f"
-PAPER = "#f5f6f8"
+NIGHT = (27, 31, 38)
+"""Background of drawn panels, as RGB."""
 
 OUTCOME_COLOURS = {
     Outcome.RUNNING: BLUE,
@@ -20,8 +21,9 @@ OUTCOME_COLOURS = {
 }
 
 TREE_COLOURS = {"RUNNING": BLUE, "SUCCESS": GREEN, "FAILURE": RED}
-"""By status; a node that is not visited has `REST`."""
-REST = "#c5cad1"
+"""By status; a node that is not visited has `REST`, or `GAVE_UP` if it failed the last time it was."""
+REST = "#555d68"
+GAVE_UP = "#7d3a3e"
 
 _BAD = ("FAIL", "CRITICAL", "DIVERGED", "LOST", "UNAVAILABLE")
 _DOUBTFUL = ("UNKNOWN", "INVALID", "LOW", "DEGRADED")

@@ -12,16 +12,17 @@ def headline(record: Record) -> str:
     return f"{record.subject} {record.after}"
 
 
-def sentence(record: Record) -> str:
-    """What changed and why: `zed_status: OK -> FAILED (no image for 0.5 s)`."""
-    change = f"{record.before} -> {record.after}" if record.before else record.after
-    return f"{record.subject}: {change}" + (f" ({record.text})" if record.text else "")
+def brief(record: Record) -> str:
+    """What changed and why: `zed FAILED: no image for 0.5 s`."""
+    return headline(record) + (f": {record.text}" if record.text else "")
+
+
+def headlines(chain: Sequence[Record]) -> list[str]:
+    """A chain of causes, root first. Neighbours that say the same are said once."""
+    words = [headline(record) for record in chain]
+    return [word for word, before in zip(words, [None, *words], strict=False) if word != before]
 
 
 def in_words(chain: Sequence[Record]) -> str:
-    """A chain of causes, root first. Neighbours that say the same (a sensor and its resource) are said once."""
-    words: list[str] = []
-    for record in chain:
-        if not words or words[-1] != headline(record):
-            words.append(headline(record))
-    return " -> ".join(words)
+    """A chain of causes in one line: `zed_status FAILED -> zed_depthmap RI`."""
+    return " -> ".join(headlines(chain))
