@@ -80,7 +80,7 @@ class MappingMission(Mission):
         route = Route(context, planner)
         return MissionTrees(
             root=_with_guards(context, _flight(context, route, options), options),
-            rescue=in_order(
+            rescue=guarded(
                 "rescue",
                 ResourceIs("may we fly?", context, "SDK_authority", "AVAILABLE"),
                 land_where_it_is(context),

@@ -7,6 +7,10 @@ from py_trees.common import Status
 
 from .context import MissionContext
 
+CALM = 0.2
+"""Robot seconds in which news of one event may come in from different processes, in any order. A guard that knows
+better than to go on has then had its say."""
+
 
 class NoteSwitch(Behaviour):
     """First leaf of a branch that takes over: writes down from which branch, and because of what. SUCCESS at once."""
@@ -23,8 +27,10 @@ class NoteSwitch(Behaviour):
 
 
 class Settled(Behaviour):
-    """RUNNING while cancelled goals are still stopping, then SUCCESS; also SUCCESS after `patience` robot seconds,
-    for what comes next may be more urgent than what does not stop."""
+    """RUNNING while cancelled goals are still stopping, and for `CALM` seconds at least; then SUCCESS.
+
+    Also SUCCESS after `patience` robot seconds, for what comes next may be more urgent than what does not stop.
+    """
 
     def __init__(self, name: str, context: MissionContext, patience: float) -> None:
         super().__init__(name)
@@ -36,9 +42,11 @@ class Settled(Behaviour):
         self._waits_since = self._context.now()
 
     def update(self) -> Status:
+        waited = self._context.now() - self._waits_since
         stopping = self._context.reaper.unfinished
-        if not stopping:
-            self.feedback_message = "everything has stopped"
-            return Status.SUCCESS
-        self.feedback_message = "waiting until " + ", ".join(sorted({goal.skill for goal in stopping})) + " has stopped"
-        return Status.SUCCESS if self._context.now() - self._waits_since > self._patience else Status.RUNNING
+        if stopping:
+            names = ", ".join(sorted({goal.skill for goal in stopping}))
+            self.feedback_message = f"waiting until {names} has stopped"
+            return Status.SUCCESS if waited > self._patience else Status.RUNNING
+        self.feedback_message = "everything has stopped"
+        return Status.SUCCESS if waited >= CALM else Status.RUNNING

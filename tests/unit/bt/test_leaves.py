@@ -14,7 +14,7 @@ from skillwing.bt_missions.conditions import DataCompare, ResourceIs
 from skillwing.bt_missions.decorators import Deadline
 from skillwing.bt_missions.detour import RoutePlanner
 from skillwing.bt_missions.loop import Until
-from skillwing.bt_missions.settling import NoteSwitch, Settled
+from skillwing.bt_missions.settling import CALM, NoteSwitch, Settled
 from skillwing.bt_missions.skill_action import SkillAction
 from skillwing.bt_missions.tree_text import nodes_of, render
 from skillwing.bt_missions.waypoints import POSITION_PATIENCE, Route, WaypointWriter
@@ -183,9 +183,13 @@ def test_settled_waits_for_cancelled_goals_but_not_for_ever(mission: FakeMission
     mission.time = 10.1
     settled.tick_once()
     assert settled.status is Status.SUCCESS
-    mission.goals[0].end("IT")
-    settled.tick_once()
-    assert settled.feedback_message == "everything has stopped"
+
+
+def test_settled_leaves_time_for_news_that_is_still_on_its_way(mission: FakeMission) -> None:
+    settled = Settled("stopped", mission.context, 10.0)
+    for mission.time, status in ((0.0, Status.RUNNING), (CALM, Status.SUCCESS)):
+        settled.tick_once()
+        assert settled.status is status
 
 
 # --- waypoints -------------------------------------------------------------------------------------------------------

@@ -43,7 +43,8 @@ class Flight(FakeMission):
     def be_at(self, x: float, y: float, z: float) -> None:
         self.interface.know("position", {"x": x, "y": y, "z": z})
 
-    def tick(self) -> Status:
+    def tick(self, later: float = 0.0) -> Status:
+        self.time += later
         self.trees.root.tick_once()
         return self.trees.root.status
 
@@ -192,7 +193,7 @@ def test_without_a_map_the_drone_lands_where_it_is(flight: Flight, skill: str, l
     assert "land" not in flight.alive(), "not before the drone has stopped"
     for goal in stopping:
         goal.end("IT")
-    flight.tick()
+    flight.tick(later=1.0)
     flight.goal("land").end("S_LANDED", success=True)
     assert flight.tick() is Status.FAILURE
     assert [(step[1], step[2]) for step in flight.journal] == [("flight", "landing where it is")]
@@ -201,7 +202,8 @@ def test_without_a_map_the_drone_lands_where_it_is(flight: Flight, skill: str, l
 def test_a_takeoff_that_fails_on_the_ground_commands_no_landing(flight: Flight) -> None:
     flight.tick()
     flight.goal("takeoff").end("S_BLOCKED")
-    assert flight.tick() is Status.FAILURE
+    flight.tick()
+    assert flight.tick(later=1.0) is Status.FAILURE
     assert [goal.skill for goal in flight.goals] == ["takeoff"]
 
 
@@ -213,7 +215,7 @@ def test_an_empty_battery_ends_the_flight_on_the_spot(flight: Flight) -> None:
     for goal in flight.goals:
         if not goal.done:
             goal.end("IT")
-    flight.tick()
+    flight.tick(later=1.0)
     assert flight.alive() == ["land"]
 
 
@@ -225,10 +227,33 @@ def test_when_the_pilot_takes_over_nothing_more_is_commanded(flight: Flight) -> 
     assert "land" not in [goal.skill for goal in flight.goals]
 
 
+def test_when_the_news_of_the_pilot_comes_late_nothing_is_commanded_either(flight: Flight) -> None:
+    """The goal's end may overtake the change of the resource that caused it."""
+    flight.start_mapping()
+    for goal in flight.goals[1:]:
+        goal.end("RI", invariant="authority", subject="SDK_authority")
+    assert flight.tick() is Status.RUNNING
+    flight.interface.states["SDK_authority"] = "UNAVAILABLE"
+    assert flight.tick(later=0.01) is Status.FAILURE
+    assert "land" not in [goal.skill for goal in flight.goals]
+
+
+def test_when_the_pilot_takes_over_during_the_rescue_the_landing_is_left_to_him(flight: Flight) -> None:
+    flight.interface.states["flight_status"] = "IN_AIR"
+    for _ in range(2):
+        flight.time += 1.0
+        flight.trees.rescue.tick_once()
+    flight.interface.states["SDK_authority"] = "UNAVAILABLE"
+    flight.trees.rescue.tick_once()
+    assert flight.trees.rescue.status is Status.FAILURE
+    assert flight.goal("land").interrupts == 1
+
+
 def test_a_landing_that_fails_is_tried_three_times(flight: Flight) -> None:
     flight.interface.states["flight_status"] = "IN_AIR"
     tries = 0
     while flight.trees.rescue.status in (Status.INVALID, Status.RUNNING):
+        flight.time += 1.0
         flight.trees.rescue.tick_once()
         if flight.alive():
             tries += 1
