@@ -1,0 +1,59 @@
+"""`skillwing fault` against a simulator in a process of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from skillwing.m600.commands import fault
+from skillwing.m600.robot import ROBOT, functional_layer
+from skillwing.services.commands.exit_codes import NO_SYSTEM, USAGE, exit_code_of
+from skillwing.services.errors import InvalidOptionError, SkillwingError
+from skillwing.services.launcher import Launcher
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def endpoint(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    sim = [spec for spec in functional_layer({"seed": 3}) if spec.name == "sim"]
+    with Launcher(ROBOT.name, ROBOT.skillset.stem, tmp_path_factory.mktemp("run"), clock=ROBOT.clock) as launcher:
+        launcher.start(sim)
+        yield launcher.endpoint
+
+
+@pytest.fixture
+def running(endpoint: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SKILLWING_CONNECT", endpoint)
+
+
+@pytest.mark.usefixtures("running")
+def test_switches_a_fault_on_and_off(capsys: pytest.CaptureFixture[str]) -> None:
+    fault("zed")
+    fault("zed", off=True)
+    fault("lidar", kind="noise", magnitude=0.5)
+    assert capsys.readouterr().out.splitlines() == [
+        "Blackout of zed is on.",
+        "Blackout of zed is off.",
+        "Noise of lidar is on.",
+    ]
+
+
+@pytest.mark.usefixtures("running")
+@pytest.mark.parametrize(
+    ("sensor", "kind", "known"), [("zde", "blackout", "zed, lidar, imu"), ("zed", "blakout", "blackout, freeze")]
+)
+def test_a_wrong_name_is_answered_with_what_exists(sensor: str, kind: str, known: str) -> None:
+    with pytest.raises(InvalidOptionError, match=known) as caught:
+        fault(sensor, kind=kind)
+    assert exit_code_of(caught.value) == USAGE
+
+
+def test_without_a_system_it_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("SKILLWING_CONNECT", raising=False)
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    with pytest.raises(SkillwingError, match="skillwing up") as caught:
+        fault("zed")
+    assert exit_code_of(caught.value) == NO_SYSTEM
