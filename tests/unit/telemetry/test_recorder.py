@@ -32,7 +32,7 @@ def record(story: Story, run_dir: Path, *, extra: bytes | None = None) -> Record
 def states_of(run_dir: Path, lane: str) -> dict[float, str]:
     """What a lane shows from each moment on: of several rows at one time the latest wins."""
     chunks = RrdReader(str(run_dir / RECORDING_FILE)).stream().filter(content=lane).to_chunks()
-    rows: list[tuple[float, str, str]] = []
+    rows: list[tuple[float, bytes, str]] = []
     for chunk in chunks:
         batch = chunk.to_record_batch()
         columns = {name: batch.column(name) for name in batch.schema.names}
@@ -41,7 +41,7 @@ def states_of(run_dir: Path, lane: str) -> dict[float, str]:
             continue
         for row in range(batch.num_rows):
             t = columns["mission_time"][row].value / 1e9
-            rows.append((t, str(columns["rerun.controls.RowId"][row].as_py()), columns[state][row].as_py()[0]))
+            rows.append((t, columns["rerun.controls.RowId"][row].as_py(), columns[state][row].as_py()[0]))
     return {t: state for t, _, state in sorted(rows)}
 
 
