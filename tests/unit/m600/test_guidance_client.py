@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from robot_rig import RobotRig
 
 from skillwing.services.protocol import Ending
@@ -75,6 +77,22 @@ def test_a_drone_that_does_not_come_to_rest_keeps_the_axes_until_the_timeout(rig
     assert not goal.done
     assert rig.interface.state("axes_authority") == "USED"
     assert rig.end(goal).forced
+
+
+@settings(max_examples=15, deadline=None)
+@given(wait=st.floats(0.0, 6.0), lost=st.integers(0, 2))
+def test_whenever_it_is_interrupted_it_ends_at_rest_and_gives_the_axes_back(wait: float, lost: int) -> None:
+    rig = RobotRig("goto", height=5.0)
+    goal = rig.interface.start("goto", {"target": TARGET, "speed": 2.0})
+    rig.run(wait)
+    rig.layer.deaf = lost
+    terminal = rig.interrupt(goal)
+    assert terminal.label in ("IT", "S_ARRIVED")
+    assert not terminal.forced
+    assert rig.interface.state("axes_authority") == "AVAILABLE"
+    resting_place = rig.layer.position
+    rig.run(5.0)
+    assert rig.layer.position == resting_place
 
 
 def test_after_a_success_nothing_is_stopped(rig: RobotRig) -> None:
