@@ -5,7 +5,6 @@ from __future__ import annotations
 import secrets
 import time
 import uuid
-from itertools import count
 
 
 def new_goal_id() -> str:
@@ -18,11 +17,16 @@ def new_goal_id() -> str:
 
 
 class RecordIds:
-    """Calls return `<process>#1`, `<process>#2`, ...: ids of the timeline records that one process writes."""
+    """Calls return `<process>#<n>` with a growing n: ids of the timeline records that one process writes.
+
+    n is the robot time in milliseconds or, within the same one, the next number. So it also grows beyond what a
+    process of the same name wrote that this one has replaced, and no record is taken for another.
+    """
 
     def __init__(self, process: str) -> None:
         self._process = process
-        self._numbers = count(1)
+        self._last = 0
 
-    def __call__(self) -> str:
-        return f"{self._process}#{next(self._numbers)}"
+    def __call__(self, now: float = 0.0) -> str:
+        self._last = max(self._last + 1, int(now * 1000))
+        return f"{self._process}#{self._last}"

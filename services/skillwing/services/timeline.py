@@ -20,7 +20,11 @@ class Timeline:
     def __init__(self, bus: Bus, keys: Keys) -> None:
         self._bus = bus
         self._publisher = bus.advertise(keys.timeline, events=True)
-        self.new_id = _ids.setdefault(bus, RecordIds(bus.name))
+        self._ids = _ids.setdefault(bus, RecordIds(bus.name))
+
+    def new_id(self) -> str:
+        """An id for a record that somebody else writes, and `publish` publishes."""
+        return self._ids(self._bus.now())
 
     def record(
         self,

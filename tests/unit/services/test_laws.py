@@ -48,6 +48,7 @@ class Managers(RuleBasedStateMachine):
         self.skills = {
             name: SkillCore(RIG, name, source=f"skill/{name}", new_record_id=RecordIds(name)) for name in SKILLS
         }
+        self.revision = 0
         self.questions: list[tuple[str, AskResources]] = []
         self.pushes: list[Violated | Lost] = []
         self.accepted: set[str] = set()
@@ -71,12 +72,13 @@ class Managers(RuleBasedStateMachine):
                 case _:
                     pass
 
-    def judge(self, step: Step[Any], before: int) -> Any:
+    def judge(self, step: Step[Any]) -> Any:
         """Look at what one atomic step has published."""
+        before, self.revision = self.revision, self.resources.revision
         changes = [each for each in step.publications if isinstance(each, ResourceChange)]
         revisions = [change.revision for change in changes]
         assert revisions == sorted(revisions)
-        assert set(revisions) == set(range(before + 1, self.resources.revision + 1)), "one revision per change set"
+        assert set(revisions) == set(range(before + 1, self.revision + 1)), "one revision per change set"
         for change in changes:
             assert change.before != change.after
         self.pushes += [each for each in step.publications if isinstance(each, (Violated, Lost))]
@@ -84,12 +86,12 @@ class Managers(RuleBasedStateMachine):
 
     def execute(self, asked: AskResources) -> Any:
         """What the resource manager does and answers; a refusal is an answer."""
-        call, before = asked.call, self.resources.revision
+        call = asked.call
         try:
             step = self.resources.begin(call, self.now) if isinstance(call, BeginGoal) else None
-            return self.judge(step or self.resources.end(call, self.now), before)  # pyright: ignore[reportArgumentType]
+            return self.judge(step or self.resources.end(call, self.now))  # pyright: ignore[reportArgumentType]
         except RefusedError as refusal:
-            assert self.resources.revision == before, "a refusal changes nothing"
+            assert self.resources.revision == self.revision, "a refusal changes nothing"
             return refusal.reply
 
     # --- what may happen ---------------------------------------------------------------------------------------------
@@ -152,29 +154,27 @@ class Managers(RuleBasedStateMachine):
 
     @rule(extern=st.sampled_from(EXTERNS))
     def the_world_changes(self, extern: tuple[str, str]) -> None:
-        before = self.resources.revision
         try:
             request = FireExtern(resource=extern[0], target=extern[1], source="world")
-            self.judge(self.resources.fire_extern(request, self.now), before)
+            self.judge(self.resources.fire_extern(request, self.now))
         except RefusedError:
-            assert self.resources.revision == before
+            assert self.resources.revision == self.revision
 
     @rule(percent=st.sampled_from([80.0, 12.0, 5.0]))
     def the_battery_tells(self, percent: float) -> None:
-        before = self.resources.revision
         sample = DataSample(name="battery", value=percent, t=self.now)
-        self.judge(self.resources.update_datum(sample, self.now), before)
+        self.judge(self.resources.update_datum(sample, self.now))
 
     @rule(seconds=st.sampled_from([0.1, 1.0, 3.5]))
     def time_passes(self, seconds: float) -> None:
         self.now += seconds
-        self.judge(self.resources.tick(self.now), self.resources.revision)
+        self.judge(self.resources.tick(self.now))
         for skill, core in self.skills.items():
             self.perform(skill, core.tick(self.now))
 
     @rule(skill=st.sampled_from(SKILLS))
     def a_manager_seems_lost(self, skill: str) -> None:
-        self.judge(self.resources.manager_lost(f"skill/{skill}", self.now), self.resources.revision)
+        self.judge(self.resources.manager_lost(f"skill/{skill}", self.now))
 
     # --- what always holds -------------------------------------------------------------------------------------------
 

@@ -372,12 +372,8 @@ class SkillCore:
         self._scribe.add(AskResources(call, silences))
 
     def _settle(self, asked: AskResources, answer: GoalVerdict | ErrorReply | None) -> None:
-        """An answer for a goal that is over: see to it that nothing stays granted."""
-        if isinstance(answer, Granted):
-            goal_id, token = asked.call.goal_id, answer.token
-            call = EndGoal(goal_id=goal_id, skill=self.skill.name, token=token, how="error", cause=answer.record)
-            self._scribe.add(AskResources(call))
-        elif answer is None and asked.silences < SILENCES_UNTIL_SETTLED:
+        """The goal has its terminal answer: go on until the resource manager has heard that it is over."""
+        if answer is None and isinstance(asked.call, EndGoal) and asked.silences < SILENCES_UNTIL_SETTLED:
             self._scribe.add(AskResources(asked.call, asked.silences + 1))
 
     # --- parts of a step ---------------------------------------------------------------------------------------------
