@@ -57,8 +57,7 @@ class FollowedClock:
         self._factor = 1.0
         self._latest = 0.0
 
-    @property
-    def started(self) -> bool:
+    def has_started(self) -> bool:
         """A tick has been heard."""
         return self._tick is not None
 

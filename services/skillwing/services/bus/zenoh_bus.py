@@ -267,7 +267,7 @@ class ZenohBus:
             except ProtocolError as error:
                 logger.warning("%s ignores a clock tick: %s", self._name, error)
                 return
-            if not clock.started:
+            if not clock.has_started():
                 self._robot_agenda.shift(tick.t)
             clock.tick(tick.t, tick.factor, received)
 

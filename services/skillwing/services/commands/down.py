@@ -1,0 +1,42 @@
+"""`skillwing down`: stop a running system."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+
+import typer
+
+from skillwing.services.commands.connection import RobotOption, find_target
+from skillwing.services.commands.exit_codes import NoSystemError
+from skillwing.services.launcher import STOP_TIMEOUT
+from skillwing.services.run_state import read_run_state, remove_run_state, started
+
+PATIENCE = 3 * STOP_TIMEOUT
+"""Seconds that the system has to stop; it kills what does not stop by itself in less."""
+
+
+def down(robot: RobotOption = None) -> None:
+    """Stop the running system: all of its processes, in order."""
+    target = find_target(robot)
+    state = read_run_state(target.robot)
+    if state is None:
+        raise NoSystemError(f"The system at {target.endpoint} was not started here. Stop it where it was started.")
+    os.kill(state.pid, signal.SIGTERM)
+    if not _wait_for_end(state.pid, state.pid_started):
+        # Its children end with it: their pipes to it close.
+        os.kill(state.pid, signal.SIGKILL)
+        _wait_for_end(state.pid, state.pid_started)
+    remove_run_state(state.robot)
+    typer.echo(f"{state.robot} has stopped.")
+
+
+def _wait_for_end(pid: int, pid_started: str) -> bool:
+    """Wait until a process has ended. It is not a child of ours, so that there is nothing to wait on but its id."""
+    deadline = time.monotonic() + PATIENCE
+    while started(pid) == pid_started:
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(0.05)
+    return True

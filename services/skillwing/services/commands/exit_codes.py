@@ -1,0 +1,43 @@
+"""Exit codes of the command line, the same for every command."""
+
+from __future__ import annotations
+
+from skillwing.dsl import SkillsetError, UnknownNameError
+from skillwing.services.errors import InvalidInputError, InvalidOptionError, RefusedError, SkillwingError
+from skillwing.services.protocol import Ending, Terminal
+
+OK = 0
+FAILED = 1
+"""It was done, and did not succeed: a goal ended in failure, a process died, nobody answered."""
+USAGE = 2
+"""It was not done: an unknown name, a malformed value, a broken file."""
+NO_SYSTEM = 3
+"""No system is running."""
+REFUSED = 4
+"""The robot said no: not validated, not ready, busy, or a transition that is not allowed."""
+
+_REFUSALS = (Ending.NOT_VALIDATED, Ending.NOT_READY, Ending.BUSY)
+
+
+class NoSystemError(SkillwingError):
+    """There is no running system to talk to."""
+
+
+def exit_code_of(error: Exception) -> int:
+    """The exit code of a command that ended with this error."""
+    match error:
+        case NoSystemError():
+            return NO_SYSTEM
+        case RefusedError():
+            return REFUSED
+        case UnknownNameError() | InvalidInputError() | InvalidOptionError() | SkillsetError():
+            return USAGE
+        case _:
+            return FAILED
+
+
+def exit_code_of_end(terminal: Terminal) -> int:
+    """The exit code of a command that waited for a goal which ended so."""
+    if terminal.ending in _REFUSALS:
+        return REFUSED
+    return OK if terminal.ending is Ending.SUCCEEDED and terminal.success else FAILED

@@ -1,0 +1,118 @@
+"""Reading a skill's inputs from words: `height=5`, `target=10,5,4`, `target.x=10`, `target={"x": 10}`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, cast
+
+import msgspec
+
+from skillwing.dsl.model import ArrayType, EnumType, Field, ScalarType, Skill, StructType, Type
+from skillwing.services.core.values import type_text
+from skillwing.services.errors import InvalidInputError
+
+TRUTHS = {"true": True, "false": False}
+
+
+class _MalformedError(Exception):
+    """A text that does not stand for a value of its type; `str()` says what it would have to be."""
+
+
+def parse_inputs(skill: Skill, words: Sequence[str]) -> dict[str, Any]:
+    """The inputs that words of the form NAME=VALUE give, typed as the skill declares them.
+
+    Structures and arrays are written as values separated by commas, as JSON, or field by field. Raises
+    UnknownNameError for an input that the skill does not have, and InvalidInputError with a sentence for each word
+    that cannot be read. What is missing or out of range is for others to judge.
+    """
+    values: dict[str, Any] = {}
+    problems: dict[str, str] = {}
+    for word in words:
+        path, equals, text = word.partition("=")
+        if not equals or not path:
+            problems[word] = f"`{word}` is not of the form NAME=VALUE."
+            continue
+        name, *rest = path.split(".")
+        kind = _type_at(skill.input(name), rest)
+        if kind is None:
+            problems[path] = f"`{name}` has no field `{'.'.join(rest)}`; it is {type_text(skill.input(name).type)}."
+            continue
+        try:
+            value = _read(text, kind)
+        except _MalformedError as error:
+            problems[path] = f"`{path}` is `{text}`; it takes {error}."
+            continue
+        if not _put(values, [name, *rest], value):
+            problems[path] = f"`{path}` is given twice; give it once."
+    if problems:
+        raise InvalidInputError(skill.name, problems)
+    return values
+
+
+def _type_at(field: Field, path: Sequence[str]) -> Type | None:
+    kind = field.type
+    for name in path:
+        fields = {item.name: item.type for item in kind.fields} if isinstance(kind, StructType) else {}
+        if name not in fields:
+            return None
+        kind = fields[name]
+    return kind
+
+
+def _put(values: dict[str, Any], path: Sequence[str], value: Any) -> bool:
+    """Put a value at its place in nested mappings; False if something is there already."""
+    *parents, last = path
+    for name in parents:
+        inner = values.setdefault(name, {})
+        if not isinstance(inner, dict):
+            return False
+        values = cast(dict[str, Any], inner)
+    if last in values:
+        return False
+    values[last] = value
+    return True
+
+
+def _read(text: str, kind: Type) -> Any:
+    match kind:
+        case ScalarType():
+            return _read_scalar(text, kind)
+        case EnumType():
+            return text
+        case ArrayType() | StructType() if text.lstrip().startswith(("[", "{")):
+            return _read_json(text, kind)
+        case ArrayType(element=element):
+            return [_read(part.strip(), element) for part in text.split(",")] if text else []
+        case StructType(fields=fields):
+            parts = text.split(",")
+            if len(parts) != len(fields):
+                raise _MalformedError(f"{len(fields)} values separated by commas, {_names(fields)}")
+            return {field.name: _read(part.strip(), field.type) for field, part in zip(fields, parts, strict=True)}
+
+
+def _read_scalar(text: str, kind: ScalarType) -> bool | int | float | str:
+    if kind.name == "string":
+        return text
+    if kind.name == "bool":
+        if text.lower() not in TRUTHS:
+            raise _MalformedError(type_text(kind))
+        return TRUTHS[text.lower()]
+    try:
+        number = int(text) if kind.is_integer else float(text)
+    except ValueError:
+        raise _MalformedError(type_text(kind)) from None
+    if not math.isfinite(number):
+        raise _MalformedError(type_text(kind))
+    return number
+
+
+def _read_json(text: str, kind: Type) -> Any:
+    try:
+        return msgspec.json.decode(text)
+    except msgspec.DecodeError as error:
+        raise _MalformedError(f"{type_text(kind)}, and this is no JSON ({error})") from error
+
+
+def _names(fields: Sequence[Field]) -> str:
+    return ",".join(field.name for field in fields)

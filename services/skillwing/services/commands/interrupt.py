@@ -1,0 +1,57 @@
+"""`skillwing interrupt`: end a goal."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from skillwing.dsl import UnknownNameError
+from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
+from skillwing.services.commands.exit_codes import FAILED, OK
+from skillwing.services.commands.output import end_text, make_console, print_json
+from skillwing.services.errors import SkillwingError
+from skillwing.services.protocol import Ending, GoalStatus, State
+
+MARGIN = 5.0
+"""Seconds beyond the skill's own interrupt timeout after which the manager counts as silent."""
+
+
+def interrupt(
+    which: Annotated[str, typer.Argument(metavar="SKILL|GOAL", help="Skill, or id of a goal.", show_default=False)],
+    robot: RobotOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Interrupt a skill's running goal, or a goal by its id, and wait until it has really ended.
+
+    Exit codes: 0 the goal has been interrupted, 1 it ended otherwise or nothing was running, 2 unknown name.
+    """
+    with connect(robot) as system:
+        status = _find(system, which)
+        interface = system.make_interface()
+        goal = interface.follow(status.skill, status.goal_id)
+        interface.interrupt(goal)
+        patience = system.skillset.skill(status.skill).interrupt.timeout + MARGIN
+        system.bus.run_until(lambda: goal.done, patience)
+    if goal.terminal is None:
+        raise SkillwingError(f"{goal.skill} has not ended in {patience:g} s. Look at `skillwing status`.")
+    if as_json:
+        print_json({"goal_id": goal.goal_id, "skill": goal.skill, "state": goal.state, "terminal": goal.terminal})
+    else:
+        make_console().print(end_text(goal.terminal))
+    raise typer.Exit(OK if goal.terminal.ending is Ending.INTERRUPTED else FAILED)
+
+
+def _find(system: System, which: str) -> GoalStatus:
+    """The running goal of a skill, or the goal of that id. Raises UnknownNameError or SkillwingError."""
+    skills = [skill.name for skill in system.skillset.skills]
+    if which in skills:
+        status = system.goal(which)
+        if status is None or status.state is State.TERMINATED:
+            raise SkillwingError(f"No goal of `{which}` is running. `skillwing status` shows what is.")
+        return status
+    for skill in skills:
+        status = system.goal(skill, which)
+        if status is not None:
+            return status
+    raise UnknownNameError("skill or goal", which, skills)

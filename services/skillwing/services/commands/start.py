@@ -1,0 +1,78 @@
+"""`skillwing start`: start a skill, and follow it if asked to."""
+
+from __future__ import annotations
+
+import signal
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
+from skillwing.services.commands.exit_codes import OK, exit_code_of_end
+from skillwing.services.commands.inputs import parse_inputs
+from skillwing.services.commands.output import end_text, make_console, print_json, value_text
+from skillwing.services.goal_handle import GoalHandle
+from skillwing.services.interface import SkillsetInterface
+from skillwing.services.protocol import State
+
+ACCEPTED = (State.RUNNING, State.INTERRUPTING, State.TERMINATED)
+
+
+def start(
+    skill: Annotated[str, typer.Argument(metavar="SKILL", help="Skill to start.", show_default=False)],
+    inputs: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[NAME=VALUE]...", help="Inputs, as in height=5 target=10,5,4 target.x=10."),
+    ] = None,
+    follow: Annotated[
+        bool, typer.Option("--follow", "-f", help="Show progress until the end; Ctrl-C interrupts the goal.")
+    ] = False,
+    robot: RobotOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Start a skill and wait until it runs, or with --follow until it has ended.
+
+    Exit codes: 0 it runs (with --follow: it succeeded), 1 it ended otherwise, 2 unknown name or malformed value,
+    3 no system is running, 4 the robot refused: not validated, not ready, or busy.
+    """
+    with connect(robot) as system:
+        values = parse_inputs(system.skillset.skill(skill), inputs or [])
+        interface = system.make_interface()
+        goal = interface.start(skill, values)
+        console = make_console()
+        if follow:
+            _follow(system, interface, goal, None if as_json else console)
+        else:
+            system.bus.run_until(lambda: goal.state in ACCEPTED)
+    if as_json:
+        print_json({"goal_id": goal.goal_id, "skill": skill, "state": goal.state, "terminal": goal.terminal})
+    elif goal.terminal is not None:
+        console.print(end_text(goal.terminal))
+    else:
+        console.print(f"{skill} runs as goal {goal.goal_id}.")
+    raise typer.Exit(OK if goal.terminal is None else exit_code_of_end(goal.terminal))
+
+
+def _follow(system: System, interface: SkillsetInterface, goal: GoalHandle, console: Console | None) -> None:
+    """Show what a goal does until it is over. The first Ctrl-C interrupts the goal, the second leaves it alone."""
+
+    def interrupt() -> None:
+        if console is not None:
+            console.print("Interrupting; Ctrl-C again leaves the goal to itself.")
+        interface.interrupt(goal)
+
+    def on_signal(number: int, frame: object) -> None:
+        signal.signal(signal.SIGINT, previous)
+        system.bus.post(interrupt)
+
+    def show(goal: GoalHandle) -> None:
+        if console is not None and goal.terminal is None:
+            console.print(f"{system.bus.now():8.1f} s  {goal.state}  {value_text(goal.progress or {})}".rstrip())
+
+    previous = signal.signal(signal.SIGINT, on_signal)
+    goal.on_change(show)
+    try:
+        system.bus.run_until(lambda: goal.done)
+    finally:
+        signal.signal(signal.SIGINT, previous)

@@ -1,0 +1,93 @@
+"""`skillwing status`: what runs, and what it does."""
+
+from __future__ import annotations
+
+from rich.console import Console
+from rich.text import Text
+
+from skillwing.dsl import UnknownNameError
+from skillwing.services.commands.connection import JsonOption, RobotOption, System, Target, UnansweredError, connect
+from skillwing.services.commands.output import end_text, make_console, print_json, print_table, state_text
+from skillwing.services.errors import RefusedError
+from skillwing.services.mock_host import mock_processes
+from skillwing.services.protocol import GoalStatus, QueryStates, ResourceStates
+from skillwing.services.robot import find_robot
+
+
+def status(robot: RobotOption = None, as_json: JsonOption = False) -> None:
+    """Show the system's processes, the goals of its skills and the states of its resources."""
+    with connect(robot, wait_for_clock=False) as system:
+        alive = system.alive()
+        processes = {name: name in alive for name in (*_expected(system.target), *sorted(alive))}
+        goals = [goal for goal in map(system.goal, (skill.name for skill in system.skillset.skills)) if goal]
+        states = _states(system)
+    if as_json:
+        _print_json(system.target, processes, goals, states)
+    else:
+        _print(system.target, processes, goals, states)
+
+
+def _expected(target: Target) -> tuple[str, ...]:
+    """The processes that the robot's table knows, in its order."""
+    try:
+        table = find_robot(target.robot)
+    except UnknownNameError:
+        return ()
+    specs = mock_processes(table) if target.mock else (*table.functional_layer({}), *table.managers())
+    return tuple(spec.name for spec in specs)
+
+
+def _states(system: System) -> ResourceStates | None:
+    try:
+        return system.ask(system.keys.resource_states, QueryStates(), ResourceStates)
+    except (UnansweredError, RefusedError):
+        return None
+
+
+def _print_json(
+    target: Target, processes: dict[str, bool], goals: list[GoalStatus], states: ResourceStates | None
+) -> None:
+    print_json(
+        {
+            "robot": target.robot,
+            "endpoint": target.endpoint,
+            "pid": target.pid,
+            "run_dir": None if target.run_dir is None else str(target.run_dir),
+            "mock": target.mock,
+            "t": None if states is None else states.t,
+            "processes": processes,
+            "goals": [
+                {"skill": each.skill, "goal_id": each.goal_id, "state": each.state, "terminal": each.terminal}
+                for each in goals
+            ],
+            "resources": {} if states is None else states.states,
+        }
+    )
+
+
+def _print(target: Target, processes: dict[str, bool], goals: list[GoalStatus], states: ResourceStates | None) -> None:
+    console = make_console()
+    mock = " (mock)" if target.mock else ""
+    time = "" if states is None else f" at {states.t:.1f} s"
+    console.print(Text(f"{target.robot}{mock}{time}", style="bold"), f"  {target.endpoint}", end="")
+    console.print(f"  logs in {target.run_dir}/logs" if target.run_dir else "")
+    dead = [name for name, lives in processes.items() if not lives]
+    console.print(f"{len(processes) - len(dead)} of {len(processes)} processes run.", end="" if dead else "\n")
+    if dead:
+        console.print(Text(f" Gone: {', '.join(dead)}.", style="red"))
+    _print_goals(console, goals)
+    console.print()
+    rows = [] if states is None else [(name, state_text(state)) for name, state in states.states.items()]
+    print_table(console, ("RESOURCE", "STATE"), rows)
+
+
+def _print_goals(console: Console, goals: list[GoalStatus]) -> None:
+    console.print()
+    if not goals:
+        console.print("No skill has been started yet.")
+        return
+    rows = [
+        (each.skill, end_text(each.terminal) if each.terminal else Text(each.state, style="blue"), each.goal_id)
+        for each in goals
+    ]
+    print_table(console, ("SKILL", "RUNS, OR ENDED LAST", "GOAL"), rows)
