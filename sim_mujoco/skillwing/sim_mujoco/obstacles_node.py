@@ -84,6 +84,8 @@ class ObstaclesNode:
         if source is not ObstacleSource.NONE:
             key, read = _STREAMS[source]
             self._sensor = self._bus.subscribe(key, stream_reader(read, self._on_measurement), latest_only=True)
+        # Guidance must not begin a segment on the word of a source that has just been given up.
+        self._publish()
 
     # --- what it sees ----------------------------------------------------------------------------------------
 
