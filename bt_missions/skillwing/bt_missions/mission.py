@@ -60,6 +60,10 @@ class Mission(ABC):
     def build(self, context: MissionContext, options: Any) -> MissionTrees:
         """Build the trees. Called once, before the robot is known to be ready: look at nothing yet."""
 
+    def describe(self) -> dict[str, Any]:
+        """Every option with its default, as plain values: text, numbers, lists."""
+        return msgspec.json.decode(msgspec.json.encode(self.Options()))
+
     def read_options(self, given: Mapping[str, Any]) -> MissionOptions:
         """The options from their plain form, where numbers may also be text. Raises InvalidOptionError."""
         known = self.Options.__struct_fields__

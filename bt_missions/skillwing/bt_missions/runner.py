@@ -6,6 +6,7 @@ the tree could not go on, SETTLING until every goal of the mission is over, OVER
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
@@ -88,14 +89,21 @@ def make_mission(options: dict[str, Any]) -> MissionNode:
 class MissionNode:
     """Flies `mission` on the robot whose managers speak `skillset`.
 
-    `status` is the latest MissionStatus; `over` tells that it is the last one and every goal has ended.
+    `status` is the latest MissionStatus; `over` tells that it is the last one and every goal has ended. on_status:
+    called with each of them.
     """
 
     name = "mission"
     owns_clock = False
 
     def __init__(
-        self, mission: Mission, skillset: Skillset, options: MissionOptions, *, ready_timeout: float = READY_TIMEOUT
+        self,
+        mission: Mission,
+        skillset: Skillset,
+        options: MissionOptions,
+        *,
+        ready_timeout: float = READY_TIMEOUT,
+        on_status: Callable[[MissionStatus], None] = lambda status: None,
     ) -> None:
         self.mission = mission
         self.status = MissionStatus(mission=mission.name, phase=Phase.IDLE, t=0.0, text="not started")
@@ -103,6 +111,7 @@ class MissionNode:
         self._keys = Keys(skillset.name)
         self._options = options
         self._ready_timeout = ready_timeout
+        self._on_status = on_status
         self._stage = Stage.WAITING
         self._outcome = Phase.IDLE, ""
         self._abort_reason: str | None = None
@@ -119,6 +128,11 @@ class MissionNode:
     def tree(self) -> Behaviour:
         """The tree that is being flown: the mission's own, or the one that brings the drone to safety."""
         return self._trees.rescue if self._rescued else self._trees.root
+
+    @property
+    def snapshot(self) -> TreeSnapshot:
+        """The tree as it was told last; at the end, as it was before it was halted."""
+        return TreeSnapshot(mission=self.mission.name, t=self._bus.now(), nodes=self._last_nodes)
 
     def attach(self, bus: Bus) -> None:
         self._bus = bus
@@ -334,6 +348,7 @@ class MissionNode:
             goal=progress.goal,
         )
         self._status_out.put(encode(self.status))
+        self._on_status(self.status)
 
     def _publish_tree(self) -> bool:
         """Publish the tree if it has changed; tells whether it has."""
@@ -341,7 +356,7 @@ class MissionNode:
         if nodes == self._last_nodes:
             return False
         self._last_nodes = nodes
-        self._tree_out.put(encode(TreeSnapshot(mission=self.mission.name, t=self._bus.now(), nodes=nodes)))
+        self._tree_out.put(encode(self.snapshot))
         return True
 
 
