@@ -12,7 +12,9 @@ from enum import StrEnum
 
 from skillwing.services.protocol import Ending, GoalStatus, Record, RecordKind, State, Terminal
 
-PHASES = frozenset({"IDLE", "RUNNING", "SUCCEEDED", "FAILED", "ABORTED"})
+OVER = frozenset({"SUCCEEDED", "FAILED", "ABORTED"})
+"""Phases of a mission that is over."""
+PHASES = OVER | {"IDLE", "RUNNING"}
 """Phases of a mission; a mission record that goes anywhere else is a switch between branches of its tree."""
 
 

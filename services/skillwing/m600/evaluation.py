@@ -1,0 +1,86 @@
+"""The judge of a finished flight: from what its recorder left in the run directory to pictures and a report.
+
+Only the judge knows the true world, and only after the flight. It works with whatever is there: a run in which the
+recorder or the simulator died still gets a report, with the figures that can be had.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from skillwing.dsl.model import Skillset
+from skillwing.m600.flight_log import SavedMap, read_flight, read_map
+from skillwing.services.telemetry.history import History
+from skillwing.services.telemetry.journal import read_goals, read_records
+from skillwing.services.telemetry.report import Coverage, ProcessEntry, Report, make_report, write_report
+from skillwing.services.telemetry.timeline_picture import draw_timeline
+from skillwing.sim_mujoco.coverage import Judge
+from skillwing.sim_mujoco.topics import Vector3
+from skillwing.sim_mujoco.world import World, make_world
+
+TIMELINE_PICTURE = "timeline.png"
+MAP_PICTURE = "map.png"
+
+
+def evaluate(
+    run_dir: Path,
+    skillset: Skillset,
+    *,
+    mission: str,
+    seed: int,
+    route: Sequence[Vector3] | None = None,
+    wall_time_s: float | None = None,
+    processes: Iterable[ProcessEntry] = (),
+) -> Report:
+    """Judge the flight in `run_dir` and write `timeline.png`, `map.png`, `report.json` and `report.md` there.
+
+    route: planned waypoints, by which coverage is judged; by default those of the world. processes: what became of
+    each process.
+    """
+    history = read_history(run_dir, skillset)
+    flight, saved = read_flight(run_dir), read_map(run_dir)
+    world = make_world(seed)
+    planned = tuple(route or world.route)
+    report = make_report(
+        history,
+        mission=mission,
+        seed=seed,
+        wall_time_s=wall_time_s,
+        collisions=max((truth.collisions for truth in flight), default=None),
+        min_clearance_m=min((truth.clearance for truth in flight), default=None),
+        coverage=judge_map(world, planned, saved),
+        processes=processes,
+    )
+    write_report(report, history, run_dir, _notes(saved))
+    title = f"{mission}: {report.result}, {report.sim_time_s:.0f} s, seed {seed}"
+    draw_timeline(history, run_dir / TIMELINE_PICTURE, title=title, resources=skillset.resources)
+    return report
+
+
+def read_history(run_dir: Path, skillset: Skillset) -> History:
+    """The history that the recorder's journal tells."""
+    initial = {resource.name: resource.initial for resource in skillset.resources}
+    return History.of(read_records(run_dir), read_goals(run_dir), initial)
+
+
+def judge_map(world: World, route: Sequence[Vector3], saved: SavedMap | None) -> Coverage:
+    """How much of what could be seen from the route is in the map."""
+    if saved is None:
+        return Coverage()
+    judged = Judge(world, route).coverage(saved.centres, saved.voxel_size)
+    return Coverage(all=_rounded(judged.all), buildings=_rounded(judged.buildings), terrain=_rounded(judged.terrain))
+
+
+def _notes(saved: SavedMap | None) -> list[str]:
+    if saved is None:
+        return ["Nothing was mapped."]
+    return [
+        f"Poses of the map: {saved.pose_source or 'not told'}. Coverage is the share of the surface in line of sight "
+        "within 25 m of the planned route that lies in, or next to, an occupied voxel; it does not depend on what was "
+        "flown. Collisions and clearance come from the simulator's ground truth, which the robot never sees."
+    ]
+
+
+def _rounded(share: float | None) -> float | None:
+    return None if share is None else round(share, 4)

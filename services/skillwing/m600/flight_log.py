@@ -1,0 +1,116 @@
+"""What the judge of a flight needs, kept beside the timeline: ground truth and the finished map.
+
+The robot knows neither file. `flight.jsonl` grows line by line; `map.npz` is renewed every few seconds, so that a
+flight that ends badly can be judged up to its end.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skillwing.services.bus import Answer, Answered, Bus
+from skillwing.services.protocol import Keys, MissionStatus, decode, encode
+from skillwing.services.telemetry.history import OVER
+from skillwing.services.telemetry.journal import JsonLines, read_lines
+from skillwing.services.telemetry.reading import message_reader, stream_reader
+from skillwing.sim_mujoco.topics import (
+    MAP,
+    MAP_SNAPSHOT,
+    MAPPING_STATUS,
+    TRUTH,
+    Empty,
+    MapHeader,
+    MappingStatus,
+    Truth,
+)
+
+FLIGHT_FILE = "flight.jsonl"
+MAP_FILE = "map.npz"
+SAVE_PERIOD = 10.0
+
+
+@dataclass(frozen=True, slots=True)
+class SavedMap:
+    """Centres (n, 3) of occupied voxels [m], and where the mapping node says that its poses came from."""
+
+    centres: NDArray[np.float32]
+    voxel_size: float
+    pose_source: str
+
+
+class FlightLog:
+    """A collector of the recorder."""
+
+    def __init__(self, run_dir: Path, *, skillset: str = "m600") -> None:
+        self._map_path = run_dir / MAP_FILE
+        self._flight = JsonLines[Truth](run_dir / FLIGHT_FILE)
+        self._keys = Keys(skillset)
+        self._centres: dict[bytes, None] = {}
+        self._voxel_size = 0.0
+        self._pose_source = ""
+        self._saved = True
+
+    def attach(self, bus: Bus) -> None:
+        self._bus = bus
+        bus.subscribe(TRUTH, message_reader(Truth, self._flight.write))
+        bus.subscribe(MAP, stream_reader(MapHeader, self._on_map))
+        bus.subscribe(MAPPING_STATUS, message_reader(MappingStatus, self._on_status), latest_only=True)
+        bus.subscribe(self._keys.mission_status, message_reader(MissionStatus, self._on_mission), events=True)
+        bus.every(SAVE_PERIOD, self._save)
+
+    def close(self) -> None:
+        self._save()
+        self._flight.close()
+
+    def _on_map(self, header: MapHeader, payload: bytes) -> None:
+        if header.complete:
+            self._centres.clear()
+        # A centre's bytes are its name: the mapping node computes them from the voxel's indices.
+        self._centres.update((payload[start : start + 12], None) for start in range(0, 12 * header.count, 12))
+        self._voxel_size = header.voxel_size
+        self._saved = False
+
+    def _on_status(self, status: MappingStatus) -> None:
+        self._pose_source = status.pose_source
+
+    def _on_mission(self, status: MissionStatus) -> None:
+        """A stream may lose a sample on a busy machine; at the end the whole map is fetched."""
+        if status.phase in OVER:
+            self._bus.ask(MAP_SNAPSHOT, encode(Empty()), self._on_snapshot)
+
+    def _on_snapshot(self, answer: Answer) -> None:
+        if isinstance(answer, Answered):
+            self._on_map(decode(answer.attachment, MapHeader), answer.payload)
+            self._save()
+
+    def _save(self) -> None:
+        if self._saved:
+            return
+        self._saved = True
+        centres = np.frombuffer(b"".join(self._centres), np.float32).reshape(-1, 3)
+        unfinished = self._map_path.with_suffix(".part")
+        with unfinished.open("wb") as file:
+            np.savez_compressed(file, centres=centres, voxel_size=self._voxel_size, pose_source=self._pose_source)
+        unfinished.replace(self._map_path)
+
+
+def make_flight_log(run_dir: Path) -> FlightLog:
+    return FlightLog(run_dir)
+
+
+def read_flight(run_dir: Path) -> list[Truth]:
+    """The ground truth of a run; empty if there is none."""
+    return read_lines(run_dir / FLIGHT_FILE, Truth)
+
+
+def read_map(run_dir: Path) -> SavedMap | None:
+    """The map of a run; None if nothing was mapped."""
+    path = run_dir / MAP_FILE
+    if not path.exists():
+        return None
+    with np.load(path) as saved:
+        return SavedMap(saved["centres"], float(saved["voxel_size"]), str(saved["pose_source"]))
