@@ -62,12 +62,18 @@ class OccupancyGrid:
 
     def hit_by(self, points: NDArray[np.float32]) -> Voxels:
         """The voxels that any of these points (N, 3), world frame, lies in."""
-        return np.unique(self._voxels_at(points))
+        return np.unique(self._voxels_at(points.T))
 
     def fit(self, hits: Voxels) -> Fit:
-        """Compare what a scan hit with what is known so far."""
+        """Compare what a scan hit with what is known so far.
+
+        A free voxel beside an occupied one contradicts nothing: a surface that hardly reaches into a voxel is
+        missed by most rays, and hit by some.
+        """
         known = self._log_odds[hits]
-        return Fit(int(np.count_nonzero(known > _OCCUPIED)), int(np.count_nonzero(known <= _FREE)))
+        free = hits[known <= _FREE]
+        confirmed = int(np.count_nonzero(known > _OCCUPIED))
+        return Fit(confirmed, len(free) - int(np.count_nonzero(self._touches_occupied(free))))
 
     def integrate(self, origin: NDArray[np.float64], hits: Voxels) -> None:
         """Take in the voxels that a scan hit from `origin` (3,), and the rays before them.
@@ -97,22 +103,32 @@ class OccupancyGrid:
         now = self.occupied()
         return Change(np.setdiff1d(now, before, assume_unique=True), np.setdiff1d(before, now, assume_unique=True))
 
+    def _touches_occupied(self, voxels: Voxels) -> NDArray[np.bool_]:
+        """Whether any of the six neighbours of each voxel is occupied."""
+        along_x, along_y = self._shape[1] * self._shape[2], self._shape[2]
+        offsets = np.array([-along_x, along_x, -along_y, along_y, -1, 1])
+        neighbours = np.clip(voxels[:, None] + offsets, 0, len(self._log_odds) - 1)
+        return self._log_odds[neighbours].max(axis=1) > _OCCUPIED
+
     def _along_rays(self, origin: NDArray[np.float64], ends: NDArray[np.float64]) -> NDArray[np.float32]:
-        """Samples (M, 3) one voxel apart on the rays from `origin`, up to two voxels before each of the ends."""
+        """Samples (3, M) one voxel apart on the rays from `origin`, up to two voxels before each of the ends."""
         ways = ends - origin
         lengths = np.linalg.norm(ways, axis=1)
         counts = np.maximum((lengths / self.size - 1.0).astype(np.int64), 0)
-        ray = np.repeat(np.arange(len(ends)), counts)
-        number = np.arange(len(ray)) - np.repeat(np.cumsum(counts) - counts, counts)
-        step = (ways * (self.size / np.maximum(lengths, self.size))[:, None]).astype(np.float32)
-        return step[ray] * number[:, None].astype(np.float32) + origin.astype(np.float32)
+        first = np.cumsum(counts) - counts
+        number = (np.arange(int(counts.sum())) - np.repeat(first, counts)).astype(np.float32)
+        steps = (ways * (self.size / np.maximum(lengths, self.size))[:, None]).astype(np.float32)
+        return np.stack([np.repeat(steps[:, axis], counts) * number + np.float32(origin[axis]) for axis in range(3)])
 
-    def _voxels_at(self, points: NDArray[np.float32]) -> Voxels:
-        """The voxels of those points (N, 3) that lie in the box."""
-        cells = np.floor((points - self._low.astype(np.float32)) * np.float32(1.0 / self.size))
-        inside = ((cells >= 0.0) & (cells < self._shape)).all(axis=1)
-        x, y, z = cells[inside].astype(np.int64).T
-        return (x * self._shape[1] + y) * self._shape[2] + z
+    def _voxels_at(self, coordinates: NDArray[np.float32]) -> Voxels:
+        """The voxels of those points, given as (3, N), that lie in the box. Axis by axis, this is much faster."""
+        voxels = np.zeros(coordinates.shape[1], dtype=np.int64)
+        inside = np.ones(coordinates.shape[1], dtype=np.bool_)
+        for values, low, count in zip(coordinates, self._low, self._shape, strict=True):
+            cells = np.floor((values - np.float32(low)) * np.float32(1.0 / self.size))
+            inside &= (cells >= 0.0) & (cells < count)
+            voxels = voxels * count + cells.astype(np.int64)
+        return voxels[inside]
 
     def _centres64(self, voxels: Voxels) -> NDArray[np.float64]:
         cells = np.stack(np.unravel_index(voxels, tuple(self._shape)), axis=-1)

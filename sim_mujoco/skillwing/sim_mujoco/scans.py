@@ -64,14 +64,12 @@ class LidarScan:
         steps = np.array([*(np.arange(header.columns) + 0.5) / header.columns, 0.5, 1.0])
         positions, turns = history.at(header.t0 + steps * (header.t1 - header.t0))
         mount = np.array(header.mount)
-        directions = _ring(header.columns, header.beams)
-        column, beam = np.nonzero((self.ranges > 0.0) & (self.ranges <= reach))
-        in_body = directions[column, beam] * self.ranges[column, beam, None] + mount.astype(np.float32)
-        others = np.einsum("ij,ij->i", in_body, in_body) > OWN_BODY**2
-        column, in_body = column[others], in_body[others]
-        axes, centres = turns.astype(np.float32), positions.astype(np.float32)
-        points = np.matmul(axes[column], in_body[:, :, None])[:, :, 0] + centres[column]
-        return PlacedPoints(header.t1, turns[-1], positions[-2] + turns[-2] @ mount, points)
+        in_body = _ring(header.columns, header.beams) * self.ranges[:, :, None] + mount.astype(np.float32)
+        points = np.matmul(in_body, turns[:-2].transpose(0, 2, 1).astype(np.float32))
+        points += positions[:-2, None].astype(np.float32)
+        kept = (self.ranges > 0.0) & (self.ranges <= reach)
+        kept &= np.einsum("ijk,ijk->ij", in_body, in_body) > OWN_BODY**2
+        return PlacedPoints(header.t1, turns[-1], positions[-2] + turns[-2] @ mount, points[kept])
 
 
 @dataclass(frozen=True, slots=True)
