@@ -402,6 +402,11 @@ class MissionStatus(Message, frozen=True, kw_only=True):
     waypoints: int = 0
     goal: tuple[float, float, float] | None = None
 
+    @property
+    def over(self) -> bool:
+        """No later status will follow."""
+        return self.phase in {"SUCCEEDED", "FAILED", "ABORTED"}
+
 
 class ClockTick(Message, frozen=True, kw_only=True):
     """Robot time, and how fast it is meant to run against the wall clock (1.0 real time)."""

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import os
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import msgspec
 
-from skillwing.services.robot import ClockKind
+from skillwing.services.robot import ClockKind, Robot
 
 
 class RunState(msgspec.Struct, frozen=True, kw_only=True):
@@ -76,6 +78,30 @@ def read_run_state(robot: str) -> RunState | None:
 def remove_run_state(robot: str) -> None:
     """A system has stopped."""
     _path(robot).unlink(missing_ok=True)
+
+
+@contextmanager
+def announced(
+    robot: Robot, endpoint: str, run_dir: Path, *, clock: ClockKind | None = None, mock: bool = False
+) -> Iterator[None]:
+    """Let other commands find the system that this process runs, for as long as the context lasts."""
+    pid = os.getpid()
+    write_run_state(
+        RunState(
+            robot=robot.name,
+            endpoint=endpoint,
+            skillset=str(robot.skillset),
+            clock=clock or robot.clock,
+            pid=pid,
+            pid_started=started(pid) or "",
+            run_dir=str(run_dir),
+            mock=mock,
+        )
+    )
+    try:
+        yield
+    finally:
+        remove_run_state(robot.name)
 
 
 def running_systems() -> tuple[RunState, ...]:

@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import contextlib
-import os
-import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
 from queue import SimpleQueue
@@ -18,6 +14,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from skillwing.services.commands.ending import ended_by_signals
 from skillwing.services.commands.exit_codes import FAILED, OK
 from skillwing.services.commands.output import make_console
 from skillwing.services.errors import SkillwingError
@@ -25,7 +22,7 @@ from skillwing.services.launcher import ROUTER, ROUTER_TIMEOUT, START_TIMEOUT, D
 from skillwing.services.mock_host import mock_processes
 from skillwing.services.robot import ClockKind, ProcessSpec, Robot, find_robot
 from skillwing.services.router import LOOPBACK
-from skillwing.services.run_state import RunState, read_run_state, remove_run_state, started, write_run_state
+from skillwing.services.run_state import announced, read_run_state
 
 
 def up(
@@ -56,7 +53,7 @@ def up(
     options = {"seed": seed, "speed": speed, "run_dir": str(directory)}
     clock: ClockKind = "wall" if mock else table.clock
     specs = mock_processes(table) if mock else (*table.functional_layer(options), *table.managers())
-    with _ended_by_signals():
+    with ended_by_signals():
         code = _run(table, specs, directory, clock, listen, mock)
     raise typer.Exit(code)
 
@@ -72,15 +69,13 @@ def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, clock: Clo
             with console.status(f"Starting {len(specs)} processes ..."):
                 launcher.start_router(listen)
                 launcher.start(specs)
-            _announce(launcher, robot, clock, mock)
-            console.print(f"{robot.name} runs: {len(specs)} processes, up in {time.monotonic() - begun:.1f} s.")
-            console.print(f"Router at {launcher.endpoint}, logs in {run_dir}/logs.")
-            console.print("Start a skill with `skillwing start SKILL`; stop with Ctrl-C or `skillwing down`.")
-            code = _watch(console, deaths, {spec.name for spec in specs if spec.essential} | {ROUTER})
+            with announced(robot, launcher.endpoint, run_dir, clock=clock, mock=mock):
+                console.print(f"{robot.name} runs: {len(specs)} processes, up in {time.monotonic() - begun:.1f} s.")
+                console.print(f"Router at {launcher.endpoint}, logs in {run_dir}/logs.")
+                console.print("Start a skill with `skillwing start SKILL`; stop with Ctrl-C or `skillwing down`.")
+                code = _watch(console, deaths, {spec.name for spec in specs if spec.essential} | {ROUTER})
     except KeyboardInterrupt:
         code = OK
-    finally:
-        remove_run_state(robot.name)
     console.print(f"{robot.name} has stopped.")
     return code
 
@@ -95,35 +90,6 @@ def _watch(console: Console, deaths: SimpleQueue[Death], essential: set[str]) ->
             for line in death.log:
                 console.print(f"    {line}", markup=False)
             return FAILED
-
-
-def _announce(launcher: Launcher, robot: Robot, clock: ClockKind, mock: bool) -> None:
-    """Make the system known to the other commands."""
-    pid = os.getpid()
-    write_run_state(
-        RunState(
-            robot=robot.name,
-            endpoint=launcher.endpoint,
-            skillset=str(robot.skillset),
-            clock=clock,
-            pid=pid,
-            pid_started=started(pid) or "",
-            run_dir=str(launcher.run_dir),
-            mock=mock,
-        )
-    )
-
-
-@contextmanager
-def _ended_by_signals() -> Iterator[None]:
-    """Let `kill` and a closed terminal end this process as Ctrl-C does."""
-    numbers = (signal.SIGTERM, signal.SIGHUP)
-    previous = [signal.signal(number, signal.default_int_handler) for number in numbers]
-    try:
-        yield
-    finally:
-        for number, handler in zip(numbers, previous, strict=True):
-            signal.signal(number, handler)
 
 
 def _detach(robot: str, run_dir: Path) -> None:
