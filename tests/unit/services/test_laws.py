@@ -17,6 +17,7 @@ from skillwing.services.ids import RecordIds
 from skillwing.services.protocol import (
     BeginGoal,
     DataSample,
+    Ending,
     FireExtern,
     GoalStatus,
     InterruptGoal,
@@ -52,6 +53,7 @@ class Managers(RuleBasedStateMachine):
         self.questions: list[tuple[str, AskResources]] = []
         self.pushes: list[Violated | Lost] = []
         self.accepted: set[str] = set()
+        self.halted_early: set[str] = set()
         self.dispatched: list[str] = []
         self.answers: dict[str, list[Terminal]] = {}
         self.count = 0
@@ -116,6 +118,7 @@ class Managers(RuleBasedStateMachine):
             self.perform(skill, self.skills[skill].interrupt(InterruptGoal(goal_id=goal_id, client="c"), self.now))
         except RefusedError:
             assert goal_id not in self.accepted
+            self.halted_early.add(goal_id)
 
     @rule(data=st.data(), how=st.sampled_from(["deliver", "lose the answer", "lose the question", "repeat"]))
     def move_a_question(self, data: st.DataObject, how: str) -> None:
@@ -194,6 +197,12 @@ class Managers(RuleBasedStateMachine):
     def every_goal_has_one_answer_at_most_and_is_dispatched_once(self) -> None:
         assert all(len(answers) == 1 for answers in self.answers.values())
         assert len(self.dispatched) == len(set(self.dispatched))
+
+    @invariant()
+    def whoever_was_halted_early_never_moves(self) -> None:
+        assert self.halted_early.isdisjoint(self.dispatched)
+        for goal_id in self.halted_early & self.answers.keys():
+            assert self.answers[goal_id][0].ending is Ending.INTERRUPTED
 
     @invariant()
     def no_grant_outlives_its_violation(self) -> None:

@@ -391,7 +391,7 @@ def test_silence_of_the_resource_manager_is_asked_again_and_ends_in_an_answer(
     settling = desk.asked.call
     assert isinstance(settling, EndGoal), "what may have been granted is still to be given back"
     desk.answer(None)
-    assert desk.asked.call == settling
+    assert desk.asked == AskResources(settling, SILENCES_UNTIL_ERROR + 1)
     count = len(desk.actions)
     desk.ended()
     assert len(desk.actions) == count
