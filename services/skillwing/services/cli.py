@@ -16,7 +16,7 @@ from typer.main import get_command
 
 from skillwing.dsl import SkillsetError, UnknownNameError
 from skillwing.services.commands.exit_codes import exit_code_of
-from skillwing.services.errors import SkillwingError
+from skillwing.services.errors import RefusedError, SkillwingError
 
 COMMANDS = "skillwing.commands"
 INTERRUPTED = 130
@@ -81,7 +81,7 @@ def main() -> None:
     """Run the command line. A user's mistake is a sentence on standard error and an exit code (docs/cli.md)."""
     try:
         app()
-    except (SkillwingError, SkillsetError, UnknownNameError) as error:
+    except (SkillwingError, RefusedError, SkillsetError, UnknownNameError) as error:
         sys.stderr.write(f"{error}\n")
         sys.exit(exit_code_of(error))
     except KeyboardInterrupt:

@@ -1,11 +1,12 @@
 """Robot time on a wall-clock machine: who lives in it, who follows it, who makes it.
 
-Times are robot seconds; what a clock is asked to wait for it answers in wall seconds.
+Times are robot seconds; what a clock is asked to wait for it answers in wall seconds, as `wall` counts them.
 """
 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from typing import Protocol
 
 LONGEST_EXTRAPOLATION = 0.1
@@ -31,11 +32,12 @@ class Clock(Protocol):
 class WallClock:
     """Robot time is Unix time, made steady: it does not jump when somebody sets the machine's clock."""
 
-    def __init__(self) -> None:
-        self._offset = time.time() - time.monotonic()
+    def __init__(self, wall: Callable[[], float] = time.monotonic) -> None:
+        self._wall = wall
+        self._offset = time.time() - wall()
 
     def now(self) -> float:
-        return time.monotonic() + self._offset
+        return self._wall() + self._offset
 
     def seconds_until(self, due: float) -> float:
         return due - self.now()
@@ -51,7 +53,8 @@ class FollowedClock:
     stands still when the owner does; it never runs backwards.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, wall: Callable[[], float] = time.monotonic) -> None:
+        self._wall = wall
         self._tick: float | None = None
         self._received = 0.0
         self._factor = 1.0
@@ -62,12 +65,12 @@ class FollowedClock:
         return self._tick is not None
 
     def tick(self, t: float, factor: float, received: float) -> None:
-        """Take the owner's time `t`, which arrived at monotonic wall time `received`."""
+        """Take the owner's time `t`, which arrived when the wall clock stood at `received`."""
         self._tick, self._factor, self._received = t, factor, received
 
     def now(self) -> float:
         if self._tick is not None:
-            ahead = min((time.monotonic() - self._received) * self._factor, LONGEST_EXTRAPOLATION)
+            ahead = min((self._wall() - self._received) * self._factor, LONGEST_EXTRAPOLATION)
             self._latest = max(self._latest, self._tick + ahead)
         return self._latest
 
@@ -92,7 +95,8 @@ class PacedClock:
     pace falls behind for good once it lags by more than 50 ms: the factor drops, and never do steps come in bursts.
     """
 
-    def __init__(self, factor: float = 1.0) -> None:
+    def __init__(self, factor: float = 1.0, wall: Callable[[], float] = time.monotonic) -> None:
+        self._wall = wall
         self.factor = factor
         self._now = 0.0
         self._started: float | None = None
@@ -104,8 +108,8 @@ class PacedClock:
         if self.factor <= 0.0:
             return 0.0
         if self._started is None:
-            self._started = time.monotonic() - self._now / self.factor
-        return self._started + due / self.factor - time.monotonic()
+            self._started = self._wall() - self._now / self.factor
+        return self._started + due / self.factor - self._wall()
 
     def reach(self, due: float) -> None:
         lag = -self.seconds_until(due)

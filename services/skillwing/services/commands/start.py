@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import time
 from typing import Annotated
 
 import typer
@@ -16,6 +17,8 @@ from skillwing.services.goal_handle import GoalHandle
 from skillwing.services.interface import SkillsetInterface
 from skillwing.services.protocol import State
 
+DOUBLE_TIME = 0.5
+"""Seconds in which a second Ctrl-C is taken for the first: `make` and `timeout` pass it on to us, too."""
 ACCEPTED = (State.RUNNING, State.INTERRUPTING, State.TERMINATED)
 
 
@@ -57,19 +60,28 @@ def start(
 def _follow(system: System, interface: SkillsetInterface, goal: GoalHandle, console: Console | None) -> None:
     """Show what a goal does until it is over. The first Ctrl-C interrupts the goal, the second leaves it alone."""
 
+    interrupted_at: float | None = None
+
+    def on_signal(number: int, frame: object) -> None:
+        nonlocal interrupted_at
+        if interrupted_at is None:
+            interrupted_at = time.monotonic()
+            system.bus.post(interrupt)
+        elif time.monotonic() - interrupted_at > DOUBLE_TIME:
+            raise KeyboardInterrupt
+
     def interrupt() -> None:
         if console is not None:
             console.print("Interrupting; Ctrl-C again leaves the goal to itself.")
         interface.interrupt(goal)
 
-    def on_signal(number: int, frame: object) -> None:
-        signal.signal(signal.SIGINT, previous)
-        system.bus.post(interrupt)
-
     def show(goal: GoalHandle) -> None:
         if console is not None and goal.terminal is None:
-            console.print(f"{system.bus.now():8.1f} s  {goal.state}  {value_text(goal.progress or {})}".rstrip())
+            console.print(
+                f"{system.bus.now() - begun:6.1f} s  {goal.state}  {value_text(goal.progress or {})}".rstrip()
+            )
 
+    begun = system.bus.now()
     previous = signal.signal(signal.SIGINT, on_signal)
     goal.on_change(show)
     try:

@@ -68,7 +68,7 @@ def _print_json(
 def _print(target: Target, processes: dict[str, bool], goals: list[GoalStatus], states: ResourceStates | None) -> None:
     console = make_console()
     mock = " (mock)" if target.mock else ""
-    time = "" if states is None else f" at {states.t:.1f} s"
+    time = "" if states is None or target.clock == "wall" else f" at {states.t:.1f} s"
     console.print(Text(f"{target.robot}{mock}{time}", style="bold"), f"  {target.endpoint}", end="")
     console.print(f"  logs in {target.run_dir}/logs" if target.run_dir else "")
     dead = [name for name, lives in processes.items() if not lives]

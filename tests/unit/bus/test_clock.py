@@ -1,0 +1,102 @@
+"""The clocks, against a wall clock that the test moves."""
+
+from __future__ import annotations
+
+import pytest
+
+from skillwing.services.bus.clock import FollowedClock, PacedClock, WallClock
+
+
+class Wall:
+    def __init__(self) -> None:
+        self.time = 1000.0
+
+    def __call__(self) -> float:
+        return self.time
+
+
+@pytest.fixture
+def wall() -> Wall:
+    return Wall()
+
+
+def test_wall_time_passes_with_the_wall(wall: Wall) -> None:
+    clock = WallClock(wall)
+    begun = clock.now()
+    wall.time += 2.0
+    assert clock.now() - begun == pytest.approx(2.0)
+    assert clock.seconds_until(begun + 5.0) == pytest.approx(3.0)
+
+
+def test_before_the_first_tick_time_stands_at_zero_and_nothing_is_due(wall: Wall) -> None:
+    clock = FollowedClock(wall)
+    wall.time += 10.0
+    assert clock.now() == 0.0
+    assert not clock.has_started()
+    assert clock.seconds_until(0.0) is None
+
+
+def test_between_ticks_time_runs_on_at_the_owners_factor_but_not_far(wall: Wall) -> None:
+    clock = FollowedClock(wall)
+    clock.tick(50.0, 2.0, wall())
+    wall.time += 0.02
+    assert clock.now() == pytest.approx(50.04)
+    assert clock.seconds_until(50.06) == pytest.approx(0.01)
+    assert clock.seconds_until(50.2) is None
+    wall.time += 60.0
+    assert clock.now() == pytest.approx(50.1)
+
+
+def test_followed_time_never_runs_backwards(wall: Wall) -> None:
+    clock = FollowedClock(wall)
+    clock.tick(50.0, 1.0, wall())
+    wall.time += 0.08
+    assert clock.now() == pytest.approx(50.08)
+    clock.tick(50.02, 1.0, wall())
+    assert clock.now() == pytest.approx(50.08)
+    wall.time += 0.09
+    assert clock.now() == pytest.approx(50.11)
+
+
+def test_as_fast_as_possible_is_followed_tick_by_tick(wall: Wall) -> None:
+    clock = FollowedClock(wall)
+    clock.tick(50.0, 0.0, wall())
+    wall.time += 1.0
+    assert clock.now() == 50.0
+    assert clock.seconds_until(50.01) is None
+    assert clock.seconds_until(50.0) == 0.0
+
+
+def test_the_owners_time_moves_with_its_timers_only(wall: Wall) -> None:
+    clock = PacedClock(2.0, wall)
+    assert clock.seconds_until(0.02) == pytest.approx(0.01)
+    wall.time += 0.01
+    assert clock.seconds_until(0.02) == pytest.approx(0.0)
+    assert clock.now() == 0.0
+    clock.reach(0.02)
+    assert clock.now() == 0.02
+    assert clock.seconds_until(0.04) == pytest.approx(0.01)
+
+
+def test_a_small_lag_is_made_up(wall: Wall) -> None:
+    clock = PacedClock(1.0, wall)
+    clock.seconds_until(0.02)
+    wall.time += 0.05
+    clock.reach(0.02)
+    assert clock.seconds_until(0.04) == pytest.approx(-0.01)
+
+
+def test_a_large_lag_is_given_up_rather_than_made_up_in_a_burst(wall: Wall) -> None:
+    clock = PacedClock(1.0, wall)
+    clock.seconds_until(0.02)
+    wall.time += 1.0
+    clock.reach(0.02)
+    assert clock.seconds_until(0.04) == pytest.approx(0.02)
+
+
+def test_as_fast_as_possible_never_waits(wall: Wall) -> None:
+    clock = PacedClock(0.0, wall)
+    for number in range(1, 100):
+        assert clock.seconds_until(number * 0.02) == 0.0
+        clock.reach(number * 0.02)
+        assert clock.now() == number * 0.02

@@ -1,0 +1,133 @@
+"""Who may import whom (DESIGN section 1), and which packages stay out of small images.
+
+Every import of every file is looked at, also those inside functions and under TYPE_CHECKING.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterable, Iterator
+from fnmatch import fnmatch
+from pathlib import Path
+
+import pytest
+
+from skillwing.m600.robot import ROBOT
+
+ROOT = Path(__file__).parents[2]
+PARTS = {
+    "dsl": "dsl/skillwing/dsl",
+    "services": "services/skillwing/services",
+    "m600": "services/skillwing/m600",
+    "sim_mujoco": "sim_mujoco/skillwing/sim_mujoco",
+    "bt_missions": "bt_missions/skillwing/bt_missions",
+}
+ALLOWED = {
+    "dsl": ["dsl"],
+    "services": ["dsl", "services"],
+    "m600": ["dsl", "services", "m600", "sim_mujoco.topics"],
+    "sim_mujoco": ["sim_mujoco", "services.protocol", "services.bus"],
+    "bt_missions": ["dsl", "services", "bt_missions"],
+}
+# The demonstration and the judge of a simulated flight know the world that the robot does not, and the dashboard how
+# the sensors look into it.
+WIDER = {
+    ("m600", "demo*.py"): ["sim_mujoco.world", "sim_mujoco.coverage", "bt_missions"],
+    ("m600", "commands*.py"): ["sim_mujoco.world", "sim_mujoco.coverage"],
+    ("m600", "evaluation*.py"): ["sim_mujoco.world", "sim_mujoco.coverage"],
+    ("m600", "dashboard*.py"): ["sim_mujoco.sensor_geometry"],
+}
+HEAVY = {"numpy", "scipy", "mujoco", "embreex", "rerun", "matplotlib", "py_trees"}
+
+
+def files(part: str) -> Iterator[Path]:
+    return (ROOT / PARTS[part]).rglob("*.py")
+
+
+def imports(path: Path, package: str) -> Iterator[str]:
+    """Absolute names of everything that a file imports; of `from a import b` both `a` and `a.b`."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        match node:
+            case ast.Import(names=names):
+                yield from (alias.name for alias in names)
+            case ast.ImportFrom(module=module, names=names, level=level):
+                base = package.split(".")[: len(package.split(".")) - level + 1] if level else []
+                origin = ".".join([*base, *([module] if module else [])])
+                yield from (f"{origin}.{alias.name}" for alias in names)
+            case _:
+                pass
+
+
+def package_of(path: Path) -> str:
+    """The dotted package that a file's relative imports start from."""
+    parts = path.relative_to(ROOT).parts
+    return ".".join(parts[1:-1])
+
+
+def allowed(part: str, path: Path) -> list[str]:
+    extra = [more for (owner, pattern), more in WIDER.items() if owner == part and fnmatch(path.name, pattern)]
+    return [name for group in [ALLOWED[part], *extra] for name in group]
+
+
+def within(name: str, allowances: list[str]) -> bool:
+    return any(name == f"skillwing.{each}" or name.startswith(f"skillwing.{each}.") for each in allowances)
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_each_part_imports_only_what_it_may(part: str) -> None:
+    trespasses = [
+        f"{path.relative_to(ROOT)} imports {name}"
+        for path in files(part)
+        for name in imports(path, package_of(path))
+        if name.split(".")[0] == "skillwing" and not within(name, allowed(part, path))
+    ]
+    assert trespasses == []
+
+
+def module_of(path: Path) -> str:
+    name = f"{package_of(path)}.{path.stem}"
+    return name.removesuffix(".__init__")
+
+
+def needed_by(modules: Iterable[str]) -> dict[str, str]:
+    """Everything that gets imported, of ours or not, with one module that imports it."""
+    paths = {module_of(path): path for part in PARTS for path in files(part)}
+    found: dict[str, str] = {}
+    open_modules = list(modules)
+    while open_modules:
+        module = open_modules.pop()
+        for name in imports(paths[module], package_of(paths[module])):
+            for each in (name, name.rpartition(".")[0]):
+                if each and each not in found:
+                    found[each] = module
+                    open_modules += [each] if each in paths else []
+    return found
+
+
+def test_skill_managers_need_no_heavy_packages() -> None:
+    """Neither do the bridge, the launcher and the command line: what an image of one manager holds."""
+    services = [module_of(path) for path in files("services") if "telemetry" not in path.parts]
+    hooks = [path.partition(":")[0] for path in ROBOT.hooks.values()]
+    needed = needed_by([*services, *hooks, "skillwing.m600.robot", "skillwing.m600.bridge"])
+    assert "zenoh" in needed
+    assert [f"{module} imports {name}" for name, module in needed.items() if name.split(".")[0] in HEAVY] == []
+
+
+@pytest.mark.parametrize("root", ["dsl", "services", "sim_mujoco", "bt_missions"])
+def test_the_namespace_package_has_no_init_and_the_parts_have_one(root: str) -> None:
+    assert not (ROOT / root / "skillwing" / "__init__.py").exists()
+    for package in (ROOT / root / "skillwing").iterdir():
+        if package.is_dir() and package.name != "__pycache__":
+            assert (package / "__init__.py").exists()
+
+
+def test_relative_and_nested_imports_are_seen(tmp_path: Path) -> None:
+    source = "from . import a\nfrom .b import c\ndef f():\n    import skillwing.m600.robot\n    from ..x import y\n"
+    file = tmp_path / "file.py"
+    file.write_text(source, encoding="utf-8")
+    assert list(imports(file, "skillwing.dsl")) == [
+        "skillwing.dsl.a",
+        "skillwing.dsl.b.c",
+        "skillwing.m600.robot",
+        "skillwing.x.y",
+    ]
