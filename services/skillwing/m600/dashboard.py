@@ -27,8 +27,8 @@ from skillwing.sim_mujoco.sensor_geometry import lidar_directions
 
 M = TypeVar("M", bound=Message)
 
-SCAN_STRIDE = 8
-"""Every 8th column of a scan is drawn: 128 x 16 = 2048 points."""
+SCAN_STRIDE = 12
+"""Every 12th column of a scan is drawn: 86 x 16 points, of which about half are returns."""
 PIECE_OF_PATH = 100
 """Points after which the path goes on in a new strip, so that a long path is not logged again and again."""
 
@@ -69,7 +69,7 @@ class Dashboard:
         self._voxels: VoxelPieces | None = None
         self._pinhole: tuple[int, int] | None = None
         self._pose_due, self._path_due, self._plan_due = Throttle(0.1), Throttle(0.2), Throttle(0.5)
-        self._scan_due, self._depth_due, self._free_due = Throttle(0.2), Throttle(0.2), Throttle(0.2)
+        self._scan_due, self._depth_due, self._free_due = Throttle(0.25), Throttle(0.25), Throttle(0.2)
         self._clearing_due = Throttle(5.0)
 
     # --- arrangement ---------------------------------------------------------------------------------------

@@ -10,8 +10,6 @@ import logging
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-import msgspec
-
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Bus
@@ -19,7 +17,7 @@ from skillwing.services.protocol import GoalStatus, Keys, MissionStatus, Record,
 from skillwing.services.telemetry.history import History
 from skillwing.services.telemetry.journal import GOALS_FILE, TIMELINE_FILE, JsonLines
 from skillwing.services.telemetry.reading import message_reader
-from skillwing.services.telemetry.recorder_options import RecorderOptions, named
+from skillwing.services.telemetry.recorder_options import RecorderOptions, part, read_options
 
 if TYPE_CHECKING:
     from skillwing.services.telemetry.recording import Recording
@@ -50,7 +48,7 @@ class Recorder:
         self._run_dir = Path(options.run_dir)
         self._records = JsonLines[Record](self._run_dir / TIMELINE_FILE)
         self._goals = JsonLines[GoalStatus](self._run_dir / GOALS_FILE)
-        self._collectors: list[Collector] = [named(name)(self._run_dir) for name in options.collectors]
+        self._collectors: list[Collector] = [part(name)(self._run_dir) for name in options.collectors]
         self._recording: Recording | None = None
 
     def attach(self, bus: Bus) -> None:
@@ -111,6 +109,6 @@ class Recorder:
 
 
 def make_recorder(options: dict[str, Any]) -> Recorder:
-    """The recorder described by `RecorderOptions`; msgspec.ValidationError names an option that is wrong."""
-    checked = msgspec.convert(options, RecorderOptions)
+    """The recorder described by `RecorderOptions`. Raises InvalidOptionError, SkillsetError or OSError."""
+    checked = read_options(options)
     return Recorder(checked, load(Path(checked.skillset)))

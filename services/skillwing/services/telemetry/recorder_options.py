@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Literal
 
 import msgspec
+
+from skillwing.services.errors import InvalidOptionError
+from skillwing.services.options import imported
 
 
 class RecorderOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -23,14 +25,24 @@ class RecorderOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
     scene: str | None = None
     scene_options: dict[str, Any] = {}
     collectors: tuple[str, ...] = ()
-    viewer: str = "none"
+    viewer: Literal["none", "spawn", "serve", "connect"] = "none"
     bind: str = "127.0.0.1"
     port: int = 9876
     url: str = "rerun+http://127.0.0.1:9876/proxy"
     recording_id: str | None = None
 
 
-def named(reference: str) -> Callable[..., Any]:
-    """The function that `"package.module:function"` names."""
-    module, _, function = reference.partition(":")
-    return getattr(importlib.import_module(module), function)
+def read_options(options: dict[str, Any]) -> RecorderOptions:
+    """Check the options of a recorder. Raises InvalidOptionError."""
+    try:
+        return msgspec.convert(options, RecorderOptions)
+    except msgspec.ValidationError as error:
+        known = ", ".join(RecorderOptions.__struct_fields__)
+        raise InvalidOptionError(
+            "recorder", f"These options do not fit a recorder: {error}. It knows {known}."
+        ) from error
+
+
+def part(reference: str) -> Callable[..., Any]:
+    """The factory that `"package.module:function"` names. Raises InvalidOptionError."""
+    return imported({"part": reference}, "part")

@@ -11,7 +11,7 @@ import rerun.blueprint as rrb
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Bus
 from skillwing.services.telemetry.mission_view import TIMELINE, MissionPanels, MissionView, Scene
-from skillwing.services.telemetry.recorder_options import RecorderOptions, named
+from skillwing.services.telemetry.recorder_options import RecorderOptions, part
 
 APPLICATION = "skillwing"
 
@@ -65,7 +65,7 @@ def framed(content: rrb.Container) -> rrb.Blueprint:
 
 
 def _make_scene(options: RecorderOptions, stream: rr.RecordingStream) -> Scene | None:
-    return named(options.scene)(stream, options.scene_options) if options.scene else None
+    return part(options.scene)(stream, options.scene_options) if options.scene else None
 
 
 def _live_sinks(options: RecorderOptions) -> list[rr.GrpcSink | rr.GrpcServerSink]:
@@ -83,5 +83,3 @@ def _live_sinks(options: RecorderOptions) -> list[rr.GrpcSink | rr.GrpcServerSin
                 log.warning("No viewer window: %s. The recording is written all the same.", error)
                 return []
             return [rr.GrpcSink(f"rerun+http://127.0.0.1:{options.port}/proxy")]
-        case other:
-            raise ValueError(f"viewer is {other!r}; it must be one of none, spawn, serve, connect")
