@@ -46,9 +46,9 @@ DEPTH_MAP_WAIT = 5.0
 
 
 class MappingOptions(MissionOptions, frozen=True, kw_only=True):
-    """route: waypoints (x, y, z) in ENU metres, home at the origin. height: of take-off and of the flight home, by
-    default the first waypoint's. area: west, south, east, north border of detours. time_limit: robot seconds until
-    the drone gives up and lands."""
+    """route: waypoints (x, y, z) in ENU metres, home at the origin. height: of take-off, by default the first
+    waypoint's. return_height: of the flight home, over everything: no depth map watches the way then. area: west,
+    south, east, north border of detours. time_limit: robot seconds until the drone gives up and lands."""
 
     route: Annotated[tuple[Position, ...], msgspec.Meta(min_length=1, max_length=1000)] = (
         (30.0, 0.0, 4.0),
@@ -57,6 +57,7 @@ class MappingOptions(MissionOptions, frozen=True, kw_only=True):
         (0.0, 0.0, 4.0),
     )
     height: Annotated[float, msgspec.Meta(ge=1.0, le=50.0)] | None = None
+    return_height: Annotated[float, msgspec.Meta(ge=1.0, le=50.0)] = 12.0
     speed: Speed = 2.0
     area: Area | None = None
     time_limit: Annotated[float, msgspec.Meta(gt=0.0)] = 900.0
@@ -125,7 +126,7 @@ def _flight(context: MissionContext, route: Route, options: MappingOptions) -> B
             "return_home",
             context,
             "return_home",
-            {"height": height, "speed": options.speed},
+            {"height": options.return_height, "speed": options.speed},
             outcomes=AT_HOME,
         ),
     )

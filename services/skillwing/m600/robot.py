@@ -22,8 +22,8 @@ def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
     return (
         ProcessSpec("sim", f"{SIMULATION}.app:make_sim", sim, extra="sim"),
         ProcessSpec("guidance", f"{SIMULATION}.app:make_guidance", extra="sim"),
-        ProcessSpec("obstacles", f"{SIMULATION}.obstacles_node:make_obstacles", extra="sim"),
-        ProcessSpec("mapping", f"{SIMULATION}.mapping_node:make_mapping", extra="sim"),
+        ProcessSpec("obstacles", f"{SIMULATION}.obstacles_node:make_obstacles", essential=False, extra="sim"),
+        ProcessSpec("mapping", f"{SIMULATION}.mapping_node:make_mapping", essential=False, extra="sim"),
         ProcessSpec("bridge", "skillwing.m600.bridge:make_bridge", {"skillset": str(SKILLSET)}),
     )
 
@@ -40,6 +40,7 @@ def observers(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
         "run_dir": str(options["run_dir"]),
         "skillset": str(SKILLSET),
         "scene": "skillwing.m600.dashboard:make_scene",
+        "collectors": ["skillwing.m600.flight_log:make_flight_log"],
     }
     if options.get("viewer_url") is not None:
         recorder |= {"viewer": "connect", "url": options["viewer_url"]}

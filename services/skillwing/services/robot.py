@@ -28,7 +28,8 @@ class ProcessSpec:
 
     name: unique in the robot; also the node's name and the tail of its liveliness key.
     factory: `package.module:function`, called with `options`, which have to survive JSON.
-    essential: the system cannot go on without it. extra: pip extra that its image needs, None for none.
+    essential: the robot cannot go on without it; without any other it loses a part of what it can.
+    extra: pip extra that its image needs, None for none.
     """
 
     name: str
@@ -70,7 +71,7 @@ class Robot:
         """
         options = {"skillset": str(self.skillset)}
         return (
-            ProcessSpec(DATA_MANAGER, f"{PACKAGE}.data_manager:make_data_manager", options),
+            ProcessSpec(DATA_MANAGER, f"{PACKAGE}.data_manager:make_data_manager", options, essential=False),
             ProcessSpec(RESOURCE_MANAGER, f"{PACKAGE}.resource_manager:make_resource_manager", options),
             *(
                 ProcessSpec(
