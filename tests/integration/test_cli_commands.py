@@ -1,0 +1,261 @@
+"""The commands against a running system of real processes, whose skills are mocked."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import psutil
+import pytest
+
+from skillwing.m600.robot import ROBOT
+from skillwing.services import cli
+from skillwing.services.commands.exit_codes import FAILED, NO_SYSTEM, OK, REFUSED, USAGE
+from skillwing.services.launcher import Launcher
+from skillwing.services.mock_host import mock_processes
+from skillwing.services.run_state import RunState, read_run_state, started, write_run_state
+
+pytestmark = pytest.mark.slow
+
+RUNNING = {"data_manager", "resource_manager", "skill/takeoff", "skill/goto", "skill/lidar_mapping"}
+PATIENCE = 60.0
+
+
+@pytest.fixture(scope="module")
+def runtime(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """A runtime directory of the tests' own, so that a system that runs here by chance is neither used nor hurt."""
+    directory = tmp_path_factory.mktemp("runtime")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_RUNTIME_DIR", str(directory))
+        patch.delenv("SKILLWING_CONNECT", raising=False)
+        yield directory
+
+
+@pytest.fixture(scope="module")
+def system(runtime: Path) -> Iterator[Launcher]:
+    specs = [spec for spec in mock_processes(ROBOT) if spec.name in RUNNING]
+    with Launcher("m600", "m600", runtime / "run", clock="wall") as launcher:
+        launcher.start(specs)
+        write_run_state(
+            RunState(
+                robot="m600",
+                endpoint=launcher.endpoint,
+                skillset=str(ROBOT.skillset),
+                clock="wall",
+                pid=os.getpid(),
+                pid_started=started(os.getpid()) or "",
+                run_dir=str(launcher.run_dir),
+                mock=True,
+            )
+        )
+        yield launcher
+    (runtime / "skillwing" / "m600.json").unlink()
+
+
+@dataclass
+class Said:
+    """What a command has left behind."""
+
+    code: int
+    out: str
+    error: str
+
+    @property
+    def json(self) -> Any:
+        return json.loads(self.out)
+
+
+Command = Callable[..., Said]
+
+
+@pytest.fixture
+def skillwing(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Command:
+    def run(*words: str) -> Said:
+        monkeypatch.setattr("sys.argv", ["skillwing", *words])
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+        captured = capsys.readouterr()
+        code = ended.value.code
+        return Said(code if isinstance(code, int) else 0, captured.out, captured.err)
+
+    return run
+
+
+@pytest.fixture
+def ready(system: Launcher, skillwing: Command) -> Command:
+    """The command line, with authority and a home point, on the ground, nothing running."""
+    skillwing("interrupt", "lidar_mapping")
+    transitions = {"SDK_authority": "AVAILABLE", "homepoint_status": "VALID", "flight_status": "ON_GROUND"}
+    for resource, state in transitions.items():
+        assert skillwing("trigger", resource, state).code == OK
+    return skillwing
+
+
+# --- goals -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_skill_is_started_and_followed_to_its_end(ready: Command) -> None:
+    said = ready("start", "takeoff", "height=5", "speed=1", "--follow")
+    assert said.code == OK
+    assert "RUNNING" in said.out
+    assert "S_AT_ALTITUDE" in said.out.splitlines()[-1]
+
+
+def test_without_following_a_start_returns_once_the_skill_runs(ready: Command) -> None:
+    said = ready("start", "takeoff", "height=5", "--json")
+    assert said.code == OK
+    assert said.json["state"] == "RUNNING"
+    assert said.json["terminal"] is None
+    goal = said.json["goal_id"]
+    assert ready("start", "takeoff", "height=5").code == REFUSED
+    followed = ready("interrupt", goal, "--json")
+    assert followed.json["goal_id"] == goal
+    assert followed.json["terminal"]["ending"] == "IT"
+    assert followed.code == OK
+
+
+def test_structures_are_typed_in_short(ready: Command) -> None:
+    assert ready("trigger", "flight_status", "IN_AIR").code == OK
+    assert ready("start", "goto", "target=10,5,4", "--follow").code == OK
+    assert ready("start", "goto", "target.x=1", "target.y=2", "target.z=3", "--follow").code == OK
+
+
+def test_out_of_range_is_refused_with_a_sentence(ready: Command) -> None:
+    said = ready("start", "takeoff", "height=500", "speed=1")
+    assert said.code == REFUSED
+    assert "NV" in said.out
+    assert "`height` is 500 m; it has to lie between 1 and 50 m." in said.out
+
+
+def test_not_ready_names_every_failing_precondition(ready: Command) -> None:
+    assert ready("trigger", "SDK_authority", "UNAVAILABLE").code == OK
+    assert ready("trigger", "homepoint_status", "INVALID").code == OK
+    said = ready("start", "takeoff")
+    assert said.code == REFUSED
+    assert "SDK_authority is UNAVAILABLE" in said.out
+    assert "homepoint_status is INVALID" in said.out
+
+
+def test_a_skill_whose_manager_does_not_run_is_lost(ready: Command) -> None:
+    said = ready("start", "hover", "duration=1")
+    assert said.code == FAILED
+    assert "LOST" in said.out
+
+
+def test_an_invariant_ends_a_goal_that_is_followed(ready: Command, system: Launcher) -> None:
+    assert ready("trigger", "lidar_status", "OK").code == OK
+    command = [sys.executable, "-m", "skillwing.services.cli", "start", "lidar_mapping", "--follow"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert any("RUNNING" in line for line in process.stdout)
+        assert ready("trigger", "lidar_status", "FAILED").code == OK
+        assert process.wait(PATIENCE) == FAILED
+        assert "RI" in process.stdout.read()
+
+
+def test_ctrl_c_interrupts_the_goal_that_is_followed(ready: Command, system: Launcher) -> None:
+    assert ready("trigger", "lidar_status", "OK").code == OK
+    command = [sys.executable, "-m", "skillwing.services.cli", "start", "lidar_mapping", "--follow"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert any("RUNNING" in line for line in process.stdout)
+        psutil.Process(process.pid).send_signal(2)
+        assert process.wait(PATIENCE) == FAILED
+        assert "IT" in process.stdout.read()
+    goals = {goal["skill"]: goal for goal in ready("status", "--json").json["goals"]}
+    assert goals["lidar_mapping"]["terminal"]["ending"] == "IT"
+
+
+def test_interrupting_what_does_not_run_says_so(ready: Command) -> None:
+    said = ready("interrupt", "goto")
+    assert said.code == FAILED
+    assert "No goal of `goto` is running." in said.error
+
+
+# --- what the robot is doing -----------------------------------------------------------------------------------------
+
+
+def test_status_shows_processes_goals_and_resources(ready: Command) -> None:
+    status = ready("status", "--json").json
+    assert {name for name, lives in status["processes"].items() if lives} == RUNNING
+    assert status["processes"]["skill/land"] is False
+    assert status["resources"]["SDK_authority"] == "AVAILABLE"
+    said = ready("status")
+    assert said.code == OK
+    assert "skill/land" in said.out
+    assert "SDK_authority" in said.out
+
+
+def test_resources_and_data(ready: Command) -> None:
+    assert ready("resources", "--json").json["states"]["homepoint_status"] == "VALID"
+    assert "homepoint_status" in ready("resources").out
+    readings = ready("data", "--json").json
+    assert {reading["name"] for reading in readings} == {item.name for item in ROBOT.load_skillset().data}
+    battery = ready("data", "battery", "--json").json
+    assert battery == {"name": "battery", "value": None, "t": None, "age": None, "stale": True}
+    assert "never received" in ready("data", "battery").out
+
+
+def test_a_transition_that_only_skills_may_take_is_refused(ready: Command) -> None:
+    said = ready("trigger", "axes_authority", "USED")
+    assert said.code == REFUSED
+    assert "no extern transition" in said.error
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["start", "takeof"], "did you mean `takeoff`?"),
+        (["start", "takeoff", "heigth=5"], "did you mean `height`?"),
+        (["start", "takeoff", "height=abc"], "it takes a finite number"),
+        (["start", "goto"], "`target` is missing"),
+        (["data", "bateri"], "What exists: "),
+        (["trigger", "SDK_autority", "AVAILABLE"], "did you mean `SDK_authority`?"),
+        (["trigger", "SDK_authority", "GONE"], "`AVAILABLE`"),
+        (["interrupt", "landd"], "did you mean `land`?"),
+        (["up", "--robot", "m601"], "did you mean `m600`?"),
+        (["strt"], "did you mean `start`?"),
+    ],
+)
+def test_a_slip_is_answered_with_what_exists(ready: Command, words: list[str], sentence: str) -> None:
+    said = ready(*words)
+    assert said.code == USAGE
+    assert sentence in said.error
+    assert "Traceback" not in said.error
+
+
+# --- up and down -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("command", ["status", "resources", "data", "down"])
+def test_without_a_system_commands_say_how_to_start_one(
+    command: str, skillwing: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    said = skillwing(command)
+    assert said.code == NO_SYSTEM
+    assert "skillwing up" in said.error
+
+
+def test_up_and_down_leave_nothing_behind(skillwing: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.setattr("sys.argv", [])
+    said = skillwing("up", "--mock", "--detach", "--run-dir", str(tmp_path / "run"))
+    assert said.code == OK, said.error
+    state = read_run_state("m600")
+    assert state is not None
+    processes = psutil.Process(state.pid).children()
+    assert len(processes) == len(mock_processes(ROBOT)) + 1
+    assert all(skillwing("status", "--json").json["processes"].values())
+    again = skillwing("up", "--mock")
+    assert again.code == FAILED
+    assert "runs already" in again.error
+    assert skillwing("down").code == OK
+    assert psutil.wait_procs(processes, timeout=PATIENCE)[1] == []
+    assert read_run_state("m600") is None

@@ -1,0 +1,193 @@
+"""Processes for real: how they start, what they say when they cannot, and that none outlives its system."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from queue import SimpleQueue
+
+import psutil
+import pytest
+
+from skillwing.m600.robot import ROBOT
+from skillwing.services.bus.zenoh_session import RouterUnreachableError, open_client
+from skillwing.services.launcher import Death, Launcher, StartError
+from skillwing.services.lifetime import EXIT_CONFIGURATION, EXIT_OK
+from skillwing.services.protocol import Keys
+from skillwing.services.robot import ProcessSpec
+from skillwing.services.router import start_router
+
+pytestmark = pytest.mark.slow
+
+MANAGERS = tuple(spec for spec in ROBOT.managers() if spec.name in ("data_manager", "resource_manager"))
+PATIENCE = 20.0
+
+
+@pytest.fixture(scope="module")
+def endpoint() -> Iterator[str]:
+    session, found = start_router()
+    yield found
+    session.close()
+
+
+def host(endpoint: str, *arguments: str) -> subprocess.Popen[str]:
+    command = [sys.executable, "-m", "skillwing.services.node_host", "--connect", endpoint, "--robot", "m600"]
+    return subprocess.Popen(
+        [*command, *arguments], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+
+
+def outcome(process: subprocess.Popen[str]) -> tuple[int, str]:
+    """Exit code and everything that the process said."""
+    out, error = process.communicate(timeout=PATIENCE)
+    return process.returncode, out + error
+
+
+# --- one process -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["--process", "skill/takeof"], "did you mean `skill/takeoff`"),
+        (["--name", "x", "--factory", "skillwing.nowhere:make"], "skillwing.nowhere:make"),
+        (["--name", "x", "--factory", "skillwing.services.data_manager:make"], "skillwing.services.data_manager:make"),
+        (["--name", "x", "--factory", "skillwing.services.data_manager:make_data_manager"], "`skillset` is missing"),
+        (["--name", "x", "--factory", "a:b", "--options", "{"], "no JSON"),
+        (["--name", "x", "--factory", "a:b", "--options", "[]"], "JSON object"),
+    ],
+)
+def test_a_wrong_configuration_gets_a_sentence_and_no_traceback(arguments: list[str], sentence: str) -> None:
+    code, said = outcome(host("tcp/127.0.0.1:1", *arguments))
+    assert code == EXIT_CONFIGURATION
+    assert sentence in said
+    assert "Traceback" not in said
+
+
+def test_a_router_that_is_not_there_gets_a_sentence() -> None:
+    with pytest.raises(RouterUnreachableError, match=r"No router answers at tcp/127\.0\.0\.1:1"):
+        open_client("tcp/127.0.0.1:1", "m600", timeout=0.2)
+
+
+@pytest.mark.parametrize("end", ["SIGTERM", "SIGINT", "the parent's death"])
+def test_a_process_ends_in_good_order(endpoint: str, end: str) -> None:
+    process = host(endpoint, "--process", "data_manager", "--clock", "wall", "--parent-pipe")
+    assert process.stderr is not None
+    assert process.stdin is not None
+    assert "data_manager runs" in process.stderr.readline()
+    if end.startswith("SIG"):
+        process.send_signal(signal.Signals[end])
+    else:
+        process.stdin.close()
+        process.stdin = None
+    code, said = outcome(process)
+    assert code == EXIT_OK
+    assert "data_manager ended" in said
+
+
+def test_the_router_listens_where_it_says_and_ends_with_its_parent() -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-m", "skillwing.services.router", "--parent-pipe"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    open_client(process.stdout.readline().strip(), "m600", timeout=5.0).close()
+    assert outcome(process) == (EXIT_OK, "")
+
+
+@pytest.mark.parametrize("listen", ["udp/127.0.0.1:0", "tcp/127.0.0.1", "tcp/127.0.0.1:x", "tcp/nowhere.invalid:0"])
+def test_a_router_that_cannot_listen_says_so(listen: str) -> None:
+    command = [sys.executable, "-m", "skillwing.services.router", "--listen", listen]
+    result = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
+    assert result.returncode == EXIT_CONFIGURATION
+    assert f"cannot listen at {listen}" in result.stderr
+    assert "Traceback" not in result.stderr
+
+
+# --- a system --------------------------------------------------------------------------------------------------------
+
+
+def test_a_system_starts_is_watched_and_stops(tmp_path: Path) -> None:
+    deaths: SimpleQueue[Death] = SimpleQueue()
+    with Launcher("m600", "m600", tmp_path, clock="wall", on_death=deaths.put) as launcher:
+        launcher.start(MANAGERS)
+        processes = [psutil.Process(pid) for pid in launcher.pids.values()]
+        assert set(launcher.pids) == {"router", "data_manager", "resource_manager"}
+        os.kill(launcher.pids["data_manager"], signal.SIGKILL)
+        death = deaths.get(timeout=PATIENCE)
+        assert str(death) == "data_manager was killed by SIGKILL."
+        assert "data_manager runs" in death.log[-1]
+        assert not launcher.running("data_manager")
+        launcher.start(MANAGERS[:1])
+        assert launcher.running("data_manager")
+    assert psutil.wait_procs(processes, timeout=0)[1] == []
+    assert launcher.deaths == [death]
+    assert "resource_manager ended" in (tmp_path / "logs" / "resource_manager.log").read_text(encoding="utf-8")
+
+
+def test_a_process_that_hangs_is_killed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("skillwing.services.launcher.STOP_TIMEOUT", 0.5)
+    with Launcher("m600", "m600", tmp_path, clock="wall") as launcher:
+        launcher.start(MANAGERS[:1])
+        process = psutil.Process(launcher.pids["data_manager"])
+        os.kill(process.pid, signal.SIGSTOP)
+    assert psutil.wait_procs([process], timeout=0)[1] == []
+
+
+def test_a_system_that_does_not_start_says_which_process_and_why(tmp_path: Path) -> None:
+    broken = ProcessSpec("broken", "skillwing.services.data_manager:make_data_manager", {"skillset": "/nowhere"})
+    with Launcher("m600", "m600", tmp_path, clock="wall") as launcher, pytest.raises(StartError) as caught:
+        launcher.start([broken], timeout=PATIENCE)
+    assert caught.value.missing == ("broken",)
+    assert f"broken ended with exit code {EXIT_CONFIGURATION}." in str(caught.value)
+    assert "/nowhere" in str(caught.value)
+
+
+def test_a_process_that_never_says_that_it_is_there_is_named(tmp_path: Path) -> None:
+    with Launcher("m600", "m600", tmp_path, clock="wall") as launcher, pytest.raises(StartError) as caught:
+        launcher.start_router()
+        launcher.start(MANAGERS[:1], timeout=0.0)
+    assert caught.value.missing == ("data_manager",)
+    assert "No sign of life from data_manager." in str(caught.value)
+
+
+LAUNCH = """
+import sys, threading
+from pathlib import Path
+from skillwing.m600.robot import ROBOT
+from skillwing.services.launcher import Launcher
+with Launcher("m600", "m600", Path(sys.argv[1]), clock="wall") as launcher:
+    launcher.start([spec for spec in ROBOT.managers() if spec.name == "data_manager"])
+    print(*launcher.pids.values(), flush=True)
+    threading.Event().wait()
+"""
+
+
+@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGINT])
+def test_no_process_outlives_its_launcher(tmp_path: Path, end: signal.Signals) -> None:
+    command = [sys.executable, "-c", LAUNCH, str(tmp_path)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as process:
+        assert process.stdout is not None
+        children = [psutil.Process(int(pid)) for pid in process.stdout.readline().split()]
+        assert len(children) == 2
+        process.send_signal(end)
+        assert psutil.wait_procs(children, timeout=PATIENCE)[1] == []
+
+
+def test_liveliness_is_declared_under_the_name_of_the_process(tmp_path: Path) -> None:
+    seen: dict[str, bool] = {}
+    with Launcher("m600", "m600", tmp_path, clock="wall") as launcher:
+        launcher.start(MANAGERS)
+        session = open_client(launcher.endpoint, "m600", timeout=5.0)
+        for reply in session.liveliness().get(Keys("m600").alive("**")):
+            assert reply.ok is not None
+            seen[str(reply.ok.key_expr)] = True
+        session.close()
+    assert set(seen) == {"m600/alive/data_manager", "m600/alive/resource_manager"}
