@@ -138,6 +138,15 @@ def test_mistake_the_invariant_loop_stops_early(bench: Bench) -> None:
     ]
 
 
+def test_what_one_goal_gives_back_may_end_another_in_the_same_step(bench: Bench) -> None:
+    token = granted(bench.begin("move", "m")).token
+    bench.begin("shine", "s")
+    ended = bench.end("move", "m", token, result="DONE")
+    assert bench.violations == [("shine", "moving")]
+    assert isinstance(ended, Ended)
+    assert bench.chain(bench.of(Violated)[0].record)[-3:] == ["move ENDED", "axes FREE", "shine.moving VIOLATED"]
+
+
 def test_a_goal_whose_own_end_breaks_its_invariant_just_ends(bench: Bench) -> None:
     bench.begin("move", "m")
     token = granted(bench.begin("shine", "s")).token
