@@ -14,7 +14,8 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from skillwing.m600.scene_geometry import DEPTH_STEP, Throttle, by_height, depth_levels, scan_points
+from skillwing.m600.depth_png import depth_png
+from skillwing.m600.scene_geometry import DEPTH_LEVELS, DEPTH_STEP, Throttle, by_height, depth_levels, scan_points
 from skillwing.m600.voxel_pieces import VoxelPieces
 from skillwing.services.bus import Bus
 from skillwing.services.protocol import Keys, Message, MissionStatus, Record, RecordKind
@@ -69,7 +70,7 @@ class Dashboard:
         self._voxels: VoxelPieces | None = None
         self._pinhole: tuple[int, int] | None = None
         self._pose_due, self._path_due, self._plan_due = Throttle(0.1), Throttle(0.2), Throttle(0.5)
-        self._scan_due, self._depth_due, self._free_due = Throttle(0.25), Throttle(0.25), Throttle(0.2)
+        self._scan_due, self._depth_due, self._free_due = Throttle(0.25), Throttle(0.2), Throttle(0.2)
         self._clearing_due = Throttle(5.0)
 
     # --- arrangement ---------------------------------------------------------------------------------------
@@ -204,14 +205,20 @@ class Dashboard:
             _draw_camera(self._recording, header)
         levels = depth_levels(np.frombuffer(payload, np.uint16).reshape(header.height, header.width))
         at(self._recording, header.t)
-        image = rr.DepthImage(levels, meter=1.0 / DEPTH_STEP, colormap="turbo")
+        image = rr.EncodedDepthImage(
+            depth_png(levels),
+            media_type="image/png",
+            meter=1.0 / DEPTH_STEP,
+            colormap="turbo",
+            depth_range=(0.0, DEPTH_LEVELS),
+        )
         self._recording.log("world/drone/camera/depth", image)
 
     def _on_health(self, health: topics.Health) -> None:
         """A failed camera shows nothing, instead of its last picture."""
         if health.sensor == "zed" and health.status is topics.SensorStatus.FAILED:
             at(self._recording, health.t)
-            self._recording.log("world/drone/camera/depth", rr.DepthImage.cleared())
+            self._recording.log("world/drone/camera/depth", rr.EncodedDepthImage.cleared())
 
     # --- what it has mapped --------------------------------------------------------------------------------
 

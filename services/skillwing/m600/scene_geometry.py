@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 from skillwing.sim_mujoco.topics import Navigation, Vector3
 
 DEPTH_STEP = 0.08
-"""One grey level of a drawn depth image [m]; 255 of them reach the camera's 20 m."""
+"""One grey level of a drawn depth image [m]."""
+DEPTH_LEVELS = 255
+"""The last level: as far as the camera sees, and a bit."""
 GRAIN = 1 / 32
 """Drawn points are rounded to this [m]: a third of the bytes in a compressed file, and nobody can see it."""
 
@@ -44,10 +46,10 @@ def scan_points(
     return np.round(world / GRAIN).astype(np.float32) * np.float32(GRAIN)
 
 
-def depth_levels(millimetres: NDArray[np.uint16]) -> NDArray[np.uint8]:
-    """Half the size and 8 bits deep: level n is n * DEPTH_STEP metres, 0 is no return."""
+def depth_levels(millimetres: NDArray[np.uint16]) -> NDArray[np.uint16]:
+    """Half the size, and coarse enough to be packed well: level n is n * DEPTH_STEP metres, 0 is no return."""
     metres = millimetres[::2, ::2].astype(np.float32) / 1000.0
-    return np.clip(np.round(metres / DEPTH_STEP), 0, 255).astype(np.uint8)
+    return np.clip(np.round(metres / DEPTH_STEP), 0, DEPTH_LEVELS).astype(np.uint16)
 
 
 def by_height(points: NDArray[np.float32]) -> NDArray[np.uint8]:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import io
 import math
 
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
+from hypothesis.extra.numpy import array_shapes, arrays
+from matplotlib.image import imread
 
+from skillwing.m600.depth_png import depth_png
 from skillwing.m600.scene_geometry import DEPTH_STEP, GRAIN, Throttle, by_height, depth_levels, scan_points
 from skillwing.m600.voxel_pieces import VoxelPieces
 from skillwing.sim_mujoco.sensor_geometry import lidar_directions
@@ -72,6 +76,12 @@ def test_depth_keeps_its_metres() -> None:
     levels = depth_levels(image)
     assert levels.shape == (2, 2)
     assert np.allclose(levels * DEPTH_STEP, [[0.0, 8.0], [20.0, 20.4]], atol=DEPTH_STEP / 2)
+
+
+@given(arrays(np.uint16, array_shapes(min_dims=2, max_dims=2, max_side=20)))
+def test_a_depth_png_can_be_read_by_others(picture: np.ndarray) -> None:
+    read = imread(io.BytesIO(depth_png(picture)), format="png")
+    assert np.array_equal(np.round(read * 65535).astype(np.uint16), picture)
 
 
 def test_colours_rise_from_blue_to_red() -> None:

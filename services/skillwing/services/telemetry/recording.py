@@ -24,7 +24,7 @@ class Recording:
     def __init__(self, options: RecorderOptions, skillset: Skillset, path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         # Small rows must not wait behind point clouds, and a killed recorder should lose little.
-        batching = rr.ChunkBatcherConfig(flush_tick=0.1)
+        batching = rr.ChunkBatcherConfig(flush_tick=0.2)
         self.stream = rr.RecordingStream(APPLICATION, recording_id=options.recording_id, batcher_config=batching)
         self._scene = _make_scene(options, self.stream)
         panels = MissionView.panels()
