@@ -7,12 +7,20 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Protocol
 
 LONGEST_EXTRAPOLATION = 0.1
 """Robot seconds that a follower runs on by itself after a tick."""
 LARGEST_LAG = 0.05
 """Wall seconds that a paced clock may lag behind its pace and still catch up."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Tick:
+    t: float
+    factor: float
+    received: float
 
 
 class Clock(Protocol):
@@ -50,14 +58,13 @@ class FollowedClock:
     """Robot time as another process publishes it.
 
     It stands at 0 until the first tick. Between ticks it runs on at the owner's factor, at most 0.1 s, so that it
-    stands still when the owner does; it never runs backwards.
+    stands still when the owner does; it never runs backwards. `tick` and `reaches` may be called on any thread, the
+    rest on the node's.
     """
 
     def __init__(self, wall: Callable[[], float] = time.monotonic) -> None:
         self._wall = wall
-        self._tick: float | None = None
-        self._received = 0.0
-        self._factor = 1.0
+        self._tick: _Tick | None = None
         self._latest = 0.0
 
     def has_started(self) -> bool:
@@ -66,23 +73,28 @@ class FollowedClock:
 
     def tick(self, t: float, factor: float, received: float) -> None:
         """Take the owner's time `t`, which arrived when the wall clock stood at `received`."""
-        self._tick, self._factor, self._received = t, factor, received
+        self._tick = _Tick(t, factor, received)
+
+    def reaches(self, due: float) -> bool:
+        """Tell whether robot time comes to `due` without another tick."""
+        tick = self._tick
+        return tick is not None and due <= tick.t + (LONGEST_EXTRAPOLATION if tick.factor > 0.0 else 0.0)
 
     def now(self) -> float:
-        if self._tick is not None:
-            ahead = min((self._wall() - self._received) * self._factor, LONGEST_EXTRAPOLATION)
-            self._latest = max(self._latest, self._tick + ahead)
+        tick = self._tick
+        if tick is not None:
+            ahead = min((self._wall() - tick.received) * tick.factor, LONGEST_EXTRAPOLATION)
+            self._latest = max(self._latest, tick.t + ahead)
         return self._latest
 
     def seconds_until(self, due: float) -> float | None:
-        if self._tick is None:
+        tick = self._tick
+        if tick is None:
             return None
         missing = due - self.now()
         if missing <= 0.0:
             return 0.0
-        if self._factor <= 0.0 or due > self._tick + LONGEST_EXTRAPOLATION:
-            return None
-        return missing / self._factor
+        return missing / tick.factor if self.reaches(due) else None
 
     def reach(self, due: float) -> None:
         pass

@@ -58,6 +58,7 @@ class ZenohBus:
         self._robot_agenda = Agenda()
         self._wall_agenda = Agenda()
         self._declared: set[_Declared] = set()
+        self._awaited: float | None = None
         self._running = False
         self._closed = False
         self._session = open_client(endpoint, robot, connect_timeout)
@@ -253,6 +254,8 @@ class ZenohBus:
     def _patience(self, deadline: float | None) -> float | None:
         """Wall seconds until something is due that no message announces; None for never."""
         wall_due, robot_due = self._wall_agenda.next_due(), self._robot_agenda.next_due()
+        # Told before the clock is read: a tick that comes in between then finds that somebody waits for it.
+        self._awaited = robot_due
         waits = [due - time.monotonic() for due in (deadline, wall_due) if due is not None]
         if robot_due is not None:
             wait = self._clock.seconds_until(robot_due)
@@ -261,19 +264,27 @@ class ZenohBus:
         return max(0.0, min(waits)) if waits else None
 
     def _follow(self, clock: FollowedClock) -> None:
-        def on_tick(payload: bytes, received: float) -> None:
+        """Take the clock's ticks as they come, and wake the node only if a timer waits for this one."""
+
+        def start(tick: ClockTick, received: float) -> None:
+            if not clock.has_started():
+                self._robot_agenda.shift(tick.t)
+                clock.tick(tick.t, tick.factor, received)
+
+        def receive(sample: zenoh.Sample) -> None:
+            received = time.monotonic()
             try:
-                tick = decode(payload, ClockTick)
+                tick = decode(sample.payload.to_bytes(), ClockTick)
             except ProtocolError as error:
                 logger.warning("%s ignores a clock tick: %s", self._name, error)
                 return
             if not clock.has_started():
-                self._robot_agenda.shift(tick.t)
+                self.post(lambda: start(tick, received))
+                return
             clock.tick(tick.t, tick.factor, received)
-
-        def receive(sample: zenoh.Sample) -> None:
-            payload, received = sample.payload.to_bytes(), time.monotonic()
-            self.post(lambda: on_tick(payload, received))
+            awaited = self._awaited
+            if awaited is not None and clock.reaches(awaited):
+                self.post(_nothing)
 
         self._session.declare_subscriber(CLOCK_KEY, zenoh.handlers.Callback(receive, indirect=False))
 
@@ -448,3 +459,7 @@ def _answer(reply: zenoh.Reply) -> Answer:
         return Refused(decode(payload, ErrorReply))
     except ProtocolError as problem:
         return Refused(ErrorReply(code=ErrorCode.INTERNAL, message=f"The refusal itself is malformed: {problem}."))
+
+
+def _nothing() -> None:
+    """What a node that has to look at its agenda finds in its mailbox."""

@@ -1,0 +1,139 @@
+"""What only the Zenoh bus has: clocks that one process makes and others follow, bounded backlogs, other threads."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from skillwing.services.bus import Sample
+from skillwing.services.bus.clock import FollowedClock, PacedClock
+from skillwing.services.bus.zenoh_bus import STREAM_BACKLOG, ZenohBus
+from skillwing.services.protocol import CLOCK_KEY, ClockTick, encode
+from skillwing.services.router import start_router
+
+PATIENCE = 10.0
+
+
+class Network:
+    def __init__(self) -> None:
+        self._router, self._endpoint = start_router()
+        self.buses: list[ZenohBus] = []
+
+    def follower(self, name: str) -> ZenohBus:
+        return self._add(ZenohBus(name, "r1", self._endpoint, FollowedClock()))
+
+    def owner(self, factor: float) -> ZenohBus:
+        """The owner of time, ticking at 50 Hz of robot time."""
+        bus = self._add(ZenohBus("owner", "r1", self._endpoint, PacedClock(factor)))
+        ticks = bus.advertise(CLOCK_KEY)
+        bus.every(0.02, lambda: ticks.put(encode(ClockTick(t=bus.now(), factor=factor))))
+        return bus
+
+    def plain(self, name: str) -> ZenohBus:
+        return self._add(ZenohBus(name, "r1", self._endpoint))
+
+    def _add(self, bus: ZenohBus) -> ZenohBus:
+        self.buses.append(bus)
+        return bus
+
+    def run_until(self, done: Callable[[], bool]) -> bool:
+        deadline = time.monotonic() + PATIENCE
+        while not done() and time.monotonic() < deadline:
+            for bus in self.buses:
+                bus.run_until(done, 0.001)
+        return done()
+
+    def close(self) -> None:
+        for bus in self.buses:
+            bus.close()
+        self._router.close()
+
+
+@pytest.fixture
+def network() -> Iterator[Network]:
+    network = Network()
+    yield network
+    network.close()
+
+
+def test_followers_live_in_the_owners_time(network: Network) -> None:
+    follower = network.follower("follower")
+    times: list[float] = []
+    follower.every(0.1, lambda: times.append(follower.now()))
+    owner = network.owner(factor=10.0)
+    assert network.run_until(lambda: len(times) >= 20)
+    assert times[-1] >= 2.0
+    assert owner.now() >= times[-1] - 0.1
+    assert times == sorted(times)
+
+
+def test_as_fast_as_possible_is_faster_than_the_wall(network: Network) -> None:
+    owner = network.owner(factor=0.0)
+    assert network.run_until(lambda: owner.now() >= 10.0 * PATIENCE)
+
+
+def test_before_the_first_tick_robot_timers_wait_and_wall_timers_do_not(network: Network) -> None:
+    follower = network.follower("follower")
+    order: list[str] = []
+    follower.after(0.0, lambda: order.append("robot"))
+    follower.after(0.05, lambda: order.append("wall"), wall=True)
+    assert network.run_until(lambda: bool(order))
+    assert order == ["wall"]
+    assert follower.now() == 0.0
+    network.owner(factor=1.0)
+    assert network.run_until(lambda: len(order) == 2)
+
+
+def test_who_joins_late_waits_from_then_on(network: Network) -> None:
+    owner = network.owner(factor=0.0)
+    assert network.run_until(lambda: owner.now() >= 50.0)
+    follower = network.follower("follower")
+    fired: list[float] = []
+    first: list[float] = []
+    follower.after(0.0, lambda: first.append(follower.now()))
+    follower.after(5.0, lambda: fired.append(follower.now()))
+    assert network.run_until(lambda: bool(fired))
+    assert first[0] >= 50.0
+    assert fired[0] >= first[0] + 4.0
+
+
+def test_a_tick_that_is_none_is_ignored(network: Network) -> None:
+    follower, liar = network.follower("follower"), network.plain("liar")
+    seen: list[Sample] = []
+    follower.subscribe(CLOCK_KEY, seen.append)
+    publisher = liar.advertise(CLOCK_KEY)
+    liar.every(0.01, lambda: publisher.put(b"\xff"))
+    assert network.run_until(lambda: len(seen) >= 2)
+    assert follower.now() == 0.0
+
+
+def test_the_backlog_of_a_stream_is_bounded(network: Network) -> None:
+    source, busy, idle = network.plain("source"), network.plain("busy"), network.plain("idle")
+    late: list[Sample] = []
+    prompt: list[Sample] = []
+    busy.subscribe("x", late.append)
+    idle.subscribe("x", prompt.append)
+    stream = source.advertise("x")
+    source.every(0.0005, lambda: stream.put(b""))
+    assert network.run_until(lambda: bool(late) and bool(prompt))
+    late.clear()
+    deadline = time.monotonic() + PATIENCE
+    while len(prompt) < 4 * STREAM_BACKLOG and time.monotonic() < deadline:
+        source.run_until(lambda: False, 0.001)
+        idle.run_until(lambda: False, 0.001)
+    assert len(prompt) >= 4 * STREAM_BACKLOG
+    busy.run_until(lambda: False, 0.1)
+    assert STREAM_BACKLOG / 2 < len(late) < 2 * STREAM_BACKLOG
+
+
+def test_other_threads_may_post(network: Network) -> None:
+    bus = network.plain("a")
+    threads: list[threading.Thread] = []
+    poster = threading.Thread(target=lambda: bus.post(lambda: threads.append(threading.current_thread())))
+    poster.start()
+    assert bus.run_until(lambda: bool(threads), PATIENCE)
+    poster.join()
+    assert threads == [threading.current_thread()]
