@@ -301,7 +301,9 @@ class MissionNode:
             if self._bus.now() > seen:
                 self._watch_clock()
             elif self._stage in (Stage.FLYING, Stage.RESCUING):
-                self._end(Phase.FAILED, f"robot time stands still for {STILL_CLOCK_TIMEOUT:g} s", rescue=False)
+                text = f"robot time stands still for {STILL_CLOCK_TIMEOUT:g} s"
+                before = f"{self._why()}; then " if self._context.failure else ""
+                self._end(Phase.FAILED, before + text, rescue=False)
                 self._wake()
 
         self._clock_watch = self._bus.after(STILL_CLOCK_TIMEOUT, look, wall=True)
