@@ -63,7 +63,8 @@ def judge(space: FreeSpace, target, *, t: float = 0.25, here=HERE, velocity=(0.0
 def test_free_up_to_the_pole_whatever_the_bearing(distance: float, aside: float, bearing: float) -> None:
     """The answer depends on where the pole stands relative to the way, not on where the way points."""
     turn = about_z(bearing).astype(np.float32)
-    space = space_that_saw((pole(distance, aside) - HERE) @ turn.T + np.array(HERE, np.float32), heading=bearing)
+    centre = np.array(HERE, np.float32)
+    space = space_that_saw(((pole(distance, aside) - centre) @ turn.T + centre).astype(np.float32), heading=bearing)
     target = (19.0 * math.cos(bearing), 19.0 * math.sin(bearing), 4.0)
     assert judge(space, target).free_distance == pytest.approx(distance, abs=1e-3)
 

@@ -21,7 +21,8 @@ clouds = st.lists(points, min_size=1, max_size=30).map(lambda cloud: np.array(cl
 
 
 def make_grid(shift: float = 0.0) -> OccupancyGrid:
-    return OccupancyGrid((shift - 10.0,) * 3, (shift + 10.0,) * 3, SIZE)
+    low, high = shift - 10.0, shift + 10.0
+    return OccupancyGrid((low, low, low), (high, high, high), SIZE)
 
 
 def integrate(grid: OccupancyGrid, cloud: NDArray[np.float32], origin: NDArray[np.float64] = ORIGIN) -> None:
