@@ -38,7 +38,7 @@ from skillwing.services.timeline import Timeline
 R = TypeVar("R")
 log = logging.getLogger(__name__)
 
-LOSS_DEBOUNCE = 0.5
+LOSS_DEBOUNCE = 1.0
 """Wall time in seconds for which an alive token has to be away: a healing network lets tokens flap."""
 
 
