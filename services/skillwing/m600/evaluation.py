@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+import numpy as np
+
 from skillwing.dsl.model import Skillset
 from skillwing.m600.flight_log import SavedMap, read_flight, read_map
 from skillwing.services.telemetry.history import History
@@ -16,11 +18,15 @@ from skillwing.services.telemetry.journal import read_goals, read_records
 from skillwing.services.telemetry.report import Coverage, ProcessEntry, Report, make_report, write_report
 from skillwing.services.telemetry.timeline_picture import draw_timeline
 from skillwing.sim_mujoco.coverage import Judge
-from skillwing.sim_mujoco.topics import Vector3
+from skillwing.sim_mujoco.map_picture import Flown, MapScene, draw_map
+from skillwing.sim_mujoco.topics import Truth, Vector3
 from skillwing.sim_mujoco.world import World, make_world
 
 TIMELINE_PICTURE = "timeline.png"
 MAP_PICTURE = "map.png"
+DEPTH_MAP = "depthmap_source"
+"""The resource that tells which sensor looks ahead."""
+STOPPED = ("S_BLOCKED", "N_BLOCKED")
 
 
 def evaluate(
@@ -55,6 +61,8 @@ def evaluate(
     write_report(report, history, run_dir, _notes(saved))
     title = f"{mission}: {report.result}, {report.sim_time_s:.0f} s, seed {seed}"
     draw_timeline(history, run_dir / TIMELINE_PICTURE, title=title, resources=skillset.resources)
+    if saved is not None or flight:
+        draw_map(run_dir / MAP_PICTURE, map_scene(planned, history, flight, saved), title + _share(report.coverage))
     return report
 
 
@@ -70,6 +78,33 @@ def judge_map(world: World, route: Sequence[Vector3], saved: SavedMap | None) ->
         return Coverage()
     judged = Judge(world, route).coverage(saved.centres, saved.voxel_size)
     return Coverage(all=_rounded(judged.all), buildings=_rounded(judged.buildings), terrain=_rounded(judged.terrain))
+
+
+def map_scene(route: Sequence[Vector3], history: History, flight: Sequence[Truth], saved: SavedMap | None) -> MapScene:
+    """What the picture of the map shows. The flown path is cut where another sensor takes over the depth map."""
+    positions = np.array([truth.position for truth in flight]).reshape(-1, 3)
+    times = np.array([truth.t for truth in flight])
+    flown: list[Flown] = []
+    for span in history.lanes[DEPTH_MAP]:
+        # From the last sample of the stretch before, so that there is no gap.
+        first = max(int(np.searchsorted(times, span.t_start)) - 1, 0)
+        end = history.end if span.t_end is None else span.t_end
+        path = positions[first : int(np.searchsorted(times, end, side="right"))]
+        if len(path) > 1:
+            flown.append(Flown(span.state.lower(), path))
+    ends = [bar.t_end for bar in history.bars if bar.terminal in STOPPED and bar.t_end is not None]
+    met = [positions[min(int(np.searchsorted(times, t)), len(times) - 1)] for t in ends] if len(times) else []
+    return MapScene(
+        centres=np.empty((0, 3), np.float32) if saved is None else saved.centres,
+        voxel_size=saved.voxel_size if saved else 1.0,
+        route=route,
+        flown=flown,
+        obstacles_met=[(float(x), float(y), float(z)) for x, y, z in met],
+    )
+
+
+def _share(coverage: Coverage) -> str:
+    return "" if coverage.all is None else f", {100 * coverage.all:.1f} % mapped"
 
 
 def _notes(saved: SavedMap | None) -> list[str]:

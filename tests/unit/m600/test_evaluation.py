@@ -1,0 +1,117 @@
+"""The judge makes a report of whatever a run has left."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+from skillwing.m600.evaluation import MAP_PICTURE, TIMELINE_PICTURE, evaluate, map_scene
+from skillwing.m600.flight_log import FLIGHT_FILE, MAP_FILE, SavedMap
+from skillwing.m600.robot import ROBOT
+from skillwing.services.protocol import Ending, GoalStatus, Record, RecordKind, State, Terminal
+from skillwing.services.telemetry.history import History
+from skillwing.services.telemetry.journal import GOALS_FILE, TIMELINE_FILE, JsonLines
+from skillwing.services.telemetry.report import REPORT_FILE, Coverage
+from skillwing.sim_mujoco.topics import Truth
+
+SKILLSET = ROBOT.load_skillset()
+ROUTE = ((0.0, 0.0, 4.0), (10.0, 0.0, 4.0))
+
+
+def truth(t: float, *, collisions: int = 0) -> Truth:
+    return Truth(
+        t=t,
+        position=(t, 0.0, 4.0),
+        quaternion=(1.0, 0.0, 0.0, 0.0),
+        velocity=(1.0, 0.0, 0.0),
+        collisions=collisions,
+        clearance=3.0 - 0.1 * t,
+        inside_fence=True,
+    )
+
+
+def depth_map(number: int, t: float, before: str, after: str) -> Record:
+    return Record(
+        id=f"resource_manager#{number}",
+        t=t,
+        source="resource_manager",
+        kind=RecordKind.RESOURCE,
+        subject="depthmap_source",
+        before=before,
+        after=after,
+    )
+
+
+RECORDS = [
+    depth_map(1, 2.0, "NONE", "ZED"),
+    depth_map(2, 5.02, "ZED", "NONE"),
+    depth_map(3, 5.04, "NONE", "LIDAR"),
+    Record(
+        id="mission#1",
+        t=10.0,
+        source="mission",
+        kind=RecordKind.MISSION,
+        subject="mapping",
+        before="RUNNING",
+        after="SUCCEEDED",
+    ),
+]
+BLOCKED = GoalStatus(
+    goal_id="g",
+    skill="goto",
+    state=State.TERMINATED,
+    t=4.0,
+    terminal=Terminal(ending=Ending.SUCCEEDED, result="BLOCKED", reason="an obstacle is 3 m ahead"),
+)
+
+
+def write_run(run_dir: Path) -> None:
+    with JsonLines[Record](run_dir / TIMELINE_FILE) as file:
+        for record in RECORDS:
+            file.write(record)
+    with JsonLines[GoalStatus](run_dir / GOALS_FILE) as file:
+        file.write(BLOCKED)
+    with JsonLines[Truth](run_dir / FLIGHT_FILE) as file:
+        for t in np.arange(0.0, 10.0, 0.5).tolist():
+            file.write(truth(t, collisions=int(t > 9.0)))
+
+
+def test_a_flight_without_a_map_is_judged_by_what_there_is(tmp_path: Path) -> None:
+    write_run(tmp_path)
+    report = evaluate(tmp_path, SKILLSET, mission="mapping", seed=3, wall_time_s=5.0)
+    assert (report.result, report.collisions, report.min_clearance_m) == ("success", 1, 2.05)
+    assert report.coverage == Coverage()
+    assert report.real_time_factor == 2.0
+    for picture in (TIMELINE_PICTURE, MAP_PICTURE):
+        assert imread(tmp_path / picture).std() > 0.0
+
+
+def test_a_run_that_left_nothing_has_a_report(tmp_path: Path) -> None:
+    report = evaluate(tmp_path, SKILLSET, mission="mapping", seed=3)
+    assert (report.result, report.collisions) == ("unfinished", None)
+    assert json.loads((tmp_path / REPORT_FILE).read_text())["skills"] == []
+    assert not (tmp_path / MAP_PICTURE).exists()
+
+
+def test_a_map_is_judged_against_the_world(tmp_path: Path) -> None:
+    write_run(tmp_path)
+    ground = np.mgrid[0:25, -12:13, 0:1].reshape(3, -1).T * 0.4 + 0.2
+    np.savez(tmp_path / MAP_FILE, centres=ground.astype(np.float32), voxel_size=0.4, pose_source="simulated")
+    coverage = evaluate(tmp_path, SKILLSET, mission="mapping", seed=3, route=ROUTE).coverage
+    assert coverage.terrain is not None
+    assert 0.0 < coverage.terrain < 1.0
+    assert "simulated" in (tmp_path / "report.md").read_text()
+
+
+def test_the_path_is_cut_where_the_depth_map_changes_hands_and_has_no_gaps() -> None:
+    flight = [truth(t) for t in np.arange(0.0, 10.0, 0.1).tolist()]
+    saved = SavedMap(np.zeros((1, 3), np.float32), 0.4, "")
+    scene = map_scene(ROUTE, History.of(RECORDS, [BLOCKED], {"depthmap_source": "NONE"}), flight, saved)
+    stretches = [stretch for stretch in scene.flown if stretch.branch != "none"]
+    assert [stretch.branch for stretch in stretches] == ["zed", "lidar"]
+    assert np.array_equal(stretches[0].path[-1], stretches[1].path[0])
+    assert scene.obstacles_met == [pytest.approx((4.0, 0.0, 4.0), abs=0.11)]
