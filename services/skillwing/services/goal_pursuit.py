@@ -24,8 +24,9 @@ from skillwing.services.protocol import (
 )
 from skillwing.services.timeline import Timeline
 
-SILENCES_OF_THE_ABSENT = 5
-"""Silences after which a manager without an alive token is given up: 0.75 s, so that a short flap does no harm."""
+SILENCES_OF_THE_ABSENT = 6
+"""Silences after which a manager without an alive token is given up: 1.55 s, so that a short flap does no harm, and
+the resource manager, which waits a second, has freed its resources by then."""
 SILENCES_OF_THE_LIVING = 10
 """The same for one that seems to live: it may be busy for a while."""
 
