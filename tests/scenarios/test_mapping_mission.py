@@ -75,7 +75,7 @@ def test_the_lidar_may_fail_at_any_time_and_the_drone_lands(seed: int, moment: f
     status = flight.fly()
     assert flight.idle
     assert flight.on_ground
-    if "RI" in flight.ends("lidar_mapping"):
+    if "RI" in flight.ends("lidar_mapping") and "return_home" not in flight.started:
         assert status.phase == "FAILED"
         assert "lidar" in status.text
 
@@ -140,7 +140,7 @@ def test_a_manager_that_dies_costs_the_branch_and_not_the_mission(victim: str) -
     flight.at(10.0, flight.buses[f"skill/{victim}"].close)
     status = flight.fly()
     assert status.phase == "SUCCEEDED"
-    assert flight.ends("lidar_depthmap") == ["IT"]
+    assert flight.ends("lidar_depthmap") == ["IT"], "asked for once, when the lost goal's resources were free"
     assert flight.on_ground
 
 

@@ -19,6 +19,7 @@ from skillwing.services.skill_manager import Goal, SkillHooks, SkillManagerNode
 PERIOD = 0.1
 REST_AFTER = 0.5
 STOP_BEFORE = 2.0
+LOWEST_HOVER = 0.2
 TUBE = 1.3
 Position = tuple[float, float, float]
 
@@ -89,7 +90,9 @@ class ToyDrone:
         self._tell()
         if self._motion is not None:
             self._advance(self._motion)
-        in_air = "IN_AIR" if self.position[2] > 0.2 else "ON_GROUND"
+        elif self.position[2] < LOWEST_HOVER:
+            self.position = (*self.position[:2], 0.0)
+        in_air = "IN_AIR" if self.position[2] >= LOWEST_HOVER else "ON_GROUND"
         if self.truth["flight_status"] != in_air:
             self.set("flight_status", in_air)
         x, y, z = self.position
@@ -196,7 +199,12 @@ def skill_hooks(drone: ToyDrone) -> Iterator[ToySkill]:
     yield ToyMotion("land", drone, above(lambda _: 0.0), "LANDED")
     yield ToyMotion("goto", drone, target)
     yield ToyMotion("goto_straight", drone, target)
-    yield ToyMotion("return_home", drone, lambda inputs: (0.0, 0.0, inputs["height"]))
+
+    def home(inputs: dict[str, Any]) -> Position:
+        is_over_home = math.hypot(*drone.position[:2]) < 1.0
+        return 0.0, 0.0, drone.position[2] if is_over_home else inputs["height"]
+
+    yield ToyMotion("return_home", drone, home)
     yield ToyTurn("rotate_head", drone)
     for skill in ("lock_head", "zed_depthmap", "lidar_depthmap", "lidar_mapping"):
         yield ToySkill(skill, drone)

@@ -18,6 +18,7 @@ from skillwing.services.errors import InvalidInputError
 from skillwing.services.protocol import Ending, State, Terminal
 
 from .context import MissionContext
+from .reaper import Mark
 from .skills import Goal
 
 DEFAULT_PATIENCE = 15.0
@@ -69,7 +70,8 @@ class SkillAction(Behaviour):
         self._on_end = on_end
         self._patience = patience
         self._goal: Goal | None = None
-        self._mark = 0
+        self._sent_at: Mark = 0
+        self._refused_at: Mark | None = None
         self._asked_at = 0.0
         _refuse_bad_outcomes(name, self.outcomes)
 
@@ -91,6 +93,7 @@ class SkillAction(Behaviour):
 
     def initialise(self) -> None:
         self._asked_at = self._context.now()
+        self._refused_at = None
         self._phase = Phase.WAITING
 
     def update(self) -> Status:
@@ -121,16 +124,23 @@ class SkillAction(Behaviour):
 
     def _start_when_free(self) -> Status:
         try:
-            holders = self._context.reaper.in_the_way_of(self.skill)
+            holders = self._holders()
             if holders:
                 return self._wait_for(holders)
-            self._mark = self._context.reaper.mark()
+            self._sent_at = self._context.reaper.mark()
             self._goal = self._context.start(self.skill, self._input_values())
         except (UnknownNameError, InvalidInputError) as error:
             return self._fail(f"{self.skill} was not started: {error}", None)
         self._phase = Phase.SENT
         self.feedback_message = str(self._phase)
         return Status.RUNNING
+
+    def _holders(self) -> tuple[Goal, ...]:
+        """Whom to wait for: goals on their way out that are in the way, and after a refusal any that may have been."""
+        reaper = self._context.reaper
+        if self._refused_at is not None and reaper.awaits_news_since(self._refused_at):
+            return reaper.unfinished
+        return reaper.in_the_way_of(self.skill)
 
     def _wait_for(self, holders: tuple[Goal, ...]) -> Status:
         names = ", ".join(sorted({goal.skill for goal in holders}))
@@ -147,11 +157,15 @@ class SkillAction(Behaviour):
 
     def _conclude(self, goal: Goal, terminal: Terminal) -> Status:
         refused = terminal.ending in (Ending.NOT_READY, Ending.BUSY)
-        if refused and self._is_patient() and self._context.reaper.busy_since(self._mark):
+        reaper = self._context.reaper
+        if refused and self._is_patient() and reaper.busy_since(self._sent_at):
             # py_trees starts a new branch before it halts the old one, so this goal may have met one that is on its
             # way out. Its resources come back when it has stopped; then a new goal may ask again.
+            self._refused_at = reaper.mark()
             self._phase = Phase.WAITING
             return self._start_when_free()
+        if terminal.ending is Ending.LOST:
+            reaper.take(goal)
         if self._on_end is not None:
             self._on_end(terminal)
         if self._status_of(terminal) is Status.FAILURE:

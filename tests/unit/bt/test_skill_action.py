@@ -283,6 +283,34 @@ def test_a_refusal_that_nobody_is_leaving_for_is_final(mission: FakeMission, lab
     assert tick(turn) is Status.FAILURE
 
 
+def test_while_nobody_has_left_since_a_refusal_nothing_is_asked_again(mission: FakeMission) -> None:
+    """`look` holds nothing that `turn` needs, as far as the model tells; still it may be why `turn` was refused."""
+    halted(mission, "look")
+    turn = SkillAction("turn", mission.context, "turn")
+    tick(turn)
+    mission.goals[1].end("NR")
+    for _ in range(5):
+        assert (tick(turn), turn.phase) == (Status.RUNNING, Phase.WAITING)
+    assert len(mission.goals) == 2
+    mission.goals[0].end("IT")
+    assert (tick(turn), turn.phase) == (Status.RUNNING, Phase.SENT)
+    mission.goals[2].end("NR")
+    assert tick(turn) is Status.FAILURE
+
+
+def test_a_lost_goal_is_in_the_way_until_the_resource_manager_has_freed_what_it_held(mission: FakeMission) -> None:
+    go = SkillAction("go", mission.context, "go")
+    tick(go)
+    mission.interface.states["axes"] = "USED"
+    mission.goals[0].end("LOST", detected_by="client")
+    assert tick(go) is Status.FAILURE
+    turn = SkillAction("turn", mission.context, "turn")
+    assert (tick(turn), turn.phase) == (Status.RUNNING, Phase.WAITING)
+    assert mission.goals[0].interrupts == 0
+    mission.interface.states["axes"] = "FREE"
+    assert (tick(turn), turn.phase) == (Status.RUNNING, Phase.SENT)
+
+
 # --- any order of things ---------------------------------------------------------------------------------------------
 
 steps = st.lists(st.sampled_from(["tick", "halt", "run", "arrive", "refuse", "interrupted", "time"]), max_size=40)
