@@ -27,7 +27,6 @@ from skillwing.services.protocol import (
     MissionStatus,
     ProtocolError,
     RecordKind,
-    TreeNode,
     TreeSnapshot,
     decode,
     encode,
@@ -39,7 +38,7 @@ from .context import MissionContext
 from .mission import Mission, MissionOptions, MissionTrees, find_mission
 from .preflight import preflight
 from .skill_action import SkillAction
-from .tree_text import nodes_of
+from .tree_text import TreePortrait
 
 TICK_PERIOD = 0.2
 """Longest time between two ticks, in seconds of robot time; changes tick at once."""
@@ -116,7 +115,6 @@ class MissionNode:
         self._outcome = Phase.IDLE, ""
         self._abort_reason: str | None = None
         self._awake = False
-        self._last_nodes: tuple[TreeNode, ...] = ()
         self._handles: list[Handle] = []
         self._clock_watch: Handle | None = None
 
@@ -125,14 +123,9 @@ class MissionNode:
         return self._stage is Stage.OVER
 
     @property
-    def tree(self) -> Behaviour:
-        """The tree that is being flown: the mission's own, or the one that brings the drone to safety."""
-        return self._trees.rescue if self._rescued else self._trees.root
-
-    @property
     def snapshot(self) -> TreeSnapshot:
         """The tree as it was told last; at the end, as it was before it was halted."""
-        return TreeSnapshot(mission=self.mission.name, t=self._bus.now(), nodes=self._last_nodes)
+        return TreeSnapshot(mission=self.mission.name, t=self._bus.now(), nodes=self._portrait.nodes)
 
     def attach(self, bus: Bus) -> None:
         self._bus = bus
@@ -140,7 +133,7 @@ class MissionNode:
         self._interface = SkillsetInterface(bus, self._skillset, client=self.name)
         self._context = MissionContext(self._interface, self._skillset, bus.now, self._write_record)
         self._trees: MissionTrees = self.mission.build(self._context, self._options)
-        self._rescued = False
+        self._show(self._trees.root)
         self._status_out: Publisher = bus.advertise(self._keys.mission_status, events=True)
         self._tree_out: Publisher = bus.advertise(self._keys.mission_tree, events=True)
         self._handles = [
@@ -190,9 +183,9 @@ class MissionNode:
         if self._stage is Stage.SETTLING and not self._context.reaper.unfinished:
             self._finish()
         if self._stage in (Stage.FLYING, Stage.RESCUING) and self._publish_tree():
+            self._publish_progress()
             # What one tick changed (the end of a round, say) the next one may go on from.
             self._bus.after(SETTLED_TICK, self._wake)
-        self._publish_progress()
 
     def _take_off_when_ready(self) -> None:
         missing = self._missing()
@@ -266,14 +259,14 @@ class MissionNode:
         self._halt()
         if rescue:
             self._stage = Stage.RESCUING
-            self._rescued = True
+            self._show(self._trees.rescue)
         else:
             self._stage = Stage.SETTLING
             self._handles.append(self._bus.after(SETTLE_TIMEOUT, self._finish, wall=True))
 
     def _halt(self) -> None:
         try:
-            self.tree.stop(Status.INVALID)
+            self._tree.stop(Status.INVALID)
         except Exception as error:  # noqa: BLE001 - the goals have to be interrupted all the same
             phase, text = self._outcome
             self._outcome = phase, f"{text}; halting the tree raised {type(error).__name__}: {error}"
@@ -328,9 +321,7 @@ class MissionNode:
         return self._timeline.record(RecordKind.MISSION, subject, before, after, text=text, cause=cause)
 
     def _publish_progress(self) -> None:
-        if self._stage not in (Stage.FLYING, Stage.RESCUING):
-            return
-        running = [leaf.name for leaf in self.tree.iterate() if _is_flying(leaf)]
+        running = [leaf.name for leaf in self._tree.iterate() if _is_flying(leaf)]
         text = ", ".join(running) or "deciding"
         if self._stage is Stage.RESCUING:
             text = f"{self._outcome[1]}; landing"
@@ -352,12 +343,15 @@ class MissionNode:
         self._status_out.put(encode(self.status))
         self._on_status(self.status)
 
+    def _show(self, tree: Behaviour) -> None:
+        """This tree is flown from now on: the mission's own, or the one that brings the drone to safety."""
+        self._tree = tree
+        self._portrait = TreePortrait(tree)
+
     def _publish_tree(self) -> bool:
         """Publish the tree if it has changed; tells whether it has."""
-        nodes = nodes_of(self.tree)
-        if nodes == self._last_nodes:
+        if not self._portrait.update():
             return False
-        self._last_nodes = nodes
         self._tree_out.put(encode(self.snapshot))
         return True
 

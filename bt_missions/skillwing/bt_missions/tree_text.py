@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from py_trees.behaviour import Behaviour
+from py_trees.common import Status
 from py_trees.composites import Composite
 from py_trees.decorators import Decorator
 from rich.text import Text
@@ -20,16 +21,25 @@ _LOOKS = {
 }
 
 
-def nodes_of(root: Behaviour) -> tuple[TreeNode, ...]:
-    """The tree in depth-first order, each node after its parent.
+class TreePortrait:
+    """A tree as nodes of a `TreeSnapshot`, drawn anew only where it looks different from before.
 
-    `kind` is `Sequence`, `Selector`, `Parallel`, `Decorator`, `Action` (runs a skill), `Condition`, or `Behaviour`.
+    Nodes are in depth-first order, each after its parent. `kind` is `Sequence`, `Selector`, `Parallel`, `Decorator`,
+    `Action` (runs a skill), `Condition`, or `Behaviour`. The tree's shape must not change.
     """
-    nodes: list[TreeNode] = []
 
-    def visit(node: Behaviour, parent: int | None) -> None:
-        index = len(nodes)
-        nodes.append(
+    def __init__(self, root: Behaviour) -> None:
+        self._members = _depth_first(root, None, [])
+        self._looks: list[tuple[Status, str]] = []
+        self.nodes: tuple[TreeNode, ...] = ()
+
+    def update(self) -> bool:
+        """Look at the tree; tells whether it has changed. Cheap if not: this follows every tick."""
+        looks = [(node.status, node.feedback_message) for node, _ in self._members]
+        if looks == self._looks:
+            return False
+        self._looks = looks
+        self.nodes = tuple(
             TreeNode(
                 index=index,
                 parent=parent,
@@ -38,12 +48,20 @@ def nodes_of(root: Behaviour) -> tuple[TreeNode, ...]:
                 status=node.status.name,
                 feedback=node.feedback_message,
             )
+            for index, (node, parent) in enumerate(self._members)
         )
-        for child in node.children:
-            visit(child, index)
+        return True
 
-    visit(root, None)
-    return tuple(nodes)
+
+def _depth_first(
+    node: Behaviour, parent: int | None, seen: list[tuple[Behaviour, int | None]]
+) -> list[tuple[Behaviour, int | None]]:
+    """Append `node` and all below it to `seen`, each with the index of its parent."""
+    index = len(seen)
+    seen.append((node, parent))
+    for child in node.children:
+        _depth_first(child, index, seen)
+    return seen
 
 
 def render(snapshot: TreeSnapshot, *, feedback: bool = True) -> Text:

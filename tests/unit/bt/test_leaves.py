@@ -16,7 +16,7 @@ from skillwing.bt_missions.detour import RoutePlanner
 from skillwing.bt_missions.loop import Until
 from skillwing.bt_missions.settling import CALM, NoteSwitch, Settled
 from skillwing.bt_missions.skill_action import SkillAction
-from skillwing.bt_missions.tree_text import nodes_of, render
+from skillwing.bt_missions.tree_text import TreePortrait, render
 from skillwing.bt_missions.waypoints import POSITION_PATIENCE, Route, WaypointWriter
 from skillwing.services.protocol import Ending, Terminal, TreeSnapshot
 
@@ -266,7 +266,10 @@ def test_a_tree_is_told_depth_first_with_kinds_and_statuses(mission: FakeMission
         "root", ResourceIs("camera?", mission.context, "camera", "OK"), alongside("p", action, until=Running("r"))
     )
     tree.tick_once()
-    nodes = nodes_of(tree)
+    portrait = TreePortrait(tree)
+    assert portrait.update()
+    assert not portrait.update(), "nothing has happened since"
+    nodes = portrait.nodes
     assert [(node.name, node.kind, node.parent) for node in nodes] == [
         ("root", "Sequence", None),
         ("camera?", "Condition", 0),
