@@ -20,18 +20,19 @@ from typing import TypeVar
 import numpy as np
 
 from skillwing.services.protocol import encode
-from skillwing.sim_mujoco import depth_camera, lidar, topics
-from skillwing.sim_mujoco.coverage import Judge
-from skillwing.sim_mujoco.geometry import Vector, wrap
-from skillwing.sim_mujoco.instruments import NavigationSolution
-from skillwing.sim_mujoco.mapping import REACH, Mapper
-from skillwing.sim_mujoco.motion import Motion
-from skillwing.sim_mujoco.obstacles import CameraView, FreeSpace, RingView, Sighting
-from skillwing.sim_mujoco.occupancy import OccupancyGrid
-from skillwing.sim_mujoco.pose_history import PoseHistory
-from skillwing.sim_mujoco.rays import RayScene
-from skillwing.sim_mujoco.scans import DepthPicture, LidarScan
-from skillwing.sim_mujoco.world import World, make_world
+from skillwing.sim_mujoco import topics
+from skillwing.sim_mujoco.frames.motion import Motion
+from skillwing.sim_mujoco.frames.pose_history import PoseHistory
+from skillwing.sim_mujoco.frames.vectors import Vector, wrap
+from skillwing.sim_mujoco.judge.coverage import Judge
+from skillwing.sim_mujoco.mapping.mapper import REACH, Mapper
+from skillwing.sim_mujoco.mapping.occupancy import OccupancyGrid
+from skillwing.sim_mujoco.obstacles.free_space import CameraView, FreeSpace, RingView, Sighting
+from skillwing.sim_mujoco.sensors import depth_camera, lidar
+from skillwing.sim_mujoco.sensors.instruments import NavigationSolution
+from skillwing.sim_mujoco.sensors.rays import RayScene
+from skillwing.sim_mujoco.sensors.scans import DepthPicture, LidarScan
+from skillwing.sim_mujoco.world.world import World, make_world
 
 T = TypeVar("T")
 SPEED, YAW_RATE, TICK = 2.0, 0.6, 0.01

@@ -8,9 +8,9 @@ from __future__ import annotations
 import sys
 import time
 
-from skillwing.sim_mujoco.autopilot import Setpoint
-from skillwing.sim_mujoco.simulator import SENSORS, Simulator
-from skillwing.sim_mujoco.world import make_world
+from skillwing.sim_mujoco.simulator.autopilot import Setpoint
+from skillwing.sim_mujoco.simulator.simulator import SENSORS, Simulator
+from skillwing.sim_mujoco.world.world import make_world
 
 
 def _flight(simulator: Simulator, seconds: float) -> None:

@@ -32,10 +32,8 @@ ALLOWED = {
 # The demonstration and the judge of a simulated flight know the world that the robot does not, and the dashboard how
 # the sensors look into it.
 WIDER = {
-    ("m600", "demo*.py"): ["sim_mujoco.world", "sim_mujoco.coverage", "bt_missions"],
-    ("m600", "commands*.py"): ["sim_mujoco.world", "sim_mujoco.coverage"],
-    ("m600", "evaluation*.py"): ["sim_mujoco.world", "sim_mujoco.coverage", "sim_mujoco.map_picture"],
-    ("m600", "dashboard*.py"): ["sim_mujoco.sensor_geometry"],
+    ("m600", "evaluation*.py"): ["sim_mujoco.world", "sim_mujoco.judge"],
+    ("m600", "dashboard*.py"): ["sim_mujoco.sensors.directions"],
 }
 HEAVY = {"numpy", "scipy", "mujoco", "embreex", "rerun", "matplotlib", "py_trees"}
 

@@ -24,7 +24,7 @@ from skillwing.services.telemetry.mission_view import MissionPanels, at, trailin
 from skillwing.services.telemetry.reading import message_reader, stream_reader
 from skillwing.services.telemetry.recording import framed
 from skillwing.sim_mujoco import topics
-from skillwing.sim_mujoco.sensor_geometry import lidar_directions
+from skillwing.sim_mujoco.sensors.directions import lidar_directions
 
 M = TypeVar("M", bound=Message)
 

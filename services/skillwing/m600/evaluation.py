@@ -17,10 +17,10 @@ from skillwing.services.telemetry.history import History
 from skillwing.services.telemetry.journal import read_goals, read_records
 from skillwing.services.telemetry.report import Coverage, ProcessEntry, Report, make_report, write_report
 from skillwing.services.telemetry.timeline_picture import draw_timeline
-from skillwing.sim_mujoco.coverage import Judge
-from skillwing.sim_mujoco.map_picture import Flown, MapScene, draw_map
+from skillwing.sim_mujoco.judge.coverage import Judge
+from skillwing.sim_mujoco.judge.map_picture import Flown, MapScene, draw_map
 from skillwing.sim_mujoco.topics import Truth, Vector3
-from skillwing.sim_mujoco.world import World, make_world
+from skillwing.sim_mujoco.world.world import World, make_world
 
 TIMELINE_PICTURE = "timeline.png"
 MAP_PICTURE = "map.png"
@@ -38,11 +38,12 @@ def evaluate(
     route: Sequence[Vector3] | None = None,
     wall_time_s: float | None = None,
     processes: Iterable[ProcessEntry] = (),
+    notes: Sequence[str] = (),
 ) -> Report:
     """Judge the flight in `run_dir` and write `timeline.png`, `map.png`, `report.json` and `report.md` there.
 
     route: planned waypoints, by which coverage is judged; by default those of the world. processes: what became of
-    each process.
+    each process. notes: sentences for `report.md` that only the one who ran the flight can write.
     """
     history = read_history(run_dir, skillset)
     flight, saved = read_flight(run_dir), read_map(run_dir)
@@ -58,7 +59,7 @@ def evaluate(
         coverage=judge_map(world, planned, saved),
         processes=processes,
     )
-    write_report(report, history, run_dir, _notes(saved))
+    write_report(report, history, run_dir, [*notes, *_notes(saved)])
     title = f"{mission}: {report.result}, {report.sim_time_s:.0f} s, seed {seed}"
     draw_timeline(history, run_dir / TIMELINE_PICTURE, title=title, resources=skillset.resources)
     if saved is not None or flight:

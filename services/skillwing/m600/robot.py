@@ -20,10 +20,10 @@ def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
     names = {"seed": "seed", "speed": "factor", "faults": "faults"}
     sim = {names[option]: value for option, value in options.items() if option in names and value is not None}
     return (
-        ProcessSpec("sim", f"{SIMULATION}.app:make_sim", sim, extra="sim"),
-        ProcessSpec("guidance", f"{SIMULATION}.app:make_guidance", extra="sim"),
-        ProcessSpec("obstacles", f"{SIMULATION}.obstacles_node:make_obstacles", essential=False, extra="sim"),
-        ProcessSpec("mapping", f"{SIMULATION}.mapping_node:make_mapping", essential=False, extra="sim"),
+        ProcessSpec("sim", f"{SIMULATION}.simulator.node:make_sim", sim, extra="sim"),
+        ProcessSpec("guidance", f"{SIMULATION}.guidance.node:make_guidance", extra="sim"),
+        ProcessSpec("obstacles", f"{SIMULATION}.obstacles.node:make_obstacles", essential=False, extra="sim"),
+        ProcessSpec("mapping", f"{SIMULATION}.mapping.node:make_mapping", essential=False, extra="sim"),
         ProcessSpec("bridge", "skillwing.m600.bridge:make_bridge", {"skillset": str(SKILLSET)}),
     )
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from skillwing.services.protocol import ErrorCode, ErrorReply
-
-from .topics import AxisStatus, MotionState
+from skillwing.sim_mujoco.topics import AxisStatus, MotionState
 
 
 class RefusedError(Exception):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .geometry import Vector
+from skillwing.sim_mujoco.frames.vectors import Vector
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,9 +8,8 @@ from typing import TypeVar
 
 from skillwing.services.bus import Request, Sample
 from skillwing.services.protocol import ErrorCode, ErrorReply, Message, ProtocolError, decode, encode
-
-from .axis import RefusedError
-from .topics import Done
+from skillwing.sim_mujoco.axis import RefusedError
+from skillwing.sim_mujoco.topics import Done
 
 M = TypeVar("M", bound=Message)
 S = TypeVar("S")

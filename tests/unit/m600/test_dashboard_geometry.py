@@ -14,7 +14,7 @@ from matplotlib.image import imread
 from skillwing.m600.depth_png import depth_png
 from skillwing.m600.scene_geometry import DEPTH_STEP, GRAIN, Throttle, by_height, depth_levels, scan_points
 from skillwing.m600.voxel_pieces import VoxelPieces
-from skillwing.sim_mujoco.sensor_geometry import lidar_directions
+from skillwing.sim_mujoco.sensors.directions import lidar_directions
 from skillwing.sim_mujoco.topics import Navigation
 
 cells = st.tuples(st.integers(-200, 200), st.integers(-200, 200), st.integers(-20, 60))

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from skillwing.sim_mujoco.autopilot import Setpoint
-from skillwing.sim_mujoco.geometry import Vector, heading_of
-from skillwing.sim_mujoco.guidance import GuidanceCore
-from skillwing.sim_mujoco.simulator import Simulator
+from skillwing.sim_mujoco.frames.vectors import Vector, heading_of
+from skillwing.sim_mujoco.guidance.core import GuidanceCore
+from skillwing.sim_mujoco.simulator.autopilot import Setpoint
+from skillwing.sim_mujoco.simulator.simulator import Simulator
 from skillwing.sim_mujoco.topics import (
     FlightState,
     GuidanceCommand,
@@ -18,7 +18,7 @@ from skillwing.sim_mujoco.topics import (
     ObstacleStatus,
     TakeOff,
 )
-from skillwing.sim_mujoco.world import make_world
+from skillwing.sim_mujoco.world.world import make_world
 
 WORLD = make_world(1)
 

@@ -7,13 +7,13 @@ import math
 import numpy as np
 import pytest
 
-from skillwing.sim_mujoco.depth_camera import REACH, ZED_MOUNT, DepthCamera, depth_header
-from skillwing.sim_mujoco.geometry import add, to_world
-from skillwing.sim_mujoco.motion import Motion
-from skillwing.sim_mujoco.poses import rotations
-from skillwing.sim_mujoco.rays import RayScene
-from skillwing.sim_mujoco.sensor_geometry import depth_directions
-from skillwing.sim_mujoco.world import make_world
+from skillwing.sim_mujoco.frames.motion import Motion
+from skillwing.sim_mujoco.frames.poses import rotations
+from skillwing.sim_mujoco.frames.vectors import add, to_world
+from skillwing.sim_mujoco.sensors.depth_camera import REACH, ZED_MOUNT, DepthCamera, depth_header
+from skillwing.sim_mujoco.sensors.directions import depth_directions
+from skillwing.sim_mujoco.sensors.rays import RayScene
+from skillwing.sim_mujoco.world.world import make_world
 
 
 @pytest.mark.parametrize("heading", [0.0, 0.8, 1.6, 3.0])

@@ -6,9 +6,9 @@ import math
 
 from flight_rig import Rig
 
-from skillwing.sim_mujoco.autopilot import Mode, Setpoint
-from skillwing.sim_mujoco.geometry import heading_of, wrap
-from skillwing.sim_mujoco.simulator import Simulator
+from skillwing.sim_mujoco.frames.vectors import heading_of, wrap
+from skillwing.sim_mujoco.simulator.autopilot import Mode, Setpoint
+from skillwing.sim_mujoco.simulator.simulator import Simulator
 from skillwing.sim_mujoco.topics import FlyTo, Land, MotionState, Nose, Turn
 
 

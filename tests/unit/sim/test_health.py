@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from skillwing.sim_mujoco.channel import Channel
-from skillwing.sim_mujoco.corruptors import KINDS, Corruption, UnknownFaultError
-from skillwing.sim_mujoco.health import Change, Condition, HealthMonitor, Limits
+from skillwing.sim_mujoco.sensors.channel import Channel
+from skillwing.sim_mujoco.sensors.corruptors import KINDS, Corruption, UnknownFaultError
+from skillwing.sim_mujoco.sensors.health import Change, Condition, HealthMonitor, Limits
 
 PERIOD = 1 / 15
 LIMITS = Limits(0.2, 20.0)

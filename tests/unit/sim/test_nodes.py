@@ -12,7 +12,9 @@ from skillwing.services.bus import Answer, Answered, Bus, Refused, Sample
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import ErrorCode, Message, decode, encode
 from skillwing.sim_mujoco import topics
-from skillwing.sim_mujoco.app import OptionsError, make_guidance, make_sim
+from skillwing.sim_mujoco.guidance.node import make_guidance
+from skillwing.sim_mujoco.options import OptionsError
+from skillwing.sim_mujoco.simulator.node import make_sim
 
 
 class Ground:

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from skillwing.sim_mujoco.footprint import Footprint
-from skillwing.sim_mujoco.layout import (
+from skillwing.sim_mujoco.world.footprint import Footprint
+from skillwing.sim_mujoco.world.layout import (
     ALTITUDE,
     HOME,
     LEG_CLEARANCE,
@@ -20,7 +20,7 @@ from skillwing.sim_mujoco.layout import (
     make_courtyard,
     passage,
 )
-from skillwing.sim_mujoco.world import BUILDING, OTHER, TERRAIN, make_world
+from skillwing.sim_mujoco.world.world import BUILDING, OTHER, TERRAIN, make_world
 
 seeds = st.integers(min_value=0, max_value=2**31)
 

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from skillwing.sim_mujoco.coverage import RANGE, Judge, observable_from
-from skillwing.sim_mujoco.occupancy import OccupancyGrid
-from skillwing.sim_mujoco.triangles import Triangles
-from skillwing.sim_mujoco.world import BUILDING, OTHER, TERRAIN, World, make_world
+from skillwing.sim_mujoco.judge.coverage import RANGE, Judge, observable_from
+from skillwing.sim_mujoco.mapping.occupancy import OccupancyGrid
+from skillwing.sim_mujoco.world.triangles import Triangles
+from skillwing.sim_mujoco.world.world import BUILDING, OTHER, TERRAIN, World, make_world
 
 SIZE = 0.4
 

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.colors import to_rgb
 from matplotlib.image import imread
 
-from skillwing.sim_mujoco.map_picture import BRANCH_COLOURS, Flown, MapScene, draw_map
+from skillwing.sim_mujoco.judge.map_picture import BRANCH_COLOURS, Flown, MapScene, draw_map
 
 ROUTE = ((0.0, 0.0, 4.0), (30.0, 0.0, 4.0), (30.0, 20.0, 4.0))
 

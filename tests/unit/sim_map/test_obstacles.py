@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from skillwing.sim_mujoco.obstacles import (
+from skillwing.sim_mujoco.obstacles.free_space import (
     MEMORY,
     STALE,
     TUBE_RADIUS,
@@ -21,7 +21,7 @@ from skillwing.sim_mujoco.obstacles import (
     Sighting,
     View,
 )
-from skillwing.sim_mujoco.scans import PlacedPoints
+from skillwing.sim_mujoco.sensors.scans import PlacedPoints
 
 CAMERA = CameraView(across=0.9, upright=0.5)
 RING = RingView()

@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from skillwing.services.protocol import ProtocolError, encode
-from skillwing.sim_mujoco.pose_history import PoseHistory
-from skillwing.sim_mujoco.scans import BLOCK, DepthPicture, LidarScan
-from skillwing.sim_mujoco.sensor_geometry import depth_directions, lidar_directions
+from skillwing.sim_mujoco.frames.pose_history import PoseHistory
+from skillwing.sim_mujoco.sensors.directions import depth_directions, lidar_directions
+from skillwing.sim_mujoco.sensors.scans import BLOCK, DepthPicture, LidarScan
 from skillwing.sim_mujoco.topics import DepthHeader, LidarHeader, Navigation
 
 LIDAR = LidarHeader(t0=0.0, t1=0.1, columns=64, beams=8, mount=(0.0, 0.0, -0.42))

@@ -1,0 +1,1 @@
+"""Vectors, poses and motion in ENU and FLU."""

@@ -1,0 +1,1 @@
+"""Judges of a finished flight, who alone know the true world."""

@@ -1,0 +1,142 @@
+"""The map of a run as a picture, as in the paper's Figures 8 and 9: from above, and in perspective."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import LinearSegmentedColormap, Normalize
+from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
+from numpy.typing import NDArray
+
+from skillwing.sim_mujoco.frames.vectors import Vector
+
+BRANCH_COLOURS: Final = {"zed": "#d62728", "lidar": "#1756c4"}
+"""Colours of Figure 1: red while the camera looks ahead, blue while the LiDAR does."""
+_BRANCH_NAMES: Final = {"zed": "flown looking ahead by camera", "lidar": "flown looking ahead by LiDAR"}
+_ELSEWHERE, _ROUTE, _INK = "#3d3d3d", "#6b6b6b", "#1a1a1a"
+_HEIGHTS = LinearSegmentedColormap.from_list("heights", ["#ece7dc", "#c3cfae", "#82ab96", "#4c7485", "#2b3350"])
+_MARGIN = 8.0
+_MOST_CUBES = 16_000
+
+
+@dataclass(frozen=True, slots=True)
+class Flown:
+    """A stretch of the flown path (N, 3) and the branch of the mission that flew it: `zed`, `lidar` or another name."""
+
+    branch: str
+    path: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class MapScene:
+    """What the picture shows, in the world frame [m]: centres (N, 3) of the occupied voxels, the planned route, the
+    flown stretches, and where the drone stopped in front of obstacles."""
+
+    centres: NDArray[np.float32]
+    voxel_size: float
+    route: Sequence[Vector]
+    flown: Sequence[Flown]
+    obstacles_met: Sequence[Vector] = ()
+    home: Vector = (0.0, 0.0, 0.0)
+
+
+def draw_map(file: Path, scene: MapScene, title: str) -> None:
+    """Write the picture to `file` (PNG). It shows the map around the route and the flown path."""
+    low, high = _frame(scene)
+    centres = scene.centres[((scene.centres[:, :2] >= low) & (scene.centres[:, :2] <= high)).all(axis=1)]
+    bottom, top = np.quantile(centres[:, 2], (0.02, 0.995)) if len(centres) else (0.0, 1.0)
+    heights = Normalize(vmin=float(bottom), vmax=float(top))
+    figure = Figure(figsize=(15.0, 6.4), dpi=110, layout="constrained")
+    FigureCanvasAgg(figure)
+    figure.suptitle(title, x=0.01, ha="left", fontsize=14, color=_INK)
+    grid = figure.add_gridspec(1, 2, width_ratios=(1.0, 1.15))
+    above = figure.add_subplot(grid[0, 0])
+    _draw_from_above(above, scene, centres, heights, (low, high))
+    scale = ScalarMappable(heights, _HEIGHTS)
+    figure.colorbar(scale, ax=above, shrink=0.7, aspect=40, pad=0.02, label="height of the map [m]")
+    oblique = figure.add_subplot(grid[0, 1], projection="3d", computed_zorder=False)
+    _draw_in_perspective(oblique, scene, centres, heights, (low, high))
+    figure.legend(*above.get_legend_handles_labels(), loc="outside lower left", ncols=6, frameon=False)
+    figure.savefig(file)
+
+
+def _frame(scene: MapScene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The corners (2,) of what is shown: all that was planned and flown, with a margin."""
+    shown = np.concatenate([np.array([scene.home, *scene.route]), *(stretch.path for stretch in scene.flown)])[:, :2]
+    return shown.min(axis=0) - _MARGIN, shown.max(axis=0) + _MARGIN
+
+
+def _draw_from_above(
+    axes: Axes,
+    scene: MapScene,
+    centres: NDArray[np.float32],
+    heights: Normalize,
+    frame: tuple[NDArray[np.float64], NDArray[np.float64]],
+) -> None:
+    low, high = frame
+    roof = _highest(centres, scene.voxel_size, low, high)
+    extent = (low[0], low[0] + roof.shape[1] * scene.voxel_size, low[1], low[1] + roof.shape[0] * scene.voxel_size)
+    axes.imshow(roof, cmap=_HEIGHTS, norm=heights, origin="lower", extent=extent, interpolation="nearest")
+    route = np.array(scene.route).reshape(-1, 3)
+    axes.plot(route[:, 0], route[:, 1], "--", color=_ROUTE, lw=1.4, label="planned route")
+    labelled = set[str]()
+    outline = withStroke(linewidth=4.5, foreground="white")
+    for stretch in scene.flown:
+        name = _BRANCH_NAMES.get(stretch.branch, "flown otherwise")
+        label = "_" if name in labelled else name  # an underscore keeps it out of the legend
+        labelled.add(name)
+        colour = BRANCH_COLOURS.get(stretch.branch, _ELSEWHERE)
+        axes.plot(stretch.path[:, 0], stretch.path[:, 1], color=colour, lw=2.2, label=label, path_effects=[outline])
+    met = np.array(scene.obstacles_met).reshape(-1, 3)
+    if len(met):
+        axes.plot(met[:, 0], met[:, 1], "X", ms=12, mfc="#ffb000", mec=_INK, label="stopped for an obstacle", zorder=5)
+    axes.plot(*scene.home[:2], "^", ms=12, mfc="white", mec=_INK, mew=1.5, label="home", zorder=5)
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="east [m]", ylabel="north [m]", aspect="equal")
+
+
+def _draw_in_perspective(
+    axes: Any,  # matplotlib's types know nothing of the third dimension
+    scene: MapScene,
+    centres: NDArray[np.float32],
+    heights: Normalize,
+    frame: tuple[NDArray[np.float64], NDArray[np.float64]],
+) -> None:
+    low, high = frame
+    drawn = centres[:: max(1, -(-len(centres) // _MOST_CUBES))]
+    colours = _HEIGHTS(heights(drawn[:, 2])) if len(drawn) else None
+    axes.scatter(drawn[:, 0], drawn[:, 1], drawn[:, 2], c=colours, s=15, marker="s", linewidths=0, depthshade=False)
+    route = np.array(scene.route).reshape(-1, 3)
+    axes.plot(route[:, 0], route[:, 1], route[:, 2], "--", color=_ROUTE, lw=1.2)
+    for stretch in scene.flown:
+        colour = BRANCH_COLOURS.get(stretch.branch, _ELSEWHERE)
+        line = axes.plot(stretch.path[:, 0], stretch.path[:, 1], stretch.path[:, 2], color=colour, lw=2.2, zorder=10)
+        line[0].set_path_effects([withStroke(linewidth=4.0, foreground="white")])
+    for x, y, z in scene.obstacles_met:
+        axes.scatter([x], [y], [z], marker="X", s=110, c="#ffb000", edgecolors=_INK, depthshade=False, zorder=11)
+    x, y, z = scene.home
+    axes.scatter([x], [y], [z], marker="^", s=110, c="white", edgecolors=_INK, depthshade=False, zorder=11)
+    top = float(drawn[:, 2].max()) if len(drawn) else 10.0
+    bottom = float(drawn[:, 2].min()) if len(drawn) else 0.0
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(bottom, max(top, bottom + 1.0)))
+    axes.set(xlabel="east [m]", ylabel="north [m]", zlabel="up [m]")
+    axes.set_box_aspect((*(high - low), 1.5 * max(top - bottom, 1.0)), zoom=1.15)
+    axes.view_init(elev=38.0, azim=-58.0)
+
+
+def _highest(
+    centres: NDArray[np.float32], size: float, low: NDArray[np.float64], high: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Height (rows = north, columns = east) of the highest occupied voxel over each place; NaN where there is none."""
+    columns, rows = np.ceil((high - low) / size).astype(int)
+    roof = np.full((rows, columns), -np.inf)
+    x, y = ((centres[:, :2] - low) / size).astype(int).T
+    np.maximum.at(roof, (np.minimum(y, rows - 1), np.minimum(x, columns - 1)), centres[:, 2])
+    return np.where(np.isfinite(roof), roof, np.nan)

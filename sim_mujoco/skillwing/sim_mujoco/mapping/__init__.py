@@ -1,0 +1,1 @@
+"""Mapping: an occupancy grid from LiDAR scans."""

@@ -1,0 +1,1 @@
+"""Sensors: what they measure, how often and how late, how they fail, and how they notice it themselves."""

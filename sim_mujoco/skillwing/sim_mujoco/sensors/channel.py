@@ -1,0 +1,54 @@
+"""A sensor's way out: its rate, its delay, what corrupts it, and what it notices about itself."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+
+from skillwing.sim_mujoco.sensors.cadence import Cadence
+from skillwing.sim_mujoco.sensors.corruptors import Corruption, Data
+from skillwing.sim_mujoco.sensors.health import Change, HealthMonitor, Limits
+
+
+@dataclass(frozen=True, slots=True)
+class Measurement:
+    """What a sensor delivers: data measured between `start` and `end` (robot time)."""
+
+    sensor: str
+    start: float
+    end: float
+    data: Data
+
+
+class Channel:
+    """One sensor. `due` tells when to measure, `deliver` hands a measurement in, `collect` gives out what is ready."""
+
+    def __init__(self, sensor: str, period: float, delay: float, limits: Limits, rng: np.random.Generator) -> None:
+        self.sensor = sensor
+        self.corruption = Corruption(rng)
+        self._cadence, self._delay = Cadence(period), delay
+        self._monitor = HealthMonitor(period, limits)
+        self._under_way: deque[Measurement] = deque()
+
+    def due(self, t: float) -> bool:
+        """Whether a measurement is due; true once for each period."""
+        return self._cadence.due(t)
+
+    def deliver(self, start: float, end: float, data: Data) -> None:
+        """A measurement is complete; it comes out, or not, after corruption and delay."""
+        corrupted = self.corruption.apply(data)
+        if corrupted is not None:
+            self._under_way.append(Measurement(self.sensor, start, end, corrupted))
+
+    def collect(self, t: float) -> tuple[list[Measurement], list[Change]]:
+        """What has arrived by time `t`, and how the sensor's opinion of itself changed."""
+        arrived: list[Measurement] = []
+        changes: list[Change | None] = []
+        while self._under_way and self._under_way[0].end + self._delay <= t + 1e-9:
+            measurement = self._under_way.popleft()
+            arrived.append(measurement)
+            changes.append(self._monitor.observe(t, measurement.data))
+        changes.append(self._monitor.check(t))
+        return arrived, [change for change in changes if change is not None]

@@ -1,0 +1,128 @@
+"""How a sensor node finds out by itself that its sensor has failed, and that it works again.
+
+It sees only what is delivered: nothing for too long, too little, the same again and again, or values that the sensor
+cannot produce. A recovered sensor must deliver good data for a while before it is trusted again.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from skillwing.sim_mujoco.sensors.corruptors import Data
+
+FROZEN_AFTER = 4
+"""So many identical measurements in a row are a frozen sensor."""
+SILENT_PERIODS = 5
+LEAST_SHARE = 0.5
+"""Fewer measurements than this share of the promised rate are too few."""
+LARGEST_BAD_SHARE = 0.05
+TRUST_AFTER = 2.0
+FIRST_TRUST_AFTER = 0.5
+_RATE_WINDOW = 2.0
+
+
+class Condition(StrEnum):
+    UNKNOWN = "UNKNOWN"
+    OK = "OK"
+    FAILED = "FAILED"
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """Smallest and largest value the sensor can produce. With `zero_is_none` a 0 means "nothing there"."""
+
+    low: float
+    high: float
+    zero_is_none: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """The condition changed at `t`; `reason` is a sentence."""
+
+    t: float
+    condition: Condition
+    reason: str
+
+
+class HealthMonitor:
+    """Watches one sensor that promises a measurement every `period` seconds."""
+
+    def __init__(self, period: float, limits: Limits) -> None:
+        self._period, self._limits = period, limits
+        self._silence_limit = max(SILENT_PERIODS * period, 0.2)
+        self._started: float | None = None
+        self._counting_since = 0.0
+        self._last_seen: float | None = None
+        self._good_since: float | None = None
+        self._arrivals: deque[float] = deque()
+        self._previous: Data | None = None
+        self._repeats = 0
+        self.condition = Condition.UNKNOWN
+
+    def observe(self, t: float, data: Data) -> Change | None:
+        """A measurement was delivered at `t`."""
+        self._last_seen = t
+        self._arrivals.append(t)
+        return self._judge(t, self._frozen(data) or self._impossible(data))
+
+    def check(self, t: float) -> Change | None:
+        """Time passed. Call it regularly, at least once a period."""
+        if self._started is None:
+            self._started = self._counting_since = t
+        return self._judge(t, self._silent(t) or self._sparse(t), time_only=True)
+
+    def _judge(self, t: float, problem: str | None, *, time_only: bool = False) -> Change | None:
+        if problem is not None:
+            self._good_since = None
+            return self._become(t, Condition.FAILED, problem)
+        if time_only:
+            return None
+        if self._good_since is None:
+            self._good_since = t
+        needed = TRUST_AFTER if self.condition is Condition.FAILED else FIRST_TRUST_AFTER
+        if t - self._good_since < needed:
+            return None
+        return self._become(t, Condition.OK, f"good data for {needed:g} s")
+
+    def _become(self, t: float, condition: Condition, reason: str) -> Change | None:
+        if condition is self.condition:
+            return None
+        self.condition = condition
+        return Change(t, condition, reason)
+
+    def _silent(self, t: float) -> str | None:
+        since = self._last_seen if self._last_seen is not None else self._started
+        silence = 0.0 if since is None else t - since
+        if silence <= self._silence_limit:
+            return None
+        self._counting_since = t
+        return f"no data for {silence:.2f} s"
+
+    def _sparse(self, t: float) -> str | None:
+        while self._arrivals and self._arrivals[0] <= t - _RATE_WINDOW:
+            self._arrivals.popleft()
+        expected = round(_RATE_WINDOW / self._period)
+        if t - self._counting_since < _RATE_WINDOW + self._period:
+            return None
+        if len(self._arrivals) >= LEAST_SHARE * expected:
+            return None
+        return f"only {len(self._arrivals)} of {expected} measurements in {_RATE_WINDOW:g} s"
+
+    def _frozen(self, data: Data) -> str | None:
+        same = self._previous is not None and np.array_equal(self._previous, data)
+        self._previous = data
+        # A sensor that sees nothing delivers the same emptiness, which is no evidence.
+        self._repeats = self._repeats + 1 if same and data.any() else 0
+        return f"the same measurement {self._repeats + 1} times" if self._repeats + 1 >= FROZEN_AFTER else None
+
+    def _impossible(self, data: Data) -> str | None:
+        wrong = ~((data >= self._limits.low) & (data <= self._limits.high))
+        if self._limits.zero_is_none:
+            wrong &= data != 0
+        share = float(wrong.mean())
+        return f"{100 * share:.0f} % impossible values" if share > LARGEST_BAD_SHARE else None

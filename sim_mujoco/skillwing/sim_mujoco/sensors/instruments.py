@@ -1,0 +1,130 @@
+"""The small instruments: IMU, range-finder, navigation solution, battery."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skillwing.sim_mujoco.frames.motion import Motion
+from skillwing.sim_mujoco.frames.vectors import Quaternion, Vector, add, scale, to_world
+from skillwing.sim_mujoco.sensors.rays import RayScene
+
+IMU_PERIOD = 0.004
+IMU_BATCH = 0.02
+ACCELERATION_LIMIT = 80.0
+RANGE_MOUNT: Vector = (0.0, 0.0, -0.42)
+"""Where the range-finder sits on the drone, FLU [m]."""
+RANGE_PERIOD = 0.05
+RANGE_REACH, RANGE_NEAREST = 40.0, 0.05
+
+
+class Imu:
+    """Adds white noise and constant biases, drawn once, to specific force [m/s2] and angular rate [rad/s]."""
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self._rng = rng
+        self._sigma = np.array([0.06] * 3 + [0.005] * 3)
+        self._bias = rng.normal(0.0, [0.05] * 3 + [0.003] * 3)
+
+    def measure(self, truth: NDArray[np.float64]) -> NDArray[np.float32]:
+        """True rows (n, 6) of specific force and angular rate, FLU, as the IMU sees them."""
+        return (truth + self._bias + self._sigma * self._rng.standard_normal(truth.shape)).astype(np.float32)
+
+
+class RangeFinder:
+    """One beam along the body's -z."""
+
+    def __init__(self, rays: RayScene, rng: np.random.Generator) -> None:
+        self._rays, self._rng = rays, rng
+
+    def measure(self, motion: Motion) -> NDArray[np.float32]:
+        """Distance (1,) [m] from the sensor; 0 = nothing in reach."""
+        origin = np.array(add(motion.position, to_world(motion.quaternion, RANGE_MOUNT)), dtype=np.float32)
+        down = np.array([to_world(motion.quaternion, (0.0, 0.0, -1.0))], dtype=np.float32)
+        distance = self._rays.distances(origin, down, RANGE_REACH)
+        noise = np.float32(self._rng.normal(0.0, 0.01))
+        return np.where(distance > 0.0, np.maximum(distance + noise, np.float32(RANGE_NEAREST)), distance)
+
+
+@dataclass(frozen=True, slots=True)
+class Solution:
+    """Where the navigation system says the drone is; fields as in `Motion`."""
+
+    t: float
+    position: Vector
+    velocity: Vector
+    quaternion: Quaternion
+    rate: Vector
+
+
+class NavigationSolution:
+    """A simulated navigation solution: the true pose with noise, not the output of an estimator.
+
+    Position errors wander slowly (3 cm, correlated over 20 s) with 5 mm of jitter; velocity has 3 cm/s of white
+    noise, attitude 0.1 degrees, angular rate 0.005 rad/s.
+    """
+
+    _WANDER, _CORRELATION, _JITTER = 0.03, 20.0, 0.005
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self._rng = rng
+        self._error = rng.normal(0.0, self._WANDER, 3)
+        self._t = 0.0
+
+    def measure(self, motion: Motion) -> Solution:
+        keep = math.exp(-(motion.t - self._t) / self._CORRELATION)
+        self._t = motion.t
+        n = self._rng.standard_normal(15).tolist()
+        self._error = keep * self._error + self._WANDER * math.sqrt(1.0 - keep * keep) * np.array(n[:3])
+        wander = (float(self._error[0]), float(self._error[1]), float(self._error[2]))
+        jitter = scale(self._JITTER, (n[3], n[4], n[5]))
+        half = math.radians(0.1) / 2
+        return Solution(
+            motion.t,
+            add(motion.position, add(wander, jitter)),
+            add(motion.velocity, scale(0.03, (n[6], n[7], n[8]))),
+            _turned(motion.quaternion, scale(half, (n[9], n[10], n[11]))),
+            add(motion.rate, scale(0.005, (n[12], n[13], n[14]))),
+        )
+
+
+def _turned(q: Quaternion, half_angles: Vector) -> Quaternion:
+    """`q` followed by a small rotation about the body's axes."""
+    w, x, y, z = q
+    a, b, c = half_angles
+    turned = (
+        w - x * a - y * b - z * c,
+        x + w * a + y * c - z * b,
+        y + w * b + z * a - x * c,
+        z + w * c + x * b - y * a,
+    )
+    length = math.sqrt(sum(k * k for k in turned))
+    return turned[0] / length, turned[1] / length, turned[2] / length, turned[3] / length
+
+
+class Battery:
+    """Six packs, 600 Wh together; power follows from thrust by momentum theory, 1.7 kW in hover."""
+
+    _ENERGY = 600.0 * 3600.0
+    _HOVER_THRUST, _HOVER_POWER, _AVIONICS = 137.3, 1700.0, 60.0
+
+    def __init__(self, percent: float = 100.0) -> None:
+        self._left = self._ENERGY * percent / 100.0
+        self._power = 0.0
+
+    def drain(self, thrust: float, dt: float) -> None:
+        """Give `thrust` [N] for `dt` seconds."""
+        self._power = self._AVIONICS + self._HOVER_POWER * (max(thrust, 0.0) / self._HOVER_THRUST) ** 1.5
+        self._left = max(0.0, self._left - self._power * dt)
+
+    @property
+    def percent(self) -> float:
+        return 100.0 * self._left / self._ENERGY
+
+    @property
+    def voltage(self) -> float:
+        """Open-circuit voltage of 21.6 to 25.2 V, less the drop over the inner resistance."""
+        return 21.6 + 3.6 * self._left / self._ENERGY - 0.5 * self._power / 1000.0

@@ -1,0 +1,1 @@
+"""The drone in simulation: airframe, physics, autopilot, and the process around them."""

@@ -1,0 +1,109 @@
+"""The control cascade: velocity to acceleration, attitude, body rates, rotor thrusts.
+
+Gains were found by step responses of this airframe (t90 of a 10 m step at 3 m/s: 3.5 s, no overshoot). Higher position
+gain or lower velocity gain overshoots.
+"""
+
+from __future__ import annotations
+
+import math
+
+from skillwing.sim_mujoco.frames.vectors import Quaternion, Vector, add, axes, clamp, cross, dot, scale, subtract, unit
+from skillwing.sim_mujoco.simulator.hexacopter import MAX_THRUST, MIN_THRUST, Airframe
+
+GRAVITY = 9.81
+_POSITION_GAIN, _VELOCITY_GAIN, _VELOCITY_INTEGRAL = 1.0, 2.2, 0.5
+_MAX_TILT = math.radians(25)
+_MAX_CLIMB_ACCELERATION = 5.0
+
+
+def position_to_velocity(
+    position: Vector, target: Vector, feed_forward: Vector, max_speed: float = 6.0, max_climb: float = 2.0
+) -> Vector:
+    """Velocity that leads to `target` [m/s], limited in the plane and in height."""
+    x, y, z = add(scale(_POSITION_GAIN, subtract(target, position)), feed_forward)
+    shrink = min(1.0, max_speed / max(math.hypot(x, y), 1e-9))
+    return x * shrink, y * shrink, clamp(z, -max_climb, max_climb)
+
+
+class VelocityLoop:
+    """Velocity error to wanted acceleration, with an integrator that is frozen while the tilt saturates."""
+
+    def __init__(self) -> None:
+        self._integral: Vector = (0.0, 0.0, 0.0)
+
+    def reset(self) -> None:
+        self._integral = (0.0, 0.0, 0.0)
+
+    def acceleration(self, velocity: Vector, wanted: Vector, feed_forward: Vector, dt: float) -> Vector:
+        """Acceleration [m/s2] that leads to the wanted velocity within `dt`-spaced calls."""
+        error = subtract(wanted, velocity)
+        x, y, z = add(add(scale(_VELOCITY_GAIN, error), self._integral), feed_forward)
+        level, limit = math.hypot(x, y), GRAVITY * math.tan(_MAX_TILT)
+        saturated = level > limit
+        if saturated:
+            x, y = x * limit / level, y * limit / level
+        grown = [clamp(i + _VELOCITY_INTEGRAL * e * dt, -2.5, 2.5) for i, e in zip(self._integral, error, strict=True)]
+        if saturated:
+            grown[:2] = self._integral[:2]
+        self._integral = (grown[0], grown[1], grown[2])
+        return x, y, clamp(z, -_MAX_CLIMB_ACCELERATION, _MAX_CLIMB_ACCELERATION)
+
+
+class AttitudeLoop:
+    """From a wanted acceleration and heading to rotor thrusts, in two rates: `aim` slowly, `thrusts` at every step."""
+
+    def __init__(self, airframe: Airframe, dt: float) -> None:
+        self._airframe = airframe
+        self._dt = dt
+        self._mixer: list[tuple[float, float, float, float]] = [tuple(row) for row in airframe.mixer.tolist()]
+        self._axes: tuple[Vector, Vector, Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+        self._thrust = airframe.mass * GRAVITY
+        self._integral = [0.0, 0.0, 0.0]
+
+    def reset(self) -> None:
+        self._integral = [0.0, 0.0, 0.0]
+
+    def aim(self, acceleration: Vector, heading: float, quaternion: Quaternion) -> None:
+        """Choose the body axes whose z carries the acceleration and whose x points to the heading."""
+        force = add(acceleration, (0.0, 0.0, GRAVITY))
+        z = unit(force)
+        y = unit(cross(z, (math.cos(heading), math.sin(heading), 0.0)))
+        self._axes = (cross(y, z), y, z)
+        weight = self._airframe.mass * GRAVITY
+        self._thrust = max(0.2 * weight, self._airframe.mass * dot(force, axes(quaternion)[2]))
+
+    def thrusts(self, quaternion: Quaternion, rate: Vector) -> list[float]:
+        """Rotor thrusts (6) [N] for this attitude and angular rate (FLU)."""
+        return self._mix(self._torque(self._wanted_rate(quaternion), rate))
+
+    def _wanted_rate(self, quaternion: Quaternion) -> Vector:
+        now = axes(quaternion)
+        error = (0.0, 0.0, 0.0)
+        for actual, wanted in zip(now, self._axes, strict=True):
+            error = add(error, scale(0.5, cross(actual, wanted)))
+        roll, pitch, yaw = (dot(axis, error) for axis in now)
+        return clamp(5.0 * roll, -2.0, 2.0), clamp(5.0 * pitch, -2.0, 2.0), clamp(2.0 * yaw, -0.8, 0.8)
+
+    def _torque(self, wanted: Vector, rate: Vector) -> Vector:
+        ix, iy, iz = self._airframe.inertia
+        angular = [0.0, 0.0, 0.0]
+        for i, gain in enumerate((11.0, 11.0, 5.0)):
+            error = wanted[i] - rate[i]
+            self._integral[i] = clamp(self._integral[i] + 3.0 * error * self._dt, -2.0, 2.0)
+            angular[i] = gain * error + self._integral[i]
+        p, q, r = rate
+        return ix * angular[0] + (iz - iy) * q * r, iy * angular[1] + (ix - iz) * r * p, iz * angular[2]
+
+    def _mix(self, torque: Vector) -> list[float]:
+        """Thrust and tilt first; yaw gets what the rotors have left."""
+        base = self._thrust / len(self._mixer)
+        tilt = [base + row[1] * torque[0] + row[2] * torque[1] for row in self._mixer]
+        yaw = [row[3] * torque[2] for row in self._mixer]
+        share = 1.0
+        for lift, turn in zip(tilt, yaw, strict=True):
+            if turn > 0.0 and lift + turn > MAX_THRUST:
+                share = min(share, max(0.0, (MAX_THRUST - lift) / turn))
+            elif turn < 0.0 and lift + turn < MIN_THRUST:
+                share = min(share, max(0.0, (MIN_THRUST - lift) / turn))
+        return [clamp(lift + share * turn, MIN_THRUST, MAX_THRUST) for lift, turn in zip(tilt, yaw, strict=True)]

@@ -1,0 +1,232 @@
+"""The simulator as a process: it is robot time, publishes what the sensors deliver, and takes setpoints and faults."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from skillwing.services.bus import Bus, Publisher
+from skillwing.services.protocol import ClockTick, ErrorCode, Message, encode
+from skillwing.sim_mujoco import topics
+from skillwing.sim_mujoco.axis import RefusedError
+from skillwing.sim_mujoco.frames.vectors import heading_of
+from skillwing.sim_mujoco.messaging import answer_with, reader
+from skillwing.sim_mujoco.options import OptionsError, read_options
+from skillwing.sim_mujoco.sensors import lidar
+from skillwing.sim_mujoco.sensors.cadence import Cadence
+from skillwing.sim_mujoco.sensors.channel import Measurement
+from skillwing.sim_mujoco.sensors.corruptors import Fault, UnknownFaultError
+from skillwing.sim_mujoco.sensors.depth_camera import depth_header
+from skillwing.sim_mujoco.sensors.health import Change
+from skillwing.sim_mujoco.sensors.instruments import Solution
+from skillwing.sim_mujoco.simulator.autopilot import Setpoint
+from skillwing.sim_mujoco.simulator.simulator import SENSORS, Simulator
+from skillwing.sim_mujoco.topics import Vector3
+from skillwing.sim_mujoco.world.world import make_world
+
+SLICE = 0.02
+"""Physics advances by this much at a time [s]; the clock, too."""
+
+
+class SimNode:
+    """Shell around a `Simulator`. `factor` is how fast the clock is meant to run; the bus keeps that pace."""
+
+    name = "sim"
+    owns_clock = True
+
+    def __init__(self, simulator: Simulator, factor: float = 1.0) -> None:
+        self._sim = simulator
+        self._factor = factor
+        self._epoch = 0.0
+        self._flight: topics.FlightState | None = None
+        self._flight_cadence, self._truth_cadence = Cadence(0.1), Cadence(0.05)
+        self._battery_cadence = Cadence(1.0)
+        self._health_count = 0
+        self._out: dict[str, Publisher] = {}
+
+    def attach(self, bus: Bus) -> None:
+        self._epoch = bus.now()
+        streams = (topics.CLOCK, topics.NAVIGATION, topics.BATTERY, topics.RANGE, topics.IMU, topics.LIDAR)
+        for key in (*streams, topics.ZED_DEPTH, topics.TRUTH, topics.FLIGHT):
+            self._out[key] = bus.advertise(key)
+        for key in map(topics.health_key, SENSORS):
+            self._out[key] = bus.advertise(key, events=True)
+        # A setpoint that cannot be read is no setpoint: then the failsafe decides.
+        setpoints = reader(topics.AutopilotSetpoint, self._on_setpoint)
+        bus.subscribe(topics.AUTOPILOT_SETPOINT, setpoints, latest_only=True)
+        bus.serve(topics.FAULT, answer_with(topics.SetFault, self._set_fault))
+        bus.serve(topics.PILOT, answer_with(topics.SetPilot, self._set_pilot))
+        bus.every(SLICE, self._advance)
+
+    def detach(self) -> None:
+        """Nothing outlives this process."""
+
+    # --- time passes -----------------------------------------------------------------------------------------
+
+    def _advance(self) -> None:
+        happened = self._sim.advance(self._sim.t + SLICE)
+        t = self._sim.t
+        self._put(topics.CLOCK, ClockTick(t=self._epoch + t, factor=self._factor))
+        for sensor, change in happened.health:
+            self._publish_health(sensor, change)
+        for measurement in happened.measurements:
+            self._publish_measurement(measurement)
+        self._publish_flight(t)
+        if self._battery_cadence.due(t):
+            battery = self._sim.battery
+            self._put(
+                topics.BATTERY,
+                topics.Battery(t=self._epoch + t, percent=battery.percent, voltage=battery.voltage),
+            )
+        if self._truth_cadence.due(t):
+            self._publish_truth(t)
+        # Guidance answers navigation with a setpoint, so it comes last: its view of the world is then complete.
+        for solution in happened.solutions:
+            self._publish_navigation(solution)
+
+    def _publish_navigation(self, solution: Solution) -> None:
+        self._put(
+            topics.NAVIGATION,
+            topics.Navigation(
+                t=self._epoch + solution.t,
+                position=solution.position,
+                velocity=solution.velocity,
+                quaternion=solution.quaternion,
+                angular_velocity=solution.rate,
+                heading=heading_of(solution.quaternion),
+            ),
+        )
+
+    def _publish_measurement(self, measurement: Measurement) -> None:
+        start, end, data = self._epoch + measurement.start, self._epoch + measurement.end, measurement.data
+        if measurement.sensor == "range":
+            distance = float(data[0])
+            self._put(topics.RANGE, topics.Range(t=end, distance=distance if distance != 0.0 else None))
+        elif measurement.sensor == "imu":
+            times = np.linspace(0.0, end - start, len(data), endpoint=False, dtype=np.float32)
+            rows = np.column_stack([times, data])
+            self._put_array(topics.IMU, rows, topics.ImuHeader(t0=start, count=len(rows)))
+        elif measurement.sensor == "lidar":
+            columns, beams = data.shape
+            header = topics.LidarHeader(t0=start, t1=end, columns=columns, beams=beams, mount=lidar.LIDAR_MOUNT)
+            self._put_array(topics.LIDAR, data, header)
+        else:
+            self._put_array(topics.ZED_DEPTH, _millimetres(data), depth_header(end))
+
+    def _publish_health(self, sensor: str, change: Change) -> None:
+        self._health_count += 1
+        active = self._sim.active_faults(sensor)
+        health = topics.Health(
+            id=f"{self.name}/health-{self._health_count}",
+            t=self._epoch + change.t,
+            sensor=sensor,
+            status=topics.SensorStatus(change.condition.value),
+            reason=change.reason,
+            cause=f"fault/{sensor}/{active[0]}" if active else None,
+        )
+        self._put(topics.health_key(sensor), health)
+
+    def _publish_flight(self, t: float) -> None:
+        autopilot = self._sim.autopilot
+        state = topics.FlightState(
+            t=self._epoch + t,
+            on_ground=autopilot.on_ground,
+            rotors_on=not autopilot.on_ground,
+            home_valid=self._sim.home_valid,
+            authority=autopilot.authority,
+            failsafe=autopilot.failsafe,
+        )
+        due = self._flight_cadence.due(t)
+        if due or self._flight is None or _differs(state, self._flight):
+            self._put(topics.FLIGHT, state)
+        self._flight = state
+
+    def _publish_truth(self, t: float) -> None:
+        motion = self._sim.motion
+        truth = topics.Truth(
+            t=self._epoch + t,
+            position=motion.position,
+            quaternion=motion.quaternion,
+            velocity=motion.velocity,
+            collisions=self._sim.collisions,
+            clearance=self._sim.clearance,
+            inside_fence=self._sim.world.geofence.contains(motion.position),
+        )
+        self._put(topics.TRUTH, truth)
+
+    def _put(self, key: str, message: Message) -> None:
+        self._out[key].put(encode(message))
+
+    def _put_array(self, key: str, data: np.ndarray, header: Message) -> None:
+        self._out[key].put(data.tobytes(), encode(header))
+
+    # --- what others want ------------------------------------------------------------------------------------
+
+    def _on_setpoint(self, wanted: topics.AutopilotSetpoint) -> None:
+        self._sim.command(
+            Setpoint(wanted.position, wanted.velocity, wanted.heading, wanted.rotors, wanted.acceleration)
+        )
+
+    def _set_fault(self, wanted: topics.SetFault) -> str:
+        try:
+            self._sim.set_fault(wanted.sensor, wanted.kind, wanted.on, wanted.magnitude)
+        except UnknownFaultError as error:
+            raise RefusedError(ErrorCode.UNKNOWN_NAME, str(error), "choose a known name", error.known) from error
+        return f"{wanted.kind} of {wanted.sensor} is {'on' if wanted.on else 'off'}"
+
+    def _set_pilot(self, wanted: topics.SetPilot) -> str:
+        self._sim.autopilot.authority = wanted.authority
+        return "the computer has the authority" if wanted.authority else "the safety pilot has the authority"
+
+
+def _millimetres(depth: np.ndarray) -> np.ndarray:
+    return np.clip(np.rint(depth * 1000.0), 0, np.iinfo(np.uint16).max).astype(np.uint16)
+
+
+def _differs(one: topics.FlightState, other: topics.FlightState) -> bool:
+    """Whether anything but the time has changed."""
+    names = ("on_ground", "rotors_on", "home_valid", "authority", "failsafe")
+    return any(getattr(one, name) != getattr(other, name) for name in names)
+
+
+class FaultOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"duration": "for"}):
+    """A scheduled fault: `{"sensor": "zed", "kind": "blackout", "at": 60.0}`, optionally with `for` seconds."""
+
+    sensor: str
+    kind: str
+    at: float = 0.0
+    duration: float | None = None
+    magnitude: float | None = None
+
+
+class SimOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Options of `make_sim`. `factor` is the pace that the clock announces; `authority` is who has it at the start."""
+
+    seed: int = 1
+    world: str = "courtyard"
+    faults: tuple[FaultOptions, ...] = ()
+    wind: Vector3 = (0.0, 0.0, 0.0)
+    battery: float = 100.0
+    factor: float = 1.0
+    authority: bool = True
+    sensors: tuple[str, ...] = ("zed", "lidar", "imu", "range")
+
+
+def make_sim(options: dict[str, Any]) -> SimNode:
+    """The simulator node. Raises OptionsError."""
+    wanted = read_options(options, SimOptions)
+    faults = [Fault(f.sensor, f.kind, f.at, f.duration, f.magnitude) for f in wanted.faults]
+    try:
+        simulator = Simulator(
+            make_world(wanted.seed, wanted.world),
+            faults=faults,
+            wind=wanted.wind,
+            battery_percent=wanted.battery,
+            sensors=wanted.sensors,
+        )
+    except (UnknownFaultError, ValueError) as error:
+        raise OptionsError(str(error)) from error
+    simulator.autopilot.authority = wanted.authority
+    return SimNode(simulator, wanted.factor)

@@ -1,0 +1,88 @@
+"""The drone in its world under MuJoCo: true motion, contacts and inertial measurements."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from skillwing.sim_mujoco.frames.motion import Motion
+from skillwing.sim_mujoco.frames.vectors import Vector, norm
+from skillwing.sim_mujoco.simulator.hexacopter import BODY, GEAR_HEIGHT, Airframe, airframe, attach_to
+from skillwing.sim_mujoco.world.world import World
+
+_HARD_LANDING = 1.5
+"""Touching the ground with the skids faster than this counts as a collision [m/s]."""
+_SEPARATE = 1.0
+"""Contacts closer together in time than this are one collision [s]."""
+
+
+class Physics:
+    """One drone in one world, advanced in steps of `dt` seconds. The same inputs give the same motion, bit by bit."""
+
+    dt = 0.002
+
+    def __init__(self, world: World) -> None:
+        spec = world.spec()
+        attach_to(spec, (*world.home, GEAR_HEIGHT + 0.005))
+        self._model = spec.compile()
+        self._data = mujoco.MjData(self._model)
+        self._skids = {self._geom("skid-left"), self._geom("skid-right")}
+        self._last_contact = -_SEPARATE
+        self.collisions = 0
+        mujoco.mj_forward(self._model, self._data)
+
+    @property
+    def airframe(self) -> Airframe:
+        return airframe(self._model)
+
+    @property
+    def motion(self) -> Motion:
+        q, v = self._data.qpos.tolist(), self._data.qvel.tolist()
+        return Motion(
+            self._data.time, (q[0], q[1], q[2]), (v[0], v[1], v[2]), (q[3], q[4], q[5], q[6]), (v[3], v[4], v[5])
+        )
+
+    @property
+    def thrust(self) -> float:
+        """Total thrust of the rotors now [N]."""
+        return float(self._data.act.sum())
+
+    @property
+    def inertial(self) -> tuple[float, ...]:
+        """Specific force (3) [m/s2] and angular rate (3) [rad/s] in FLU, of the moment before the last step."""
+        return tuple(self._data.sensordata.tolist())
+
+    def set_wind(self, wind: Vector) -> None:
+        """Steady wind in the world frame [m/s]."""
+        self._model.opt.wind[:] = wind
+
+    def place(self, position: Vector, heading: float = 0.0) -> None:
+        """Put the drone at rest somewhere, hovering: for tests of control."""
+        mujoco.mj_resetData(self._model, self._data)
+        self._data.qpos[:] = [*position, np.cos(heading / 2), 0.0, 0.0, np.sin(heading / 2)]
+        self._data.act[:] = self.airframe.mass * 9.81 / len(self._data.act)
+        mujoco.mj_forward(self._model, self._data)
+
+    def step(self, thrusts: list[float]) -> None:
+        """Advance by `dt` with these commanded rotor thrusts (6) [N]."""
+        self._data.ctrl[:] = thrusts
+        mujoco.mj_step(self._model, self._data)
+        if self._data.ncon:
+            self._judge_contacts()
+
+    def _judge_contacts(self) -> None:
+        now = self._data.time
+        if any(self._is_collision(int(c.geom1), int(c.geom2)) for c in self._data.contact):
+            if now - self._last_contact > _SEPARATE:
+                self.collisions += 1
+            self._last_contact = now
+
+    def _is_collision(self, one: int, other: int) -> bool:
+        """Anything but a skid set down gently on the ground."""
+        fixed, moving = (one, other) if self._model.geom_bodyid[one] == 0 else (other, one)
+        on_ground = self._model.geom(fixed).name.startswith("terrain") and moving in self._skids
+        v = self._data.qvel
+        return not on_ground or norm((float(v[0]), float(v[1]), float(v[2]))) > _HARD_LANDING
+
+    def _geom(self, name: str) -> int:
+        return self._model.geom(f"{BODY}/{name}").id

@@ -1,0 +1,219 @@
+"""Physics, autopilot and sensors advanced together, as one object without I/O.
+
+The same seed, faults and setpoints give the same measurements, bit by bit.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from skillwing.sim_mujoco.frames.motion import Motion
+from skillwing.sim_mujoco.frames.vectors import Vector
+from skillwing.sim_mujoco.sensors import depth_camera, lidar
+from skillwing.sim_mujoco.sensors.channel import Channel, Measurement
+from skillwing.sim_mujoco.sensors.corruptors import KINDS, Fault, UnknownFaultError
+from skillwing.sim_mujoco.sensors.depth_camera import DepthCamera
+from skillwing.sim_mujoco.sensors.health import Change, Limits
+from skillwing.sim_mujoco.sensors.instruments import (
+    ACCELERATION_LIMIT,
+    IMU_BATCH,
+    IMU_PERIOD,
+    RANGE_PERIOD,
+    RANGE_REACH,
+    Battery,
+    Imu,
+    NavigationSolution,
+    RangeFinder,
+    Solution,
+)
+from skillwing.sim_mujoco.sensors.lidar import Lidar
+from skillwing.sim_mujoco.sensors.rays import RayScene
+from skillwing.sim_mujoco.simulator.autopilot import Autopilot, Estimate, Setpoint
+from skillwing.sim_mujoco.simulator.clearance import Clearance
+from skillwing.sim_mujoco.simulator.hexacopter import HULL_RADIUS
+from skillwing.sim_mujoco.simulator.physics import Physics
+from skillwing.sim_mujoco.world.world import TERRAIN, World
+
+TICK = 0.01
+"""Sensors are looked after once a tick; every second tick the autopilot guides [s]."""
+_STEPS = round(TICK / Physics.dt)
+_IMU_STEPS = 2
+_CLEARANCE_TICKS = 20
+_HOME_FIX = 1.0
+_RANGE_VALID = 0.3
+_CHANNELS = {
+    "zed": (depth_camera.PERIOD, 0.03, Limits(0.2, 20.5)),
+    "lidar": (lidar.PERIOD, 0.0, Limits(0.3, 60.5)),
+    "imu": (IMU_BATCH, 0.0, Limits(-ACCELERATION_LIMIT, ACCELERATION_LIMIT)),
+    "range": (RANGE_PERIOD, 0.0, Limits(0.0, RANGE_REACH + 0.5)),
+}
+"""Period [s], delay [s] and possible values of each sensor."""
+SENSORS = tuple(_CHANNELS)
+
+
+@dataclass(slots=True)
+class Happened:
+    """What came out while time advanced: measurements, navigation solutions, health changes by sensor."""
+
+    measurements: list[Measurement] = field(default_factory=list)
+    solutions: list[Solution] = field(default_factory=list)
+    health: list[tuple[str, Change]] = field(default_factory=list)
+
+
+class Simulator:
+    """One drone, standing on the home pad of its world at time 0."""
+
+    def __init__(
+        self,
+        world: World,
+        *,
+        faults: Iterable[Fault] = (),
+        wind: Vector = (0.0, 0.0, 0.0),
+        battery_percent: float = 100.0,
+        sensors: Collection[str] = SENSORS,
+    ) -> None:
+        """`sensors` names those that are fitted. Raises UnknownFaultError if a fault names a sensor or kind that
+        does not exist."""
+        self.world = world
+        self._physics = Physics(world)
+        self._physics.set_wind(wind)
+        self.autopilot = Autopilot(self._physics.airframe, Physics.dt)
+        self.battery = Battery(battery_percent)
+        triangles = world.triangles()
+        rays = RayScene(triangles)
+        self._clearance = Clearance(triangles, ignore=TERRAIN)
+        self._zed = DepthCamera(rays, self._random(1))
+        self._lidar = Lidar(rays, self._random(2))
+        self._imu = Imu(self._random(3))
+        self._range = RangeFinder(rays, self._random(4))
+        self._navigation = NavigationSolution(self._random(5))
+        self._channels = {name: self._channel(name) for name in SENSORS if name in sensors}
+        self._schedule = self._plan(faults)
+        self._ticks = 0
+        self._track = deque([self._physics.motion], maxlen=round(lidar.PERIOD / TICK) + 1)
+        self._inertial: deque[tuple[float, ...]] = deque(maxlen=round(IMU_BATCH / IMU_PERIOD))
+        self._ground: tuple[float, float] | None = None
+        self.clearance = self._distance_to_hull()
+
+    @property
+    def t(self) -> float:
+        return self._ticks * TICK
+
+    @property
+    def motion(self) -> Motion:
+        """True motion now: for judges and tests, not for the robot."""
+        return self._physics.motion
+
+    @property
+    def collisions(self) -> int:
+        return self._physics.collisions
+
+    @property
+    def home_valid(self) -> bool:
+        """The navigation system has had time to fix the home point."""
+        return self.t >= _HOME_FIX
+
+    def place(self, position: Vector, heading: float = 0.0) -> None:
+        """Put the drone at rest somewhere in the air: for tests. Time goes on."""
+        self._physics.place(position, heading)
+        self.clearance = self._distance_to_hull()
+
+    def command(self, setpoint: Setpoint) -> None:
+        """A setpoint for the autopilot."""
+        self.autopilot.command(setpoint, self.t)
+
+    def set_fault(self, sensor: str, kind: str, on: bool, magnitude: float | None = None) -> None:
+        """Switch a corruptor of a sensor. Raises UnknownFaultError."""
+        if sensor not in self._channels:
+            raise UnknownFaultError("sensor", sensor, tuple(self._channels))
+        self._channels[sensor].corruption.switch(kind, on, magnitude)
+
+    def active_faults(self, sensor: str) -> tuple[str, ...]:
+        """Kinds of fault that are switched on for a sensor."""
+        return self._channels[sensor].corruption.active
+
+    def advance(self, until: float) -> Happened:
+        """Let time pass up to `until`, in whole ticks."""
+        happened = Happened()
+        while self.t + TICK <= until + 1e-9:
+            self._tick(happened)
+        return happened
+
+    def _tick(self, happened: Happened) -> None:
+        if self._ticks % 2 == 0:
+            self._guide(happened)
+        self._switch_scheduled_faults()
+        for step in range(_STEPS):
+            self._step(step)
+        self._ticks += 1
+        self._track.append(self._physics.motion)
+        self.battery.drain(self._physics.thrust, TICK)
+        self._measure()
+        for channel in self._channels.values():
+            arrived, changes = channel.collect(self.t)
+            happened.measurements += arrived
+            happened.health += [(channel.sensor, change) for change in changes]
+            if channel.sensor == "range" and arrived:
+                self._ground = arrived[-1].end, float(arrived[-1].data[0])
+        if self._ticks % _CLEARANCE_TICKS == 0:
+            self.clearance = self._distance_to_hull()
+
+    def _guide(self, happened: Happened) -> None:
+        solution = self._navigation.measure(self._physics.motion)
+        happened.solutions.append(solution)
+        ground = None
+        if self._ground is not None and self.t - self._ground[0] < _RANGE_VALID and self._ground[1] > 0.0:
+            ground = self._ground[1]
+        self.autopilot.guide(self.t, Estimate(solution.position, solution.velocity, solution.quaternion, ground))
+
+    def _step(self, step: int) -> None:
+        motion = self._physics.motion
+        self._physics.step(self.autopilot.stabilise(motion.quaternion, motion.rate))
+        if (self._ticks * _STEPS + step) % _IMU_STEPS == 0:
+            self._inertial.append(self._physics.inertial)
+
+    def _measure(self) -> None:
+        t, motion = self.t, self._track[-1]
+        for name, channel in self._channels.items():
+            if not channel.due(t):
+                continue
+            if name == "lidar":
+                channel.deliver(self._track[0].t, t, self._lidar.scan(self._track, self._track[0].t, t))
+            elif name == "zed":
+                channel.deliver(t, t, self._zed.picture(motion))
+            elif name == "imu":
+                channel.deliver(t - IMU_BATCH, t, self._imu.measure(np.array(self._inertial)))
+            else:
+                channel.deliver(t, t, self._range.measure(motion))
+
+    def _switch_scheduled_faults(self) -> None:
+        while self._schedule and self._schedule[0][0] <= self.t + 1e-9:
+            _, on, fault = self._schedule.pop(0)
+            self.set_fault(fault.sensor, fault.kind, on, fault.magnitude)
+
+    @staticmethod
+    def _plan(faults: Iterable[Fault]) -> list[tuple[float, bool, Fault]]:
+        plan: list[tuple[float, bool, Fault]] = []
+        for fault in faults:
+            if fault.sensor not in SENSORS:
+                raise UnknownFaultError("sensor", fault.sensor, SENSORS)
+            if fault.kind not in KINDS:
+                raise UnknownFaultError("kind of fault", fault.kind, KINDS)
+            plan.append((fault.at, True, fault))
+            if fault.duration is not None:
+                plan.append((fault.at + fault.duration, False, fault))
+        return sorted(plan, key=lambda event: event[0])
+
+    def _distance_to_hull(self) -> float:
+        return self._clearance.distance(self._physics.motion.position) - HULL_RADIUS
+
+    def _channel(self, name: str) -> Channel:
+        period, delay, limits = _CHANNELS[name]
+        return Channel(name, period, delay, limits, self._random(10 + SENSORS.index(name)))
+
+    def _random(self, stream: int) -> np.random.Generator:
+        return np.random.default_rng((self.world.seed, 1000 + stream))

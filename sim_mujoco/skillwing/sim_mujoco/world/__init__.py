@@ -1,0 +1,1 @@
+"""Worlds made from a seed: what stands where, as a physics scene and as triangles."""

@@ -1,0 +1,336 @@
+"""The obstacle and the mapping node on a bus: who may command them, and what they publish."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import numpy as np
+import pytest
+
+from skillwing.services.bus import Answered, Node, Refused
+from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.protocol import ErrorCode, Message, decode, encode
+from skillwing.sim_mujoco import topics
+from skillwing.sim_mujoco.mapping.node import POSE_SOURCE, make_mapping
+from skillwing.sim_mujoco.obstacles.node import make_obstacles
+from skillwing.sim_mujoco.options import OptionsError
+from skillwing.sim_mujoco.sensors.directions import lidar_directions
+from skillwing.sim_mujoco.topics import ObstacleSource
+
+M = TypeVar("M", bound=Message)
+ZERO = (0.0, 0.0, 0.0)
+HOVER = (0.0, 0.0, 4.0)
+AT_REST = topics.AxisStatus(goal_id=None, state=topics.MotionState.IDLE, remaining=0.0)
+
+
+class Bench:
+    """A node on a bus, and a hovering drone around it whose sensors see a wall 6 m ahead and 6 m to its left."""
+
+    def __init__(self, node: Node) -> None:
+        self.network = InProcessNetwork()
+        self.network.attach(node)
+        self.bus = self.network.bus("bench")
+        self.target: topics.Vector3 | None = None
+        self.wall = 6.0
+        self.blind = False
+        self.received: dict[str, list[tuple[bytes, bytes]]] = {}
+        self._out = {
+            key: self.bus.advertise(key)
+            for key in (topics.NAVIGATION, topics.LIDAR, topics.ZED_DEPTH, topics.GUIDANCE_STATUS)
+        }
+        self._revocations = self.bus.advertise(topics.AUTHORITY, events=True)
+        self._every(0.02, self._navigate)
+        self._every(0.05, self._guide)
+        self._every(0.1, self._scan)
+        self._every(0.1, self._picture)
+
+    def run(self, seconds: float) -> None:
+        self.network.run_for(seconds)
+
+    def follow(self, key: str) -> None:
+        into = self.received.setdefault(key, [])
+        self.bus.subscribe(key, lambda sample: into.append((sample.payload, sample.attachment)))
+
+    def latest(self, key: str, kind: type[M]) -> M:
+        return decode(self.received[key][-1][0], kind)
+
+    def ask(self, key: str, message: Message) -> Answered | Refused:
+        answers: list[Any] = []
+        self.bus.ask(key, encode(message), answers.append)
+        assert self.network.run_until(lambda: bool(answers), 1.0)
+        return answers[0]
+
+    def revoke(self, goal: str, token: int) -> None:
+        self._revocations.put(encode(topics.Revoked(goal_id=goal, token=token)))
+
+    def send_rubbish(self, key: str) -> None:
+        self.bus.advertise(key).put(b"rubbish", b"\xff")
+
+    def _every(self, period: float, act: Callable[[], None]) -> None:
+        self.bus.every(period, act)
+
+    def _navigate(self) -> None:
+        pose = topics.Navigation(
+            t=self.bus.now(),
+            position=HOVER,
+            velocity=ZERO,
+            quaternion=(1.0, 0.0, 0.0, 0.0),
+            angular_velocity=ZERO,
+            heading=0.0,
+        )
+        self._out[topics.NAVIGATION].put(encode(pose))
+
+    def _guide(self) -> None:
+        status = topics.GuidanceStatus(
+            t=self.bus.now(), body=AT_REST, heading=AT_REST, setpoint=HOVER, target=self.target, free_distance=None
+        )
+        self._out[topics.GUIDANCE_STATUS].put(encode(status))
+
+    def _scan(self) -> None:
+        if self.blind:
+            return
+        directions = lidar_directions(256, 16)
+        towards = np.maximum(directions[..., 1], 1e-6)
+        ranges = np.where(towards > 0.7, self.wall / towards, 0.0).astype(np.float32)
+        now = self.bus.now()
+        header = topics.LidarHeader(t0=now - 0.1, t1=now, columns=256, beams=16, mount=ZERO)
+        self._out[topics.LIDAR].put(ranges.tobytes(), encode(header))
+
+    def _picture(self) -> None:
+        if self.blind:
+            return
+        depth = np.full((36, 64), round(1000 * self.wall), dtype=np.uint16)
+        header = topics.DepthHeader(
+            t=self.bus.now(), width=64, height=36, fx=35.0, fy=35.0, cx=32.0, cy=18.0, mount=ZERO
+        )
+        self._out[topics.ZED_DEPTH].put(depth.tobytes(), encode(header))
+
+
+def select(goal: str, token: int, source: ObstacleSource) -> topics.SelectObstacleSource:
+    return topics.SelectObstacleSource(goal_id=goal, token=token, source=source)
+
+
+def control(goal: str, token: int, run: bool) -> topics.ControlMapping:
+    return topics.ControlMapping(goal_id=goal, token=token, run=run)
+
+
+def code(answer: Answered | Refused) -> ErrorCode | None:
+    return answer.error.code if isinstance(answer, Refused) else None
+
+
+# --- obstacles -----------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def obstacles() -> Bench:
+    bench = Bench(make_obstacles({}))
+    bench.follow(topics.OBSTACLE_STATUS)
+    bench.run(0.5)
+    return bench
+
+
+def report(bench: Bench) -> topics.ObstacleStatus:
+    return bench.latest(topics.OBSTACLE_STATUS, topics.ObstacleStatus)
+
+
+def test_without_a_source_it_reports_ten_times_a_second_that_it_knows_nothing(obstacles: Bench) -> None:
+    obstacles.target = (10.0, 0.0, 4.0)
+    before = len(obstacles.received[topics.OBSTACLE_STATUS])
+    obstacles.run(1.0)
+    assert len(obstacles.received[topics.OBSTACLE_STATUS]) - before == 10
+    assert (report(obstacles).source, report(obstacles).free_distance) == (ObstacleSource.NONE, None)
+
+
+@pytest.mark.parametrize(
+    ("source", "seen", "unseen"),
+    [
+        (ObstacleSource.ZED, (10.0, 0.0, 4.0), (0.0, 10.0, 4.0)),
+        (ObstacleSource.LIDAR, (0.0, 10.0, 4.0), (10.0, 0.0, 4.0)),
+    ],
+)
+def test_each_source_reports_the_way_that_it_looks_along(obstacles: Bench, source, seen, unseen) -> None:
+    obstacles.target = seen
+    assert isinstance(obstacles.ask(topics.OBSTACLE_COMMAND, select("g", 1, source)), Answered)
+    obstacles.run(0.5)
+    status = report(obstacles)
+    assert status.source is source
+    assert status.free_distance == pytest.approx(6.0, abs=0.05)
+    assert status.stamp is not None
+    assert 0.0 <= status.t - status.stamp <= 0.2
+    obstacles.target = unseen
+    obstacles.run(0.5)
+    assert report(obstacles).free_distance is None
+
+
+def test_a_sensor_that_falls_silent_shows_in_the_stamp_and_then_in_silence_about_the_way(obstacles: Bench) -> None:
+    obstacles.target = (10.0, 0.0, 4.0)
+    obstacles.ask(topics.OBSTACLE_COMMAND, select("g", 1, ObstacleSource.ZED))
+    obstacles.run(0.5)
+    obstacles.blind = True
+    last = obstacles.bus.now()
+    obstacles.run(0.35)
+    assert report(obstacles).free_distance == pytest.approx(6.0, abs=0.05)
+    obstacles.run(0.5)
+    status = report(obstacles)
+    assert status.free_distance is None
+    assert status.stamp is not None
+    assert status.stamp <= last
+    assert status.t - status.stamp > 0.5
+
+
+def test_the_newer_token_wins_and_late_words_of_the_older_one_are_refused(obstacles: Bench) -> None:
+    obstacles.ask(topics.OBSTACLE_COMMAND, select("old", 4, ObstacleSource.ZED))
+    obstacles.ask(topics.OBSTACLE_COMMAND, select("new", 7, ObstacleSource.LIDAR))
+    assert code(obstacles.ask(topics.OBSTACLE_COMMAND, select("old", 4, ObstacleSource.NONE))) is ErrorCode.STALE_TOKEN
+    assert code(obstacles.ask(topics.OBSTACLE_COMMAND, select("old", 4, ObstacleSource.ZED))) is ErrorCode.STALE_TOKEN
+    obstacles.run(0.2)
+    assert report(obstacles).source is ObstacleSource.LIDAR
+
+
+def test_only_the_holder_releases(obstacles: Bench) -> None:
+    obstacles.ask(topics.OBSTACLE_COMMAND, select("g", 4, ObstacleSource.ZED))
+    assert isinstance(obstacles.ask(topics.OBSTACLE_COMMAND, select("other", 5, ObstacleSource.NONE)), Answered)
+    obstacles.run(0.2)
+    assert report(obstacles).source is ObstacleSource.ZED
+    assert isinstance(obstacles.ask(topics.OBSTACLE_COMMAND, select("g", 4, ObstacleSource.NONE)), Answered)
+    obstacles.run(0.2)
+    assert report(obstacles).source is ObstacleSource.NONE
+
+
+def test_a_revoked_holder_loses_the_source(obstacles: Bench) -> None:
+    obstacles.ask(topics.OBSTACLE_COMMAND, select("g", 4, ObstacleSource.ZED))
+    obstacles.revoke("someone else", 9)
+    obstacles.run(0.2)
+    assert report(obstacles).source is ObstacleSource.ZED
+    obstacles.revoke("g", 4)
+    obstacles.run(0.2)
+    assert report(obstacles).source is ObstacleSource.NONE
+    assert code(obstacles.ask(topics.OBSTACLE_COMMAND, select("g", 4, ObstacleSource.ZED))) is ErrorCode.STALE_TOKEN
+
+
+def test_rubbish_is_refused_or_dropped_and_the_node_lives(obstacles: Bench) -> None:
+    answers: list[Any] = []
+    obstacles.bus.ask(topics.OBSTACLE_COMMAND, b"rubbish", answers.append)
+    obstacles.ask(topics.OBSTACLE_COMMAND, select("g", 1, ObstacleSource.ZED))
+    for key in (topics.NAVIGATION, topics.ZED_DEPTH, topics.GUIDANCE_STATUS, topics.AUTHORITY):
+        obstacles.send_rubbish(key)
+    obstacles.target = (10.0, 0.0, 4.0)
+    obstacles.run(0.5)
+    assert code(answers[0]) is ErrorCode.BAD_REQUEST
+    assert report(obstacles).free_distance == pytest.approx(6.0, abs=0.05)
+
+
+# --- mapping -------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def mapping() -> Bench:
+    bench = Bench(make_mapping({"low": [-15.0, -15.0, -5.0], "high": [15.0, 15.0, 15.0]}))
+    bench.follow(topics.MAPPING_STATUS)
+    bench.follow(topics.MAP)
+    bench.run(1.05)
+    return bench
+
+
+def status(bench: Bench) -> topics.MappingStatus:
+    return bench.latest(topics.MAPPING_STATUS, topics.MappingStatus)
+
+
+def snapshot(bench: Bench) -> tuple[topics.MapHeader, np.ndarray]:
+    answer = bench.ask(topics.MAP_SNAPSHOT, topics.Empty())
+    assert isinstance(answer, Answered)
+    return decode(answer.attachment, topics.MapHeader), np.frombuffer(answer.payload, np.float32).reshape(-1, 3)
+
+
+def test_it_maps_only_while_it_runs_and_keeps_the_map(mapping: Bench) -> None:
+    assert (status(mapping).running, status(mapping).scans, status(mapping).voxels) == (False, 0, 0)
+    assert status(mapping).pose_source == POSE_SOURCE
+    mapping.ask(topics.MAPPING_COMMAND, control("g", 1, True))
+    mapping.run(2.0)
+    assert status(mapping).running
+    assert status(mapping).scans >= 15
+    assert not status(mapping).diverged
+    mapping.ask(topics.MAPPING_COMMAND, control("g", 1, False))
+    mapping.run(1.0)
+    stopped = status(mapping)
+    mapping.run(1.0)
+    assert not stopped.running
+    assert (status(mapping).scans, status(mapping).voxels) == (stopped.scans, stopped.voxels)
+    mapping.ask(topics.MAPPING_COMMAND, control("h", 2, True))
+    mapping.run(1.0)
+    assert status(mapping).scans > stopped.scans
+    assert status(mapping).voxels >= stopped.voxels
+
+
+def test_the_map_holds_the_wall_and_its_parts_add_up_to_the_snapshot(mapping: Bench) -> None:
+    mapping.ask(topics.MAPPING_COMMAND, control("g", 1, True))
+    mapping.run(3.0)
+    header, centres = snapshot(mapping)
+    assert header.complete
+    assert header.count == len(centres) > 50
+    assert np.abs(centres[:, 1] - 6.0).max() <= 0.4
+    parts: list[np.ndarray] = []
+    for payload, attachment in mapping.received[topics.MAP]:
+        part = decode(attachment, topics.MapHeader)
+        points = np.frombuffer(payload, np.float32).reshape(-1, 3)
+        assert part.count == len(points)
+        parts = [points] if part.complete else [*parts, points]
+    everything = np.concatenate(parts)
+    assert len(everything) == len(np.unique(everything, axis=0))
+    assert {tuple(p) for p in everything.tolist()} == {tuple(p) for p in centres.tolist()}
+
+
+def test_it_says_when_the_world_no_longer_fits_the_map(mapping: Bench) -> None:
+    mapping.ask(topics.MAPPING_COMMAND, control("g", 1, True))
+    mapping.run(3.0)
+    before = snapshot(mapping)[1]
+    mapping.wall = 3.0
+    mapping.run(2.0)
+    assert status(mapping).diverged
+    assert np.array_equal(snapshot(mapping)[1], before)
+
+
+def test_mapping_obeys_only_the_newest_token(mapping: Bench) -> None:
+    mapping.ask(topics.MAPPING_COMMAND, control("new", 5, True))
+    assert code(mapping.ask(topics.MAPPING_COMMAND, control("old", 3, False))) is ErrorCode.STALE_TOKEN
+    assert isinstance(mapping.ask(topics.MAPPING_COMMAND, control("other", 6, False)), Answered)
+    mapping.run(1.0)
+    assert status(mapping).running
+    mapping.revoke("new", 5)
+    mapping.run(1.0)
+    assert not status(mapping).running
+
+
+def test_a_scan_without_poses_is_not_mapped(mapping: Bench) -> None:
+    mapping.ask(topics.MAPPING_COMMAND, control("g", 1, True))
+    stray = topics.LidarHeader(t0=100.0, t1=100.1, columns=4, beams=4, mount=ZERO)
+    mapping.blind = True
+    mapping.run(1.0)
+    scans = status(mapping).scans
+    mapping.bus.advertise(topics.LIDAR).put(np.full(16, 5.0, np.float32).tobytes(), encode(stray))
+    mapping.run(1.0)
+    assert status(mapping).scans == scans
+
+
+# --- options -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"voxel_size": 0.0},
+        {"voxel_size": "small"},
+        {"low": [0.0, 0.0, 0.0], "high": [0.0, 1.0, 1.0]},
+        {"voxel_size": 0.001},
+        {"colour": "red"},
+    ],
+)
+def test_options_that_do_not_fit_are_refused_in_words(options: dict[str, Any]) -> None:
+    with pytest.raises(OptionsError):
+        make_mapping(options)
+
+
+def test_the_obstacle_node_takes_no_options() -> None:
+    with pytest.raises(OptionsError, match="colour"):
+        make_obstacles({"colour": "red"})
