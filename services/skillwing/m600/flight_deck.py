@@ -6,6 +6,8 @@ On a terminal one panel is kept up to date; in a pipe each event is a line.
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Iterable, Sequence
+from pathlib import Path
 from types import TracebackType
 from typing import Self
 
@@ -16,19 +18,23 @@ from rich.text import Text
 
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Bus
-from skillwing.services.protocol import GoalStatus, Keys, MissionStatus, Record, RecordKind
+from skillwing.services.protocol import GoalStatus, Keys, M, Message, MissionStatus, Record, RecordKind
 from skillwing.services.telemetry.history import History, Outcome, SkillBar, is_switch
-from skillwing.services.telemetry.palette import OUTCOME_COLOURS
+from skillwing.services.telemetry.journal import GOALS_FILE, TIMELINE_FILE, JsonLines, read_goals, read_records
+from skillwing.services.telemetry.palette import CALM, OUTCOME_COLOURS, state_colours
 from skillwing.services.telemetry.reading import message_reader
 from skillwing.services.telemetry.wording import brief, in_words
 
 REFRESH = 0.25
 """Wall seconds between two pictures of the panel."""
-LINES = 8
 TOLD = frozenset({RecordKind.HEALTH, RecordKind.FAULT, RecordKind.MISSION, RecordKind.PROCESS})
 """Records worth a line of their own; goals are told from their bars, and resources follow from both."""
 QUIET = frozenset({"rotate_head", "lock_head"})
 """Skills that turn the nose between two legs: they are in the timeline, and would bury everything else here."""
+TIME_WIDTH = 10
+GAP = "   "
+LARGEST_PANEL = 40
+"""Lines; on a screen higher than that the panel does not grow further."""
 
 
 class FlightDeck:
@@ -39,9 +45,12 @@ class FlightDeck:
         self._bus = bus
         self._console = console
         self._title = title
-        self._history = History({resource.name: resource.initial for resource in skillset.resources})
-        self._told: deque[Text] = deque(maxlen=LINES)
-        self._live = Live(console=console, auto_refresh=False, transient=True) if console.is_terminal else None
+        self._states = {resource.name: resource.initial for resource in skillset.resources}
+        self._colours = {each.name: state_colours(each.states, each.initial) for each in skillset.resources}
+        self._history = History(self._states)
+        self._goals: list[GoalStatus] = []
+        self._told: deque[tuple[float, Text]] = deque(maxlen=LARGEST_PANEL)
+        self._live = Live(console=console, auto_refresh=False) if console.is_terminal else None
         keys = Keys(skillset.name)
         bus.subscribe(keys.timeline, message_reader(Record, self._on_record), events=True)
         bus.subscribe(keys.status("*"), message_reader(GoalStatus, self._on_goal), events=True)
@@ -57,14 +66,21 @@ class FlightDeck:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         if self._live is not None:
+            self._live.update(self._panel(), refresh=True)
             self._live.stop()
 
-    def tell(self, text: str, style: str = "") -> None:
-        """Add an event. Call it on the bus's thread."""
-        line = Text.assemble((f"{self._bus.now():7.1f} s  ", "dim"), (text, style))
-        self._told.append(line)
+    def tell(self, text: str, style: str = "", t: float | None = None) -> None:
+        """Add an event of robot time `t`, by default of now. Call it on the bus's thread."""
+        t = self._bus.now() if t is None else t
+        self._told.append((t, Text(text, style)))
         if self._live is None:
-            self._console.print(line)
+            self._console.print(Text.assemble((f"{t:7.1f} s  ", "dim"), (text, style)))
+
+    def complete_journal(self, run_dir: Path) -> None:
+        """Write down what the run's recorder did not live to write."""
+        recorded, goals = read_records(run_dir), read_goals(run_dir)
+        _complete(run_dir / TIMELINE_FILE, recorded, self._history.records)
+        _complete(run_dir / GOALS_FILE, goals, self._goals)
 
     # --- what comes in -----------------------------------------------------------------------------------------------
 
@@ -74,18 +90,21 @@ class FlightDeck:
     def _on_record(self, record: Record) -> None:
         if not self._history.add_record(record):
             return
-        if is_switch(record):
-            self.tell(
-                f"{record.before} -> {record.after}  because  {in_words(self._history.chain(record.cause))}", "bold"
-            )
+        if record.kind is RecordKind.RESOURCE:
+            self._states[record.subject] = record.after
+        elif is_switch(record):
+            cause = in_words(self._history.chain(record.cause))
+            self.tell(f"{record.before} -> {record.after}" + (f"  because  {cause}" if cause else ""), "bold", record.t)
         elif record.kind in TOLD:
-            self.tell(brief(record))
+            self.tell(brief(record), t=record.t)
 
     def _on_goal(self, status: GoalStatus) -> None:
-        if not self._history.add_status(status) or status.terminal is None or status.skill in QUIET:
+        if not self._history.add_status(status):
             return
-        bar = self._history.bar(status.goal_id)
-        self.tell(f"{bar.skill} {bar.terminal}  {bar.reason}", OUTCOME_COLOURS[bar.outcome])
+        self._goals.append(status)
+        if status.terminal is not None and status.skill not in QUIET:
+            bar = self._history.bar(status.goal_id)
+            self.tell(f"{bar.skill} {bar.terminal}  {bar.reason}", OUTCOME_COLOURS[bar.outcome], bar.t_end)
 
     # --- what is shown -----------------------------------------------------------------------------------------------
 
@@ -95,16 +114,70 @@ class FlightDeck:
         self._bus.after(REFRESH, self._refresh, wall=True)
 
     def _panel(self) -> RenderableType:
-        status = self.mission
-        head = Text.assemble((self._title, "bold"), f"   {self._bus.now():.1f} s   ")
+        """Never higher than the screen: a panel that scrolls cannot be kept up to date."""
+        width = self._console.width
+        head = [
+            Text(self._title, "bold", no_wrap=True, overflow="ellipsis"),
+            Text(self._progress(), no_wrap=True, overflow="ellipsis"),
+            *_lines_of([self._bar_text(bar) for bar in self._history.bars if bar.outcome is Outcome.RUNNING], width),
+            *_lines_of(list(self._states_worth_a_look()), width),
+            Text(),
+        ]
+        room = min(self._console.height, LARGEST_PANEL) - len(head) - 1
+        return Group(*head, self._events(width - TIME_WIDTH - 1, room))
+
+    def _progress(self) -> str:
+        status, now = self.mission, f"{self._bus.now():.1f} s"
         if status is None:
-            head.append("starting")
-        else:
-            head.append(f"waypoint {min(status.waypoint + 1, status.waypoints)} of {status.waypoints}   {status.text}")
-        table = Table.grid(padding=(0, 3))
-        table.add_row(*(self._bar_text(bar) for bar in self._history.bars if bar.outcome is Outcome.RUNNING))
-        return Group(head, table, *self._told)
+            return f"{now}{GAP}starting"
+        waypoint = f"waypoint {min(status.waypoint + 1, status.waypoints)} of {status.waypoints}"
+        return GAP.join([now, status.phase, waypoint] if status.waypoints else [now, status.phase, status.text])
 
     def _bar_text(self, bar: SkillBar) -> Text:
         seconds = max(0.0, self._bus.now() - bar.t_start)
         return Text.assemble((f"{bar.skill} ", OUTCOME_COLOURS[bar.outcome]), (f"{seconds:.0f} s", "dim"))
+
+    def _states_worth_a_look(self) -> Iterable[Text]:
+        """Resources that are not at rest."""
+        for name, state in self._states.items():
+            colour = self._colours.get(name, {}).get(state, "")
+            if colour != CALM:
+                yield Text.assemble((f"{name} ", "dim"), (state, colour))
+
+    def _events(self, width: int, room: int) -> RenderableType:
+        """As many of the latest events as there is room for."""
+        shown: deque[tuple[float, Text]] = deque()
+        for t, text in reversed(self._told):
+            room -= len(text.wrap(self._console, width))
+            if room < 0:
+                break
+            shown.appendleft((t, text))
+        table = Table.grid(padding=(0, 1, 0, 0))
+        table.add_column(width=TIME_WIDTH - 1, justify="right", style="dim", no_wrap=True)
+        table.add_column(width=width)
+        for t, text in shown:
+            table.add_row(f"{t:.1f} s", text)
+        return table
+
+
+def _lines_of(chips: Sequence[Text], width: int) -> list[Text]:
+    """Chips one after another, broken only between them."""
+    lines: list[Text] = []
+    for chip in chips:
+        if lines and lines[-1].cell_len + len(GAP) + chip.cell_len <= width:
+            lines[-1].append(GAP).append_text(chip)
+        else:
+            lines.append(chip)
+    return lines
+
+
+def _complete(path: Path, recorded: Sequence[M], seen: Iterable[M]) -> None:
+    """Write a journal's file anew with what was seen and is not in it; anew, for its last line may be broken off."""
+    missing = [message for message in seen if message not in recorded]
+    if not missing:
+        return
+    unfinished = path.with_suffix(".part")
+    with JsonLines[Message](unfinished) as file:
+        for message in (*recorded, *missing):
+            file.write(message)
+    unfinished.replace(path)

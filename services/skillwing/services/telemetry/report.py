@@ -46,7 +46,7 @@ class SkillEntry(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class ProcessEntry(msgspec.Struct, frozen=True, kw_only=True):
-    """What became of a process: `state` is `stopped` in good order or `died`; `detail` says how."""
+    """What became of a process: `state` is `stopped` in good order, `died` or `not started`; `detail` says how."""
 
     name: str
     state: str
@@ -160,7 +160,7 @@ def summary_table(report: Report) -> Table:
 def as_markdown(report: Report, history: History, notes: Sequence[str] = ()) -> str:
     lines = [f"# Mission `{report.mission}`: {report.result}", ""]
     end = _last_phase(history, report.mission)
-    if end is not None and end.text:
+    if end is not None and end.text and end.after in _RESULTS:
         lines += [f"{end.text}.", ""]
     seed = [] if report.seed is None else [("world's seed", str(report.seed))]
     lines += ["| figure | value |", "|---|---|"]
