@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+import rerun as rr
 from rerun.chunk import RrdReader
 from synthetic_mission import INITIAL, SKILLSET, Story, Teller, tell
 
@@ -98,6 +99,18 @@ def test_a_message_that_is_none_is_left_out(tmp_path: Path, caplog: pytest.LogCa
     record(story, tmp_path, extra=b"\xc1 not a record")
     assert len(read_records(tmp_path)) == len(story.records)
     assert "Left out a message" in caplog.text
+
+
+def test_a_viewer_that_is_gone_at_the_end_is_no_failure(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def flush(stream: rr.RecordingStream, *, timeout_sec: float) -> None:
+        raise RuntimeError("gRPC has been unable to connect")
+
+    monkeypatch.setattr(rr.RecordingStream, "flush", flush)
+    record(tell(), tmp_path)
+    assert "did not get the end" in caplog.text
+    assert states_of(tmp_path, "/skills/02_zed_depthmap") == {6.2: "RI", 20.53: ""}
 
 
 def test_without_rerun_the_timeline_is_still_written(

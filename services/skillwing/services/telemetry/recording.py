@@ -14,6 +14,10 @@ from skillwing.services.telemetry.mission_view import TIMELINE, MissionPanels, M
 from skillwing.services.telemetry.recorder_options import RecorderOptions, part
 
 APPLICATION = "skillwing"
+FILE_TICK, LIVE_TICK = 1.0, 0.1
+"""Wall seconds that rows may wait for company. A viewer wants them soon; a file wants them together, for each chunk
+costs it a kilobyte."""
+FLUSH_TIMEOUT = 2.0
 
 log = logging.getLogger("skillwing.recorder")
 
@@ -23,8 +27,7 @@ class Recording:
 
     def __init__(self, options: RecorderOptions, skillset: Skillset, path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
-        # Small rows must not wait behind point clouds, and a killed recorder should lose little.
-        batching = rr.ChunkBatcherConfig(flush_tick=0.2)
+        batching = rr.ChunkBatcherConfig(flush_tick=FILE_TICK if options.viewer == "none" else LIVE_TICK)
         self.stream = rr.RecordingStream(APPLICATION, recording_id=options.recording_id, batcher_config=batching)
         self._scene = _make_scene(options, self.stream)
         panels = MissionView.panels()
@@ -41,7 +44,11 @@ class Recording:
     def close(self) -> None:
         if self._scene:
             self._scene.close()
-        self.stream.flush(timeout_sec=5.0)
+        try:
+            self.stream.flush(timeout_sec=FLUSH_TIMEOUT)
+        except RuntimeError as error:
+            # Somebody closed the viewer, or the server is gone: the file has everything all the same.
+            log.warning("The viewer did not get the end of the recording: %s.", error)
         self.stream.disconnect()
 
 
