@@ -66,7 +66,7 @@ class FlightDeck:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         if self._live is not None:
-            self._live.update(self._panel(), refresh=True)
+            self._live.update(self.picture(), refresh=True)
             self._live.stop()
 
     def tell(self, text: str, style: str = "", t: float | None = None) -> None:
@@ -110,11 +110,11 @@ class FlightDeck:
 
     def _refresh(self) -> None:
         assert self._live is not None
-        self._live.update(self._panel(), refresh=True)
+        self._live.update(self.picture(), refresh=True)
         self._bus.after(REFRESH, self._refresh, wall=True)
 
-    def _panel(self) -> RenderableType:
-        """Never higher than the screen: a panel that scrolls cannot be kept up to date."""
+    def picture(self) -> RenderableType:
+        """The panel. It is never higher than the screen, for what scrolls away cannot be kept up to date."""
         width = self._console.width
         head = [
             Text(self._title, "bold", no_wrap=True, overflow="ellipsis"),
