@@ -19,10 +19,10 @@ from .conditions import ResourceIs
 from .context import MissionContext
 from .decorators import Deadline
 from .detour import Area, Position, RoutePlanner
-from .landing import LANDED, land_where_it_is
+from .landing import LANDED, STOPPING_PATIENCE, land_where_it_is
 from .loop import Until
 from .mission import Mission, MissionOptions, MissionTrees, Progress
-from .settling import NoteSwitch
+from .settling import NoteSwitch, Settled
 from .skill_action import SkillAction
 from .waypoints import Route, WaypointWriter
 
@@ -122,6 +122,8 @@ def _flight(context: MissionContext, route: Route, options: MappingOptions) -> B
             SkillAction("lidar_mapping", context, "lidar_mapping", outcomes=NO_MAP),
             until=_navigation(context, route, options.speed),
         ),
+        # Guidance would miss the depth map on a way that it has begun with one.
+        Settled("depth map stopped", context, STOPPING_PATIENCE),
         SkillAction(
             "return_home",
             context,

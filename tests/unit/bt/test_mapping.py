@@ -12,6 +12,7 @@ from py_trees.common import Status
 from skillwing.bt_missions.mapping import MISSION, MappingOptions
 from skillwing.bt_missions.mission import find_mission
 from skillwing.bt_missions.preflight import preflight
+from skillwing.bt_missions.settling import CALM
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.services.errors import InvalidOptionError
@@ -88,10 +89,12 @@ def test_the_nominal_mission(flight: Flight) -> None:
         flight.goal("goto_straight").end("S_ARRIVED", success=True)
         flight.tick()
         flight.tick()
-    assert flight.alive() == ["lidar_mapping", "zed_depthmap", "return_home"]
+    flight.tick(later=CALM)
+    assert flight.alive() == ["lidar_mapping", "zed_depthmap"], "nothing flies home before the depth map has stopped"
     assert [flight.goal(skill).interrupts for skill in ("lidar_mapping", "zed_depthmap")] == [1, 1]
     flight.goal("lidar_mapping").end("IT")
     flight.goal("zed_depthmap").end("IT")
+    flight.tick()
     flight.goal("return_home").end("S_ARRIVED", success=True)
     flight.tick()
     flight.goal("land").end("S_LANDED", success=True)
@@ -146,9 +149,10 @@ def test_the_switch_of_figure_12(flight: Flight) -> None:
     flight.tick()
     assert flight.goal("lock_head").interrupts == 1
     assert "return_home" not in flight.alive(), "lock_head still holds the heading"
-    flight.goal("lock_head").end("IT")
-    flight.tick()
-    assert "return_home" in flight.alive()
+    for skill in ("lock_head", "lidar_mapping", "lidar_depthmap"):
+        flight.goal(skill).end("IT")
+    flight.tick(later=CALM)
+    assert flight.alive() == ["return_home"]
 
 
 def test_a_camera_that_recovers_is_not_flown_with_again(flight: Flight) -> None:

@@ -187,6 +187,15 @@ def test_an_obstacle_behind_the_target_does_not_matter() -> None:
     rig.fly_until(MotionState.DONE)
 
 
+def test_a_view_that_does_not_come_back_blocks_the_motion() -> None:
+    rig = airborne()
+    rig.obstacles = wall_at(50.0, blind_after=rig.sim.t + 4.0, blind_for=60.0)
+    rig.command("a", EAST)
+    rig.fly_until(MotionState.WAITING, seconds=8.0)
+    rig.fly_until(MotionState.BLOCKED, seconds=20.0)
+    assert "no view" in rig.status.body.text
+
+
 def test_without_a_fresh_view_it_waits_and_then_goes_on() -> None:
     rig = airborne()
     rig.obstacles = wall_at(50.0, blind_after=rig.sim.t + 4.0, blind_for=4.0)

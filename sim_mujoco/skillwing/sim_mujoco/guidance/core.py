@@ -335,6 +335,8 @@ class GuidanceCore:
         elif state is MotionState.WAITING and isinstance(self._motion, FlyTo):
             if self._lookout.is_fresh(t):
                 self._start_leg(self._motion, segment.end, navigation, t)
+            elif t - segment.began > segment.profile.duration + _PATIENCE:
+                self._body.become(MotionState.BLOCKED, f"no view of the way ahead for {_PATIENCE:g} s")
         elif state is MotionState.MOVING:
             self._advance_motion(t, navigation, segment)
 
