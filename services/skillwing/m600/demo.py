@@ -49,6 +49,8 @@ FEWER_LAST_WORDS = 0.5
 TABLE_WIDTH = 100
 CALLED_OFF = "Called off by Ctrl-C or a signal."
 UNREAD = "Called off, for nobody reads what it prints."
+RECORDER = "recorder"
+UNRECORDED = "The recorder died: the map is the last that it saved, and what the drone touched after that is not known."
 
 
 @dataclass
@@ -232,6 +234,9 @@ def _judge(flight: Flight, run_dir: Path, seed: int, console: Console) -> int:
     """Judge the run against the true world, write and print the report; returns the exit code."""
     from skillwing.m600.evaluation import evaluate  # noqa: PLC0415 - loads physics and pictures
 
+    notes = [flight.ended_by] if flight.ended_by else []
+    if any(death.process == RECORDER for death in flight.deaths):
+        notes.append(UNRECORDED)
     with _busy(console, "Judging the map against the true world ..."):
         try:
             if flight.deck is not None:
@@ -243,15 +248,15 @@ def _judge(flight: Flight, run_dir: Path, seed: int, console: Console) -> int:
                 seed=seed,
                 wall_time_s=flight.wall_time or None,
                 processes=flight.entries(),
-                notes=[f"**{flight.ended_by}**"] if flight.ended_by else [],
+                notes=[f"**{note}**" for note in notes],
             )
         except OSError as error:
             raise SkillwingError(f"The report cannot be written: {error}. {flight.ended_by}") from error
     for death in flight.deaths:
         if death.exit_code is not None and death.log:
             console.print(Text.assemble((f"The last lines of {death.process}:", "red"), *_indented(death.log)))
-    if flight.ended_by:
-        console.print(Text(flight.ended_by, "red"))
+    for note in notes:
+        console.print(Text(note, "red"))
     console.print(summary_table(report), width=min(console.width, TABLE_WIDTH))
     console.print(f"Recording, pictures, report and logs: {_shown(run_dir)}")
     return OK if report.result == "success" and not flight.ended_by else FAILED

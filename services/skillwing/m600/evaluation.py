@@ -26,6 +26,8 @@ TIMELINE_PICTURE = "timeline.png"
 MAP_PICTURE = "map.png"
 DEPTH_MAP = "depthmap_source"
 """The resource that tells which sensor looks ahead."""
+TRUTH_GAP = 2.0
+"""Robot seconds without ground truth before the end of a flight, by which it is not known whether anything was hit."""
 STOPPED = ("S_BLOCKED", "N_BLOCKED")
 
 
@@ -49,13 +51,15 @@ def evaluate(
     flight, saved = read_flight(run_dir), read_map(run_dir)
     world = make_world(seed)
     planned = tuple(route or world.route)
+    seen_to_the_end = bool(flight) and flight[-1].t > history.end - TRUTH_GAP
+    collisions = max((truth.collisions for truth in flight), default=0)
     report = make_report(
         history,
         mission=mission,
         seed=seed,
         wall_time_s=wall_time_s,
-        collisions=max((truth.collisions for truth in flight), default=None),
-        min_clearance_m=min((truth.clearance for truth in flight), default=None),
+        collisions=collisions if collisions or seen_to_the_end else None,
+        min_clearance_m=min(truth.clearance for truth in flight) if seen_to_the_end else None,
         coverage=judge_map(world, planned, saved),
         processes=processes,
     )
@@ -110,7 +114,7 @@ def _share(coverage: Coverage) -> str:
 
 def _notes(saved: SavedMap | None) -> list[str]:
     if saved is None:
-        return ["Nothing was mapped."]
+        return ["No map was recorded."]
     return [
         f"Poses of the map: {saved.pose_source or 'not told'}. Coverage is the share of the surface in line of sight "
         "within 25 m of the planned route that lies in, or next to, an occupied voxel; it does not depend on what was "

@@ -97,6 +97,14 @@ def test_a_run_that_left_nothing_has_a_report(tmp_path: Path) -> None:
     assert not (tmp_path / MAP_PICTURE).exists()
 
 
+def test_a_flight_whose_end_nobody_saw_is_not_called_free_of_collisions(tmp_path: Path) -> None:
+    write_run(tmp_path)
+    lines = (tmp_path / FLIGHT_FILE).read_bytes().splitlines(keepends=True)
+    (tmp_path / FLIGHT_FILE).write_bytes(b"".join(lines[:10]))
+    report = evaluate(tmp_path, SKILLSET, mission="mapping", seed=3)
+    assert (report.result, report.collisions, report.min_clearance_m) == ("success", None, None)
+
+
 def test_a_map_is_judged_against_the_world(tmp_path: Path) -> None:
     write_run(tmp_path)
     ground = np.mgrid[0:25, -12:13, 0:1].reshape(3, -1).T * 0.4 + 0.2
