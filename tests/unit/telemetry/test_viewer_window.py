@@ -1,0 +1,83 @@
+"""The viewer's process, with a stand-in for the viewer that listens and has no window."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import psutil
+import pytest
+
+from skillwing.services.telemetry import viewer_window
+from skillwing.services.telemetry.viewer_window import ViewerWindow
+
+PATIENCE = 20.0
+LISTEN = """
+import socket, sys
+server = socket.create_server(("127.0.0.1", int(sys.argv[sys.argv.index("--port") + 1])))
+while True:
+    server.accept()
+"""
+OPEN = """
+import sys, threading
+from pathlib import Path
+from skillwing.services.telemetry import viewer_window
+viewer_window._program = lambda: sys.argv[1]
+with viewer_window.ViewerWindow(Path(sys.argv[2])) as window:
+    print(window.is_open, flush=True)
+    threading.Event().wait()
+"""
+
+
+def program(directory: Path, code: str) -> str:
+    path = directory / "viewer"
+    path.write_text(f"#!{sys.executable}\n{code}", encoding="utf-8")
+    path.chmod(0o755)
+    return str(path)
+
+
+def processes_of(path: str) -> list[psutil.Process]:
+    return [each for each in psutil.process_iter(["cmdline"]) if path in (each.info["cmdline"] or ())]
+
+
+def test_a_viewer_ends_with_its_window(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = program(tmp_path, LISTEN)
+    monkeypatch.setattr(viewer_window, "_program", lambda: path)
+    with ViewerWindow(tmp_path / "viewer.log") as window:
+        assert window.is_open
+        assert len(processes_of(path)) == 2
+    assert not window.is_open
+    assert processes_of(path) == []
+
+
+def test_a_viewer_that_does_not_come_up_is_not_open_and_its_log_says_why(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = program(tmp_path, "import sys; sys.exit('no display')")
+    monkeypatch.setattr(viewer_window, "_program", lambda: path)
+    with ViewerWindow(tmp_path / "viewer.log") as window:
+        assert not window.is_open
+    assert "no display" in window.log.read_text(encoding="utf-8")
+
+
+def test_a_viewer_that_its_user_closes_ends_the_wait(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = program(tmp_path, LISTEN)
+    monkeypatch.setattr(viewer_window, "_program", lambda: path)
+    with ViewerWindow(tmp_path / "viewer.log") as window:
+        viewer = max(processes_of(path), key=lambda each: each.create_time())
+        viewer.terminate()
+        window.wait_until_closed()
+        assert not window.is_open
+
+
+def test_a_viewer_does_not_outlive_whoever_opened_it(tmp_path: Path) -> None:
+    path = program(tmp_path, LISTEN)
+    command = [sys.executable, "-c", OPEN, path, str(tmp_path / "viewer.log")]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as opener:
+        assert opener.stdout is not None
+        assert opener.stdout.readline() == "True\n"
+        viewers = [each for each in processes_of(path) if each.pid != opener.pid]
+        assert len(viewers) == 2
+        opener.kill()
+        assert psutil.wait_procs(viewers, timeout=PATIENCE)[1] == []
