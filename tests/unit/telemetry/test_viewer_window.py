@@ -51,10 +51,12 @@ def test_a_viewer_ends_with_its_window(tmp_path: Path, monkeypatch: pytest.Monke
     assert processes_of(path) == []
 
 
-def test_a_viewer_that_does_not_come_up_is_not_open_and_its_log_says_why(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("before", ["import sys", LISTEN.replace("while True:\n    ", "")], ids=["at once", "later"])
+def test_a_viewer_that_cannot_open_a_window_is_not_open_and_its_log_says_why(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, before: str
 ) -> None:
-    path = program(tmp_path, "import sys; sys.exit('no display')")
+    """The real one listens before it looks for a screen."""
+    path = program(tmp_path, f"{before}\nsys.exit('no display')")
     monkeypatch.setattr(viewer_window, "_program", lambda: path)
     with ViewerWindow(tmp_path / "viewer.log") as window:
         assert not window.is_open

@@ -24,6 +24,8 @@ from typing import Self
 from skillwing.services.lifetime import EXIT_OK, Lifetime
 
 START_TIMEOUT = 15.0
+TRIAL = 1.5
+"""Seconds after its first answer in which a viewer that cannot open its window ends."""
 STOP_TIMEOUT = 3.0
 MEMORY_LIMIT = "2GB"
 
@@ -74,6 +76,8 @@ class ViewerWindow:
             )
         try:
             self._wait_for_answer(time.monotonic() + START_TIMEOUT)
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                self._process.wait(TRIAL)
         except BaseException:
             self._end()
             raise
