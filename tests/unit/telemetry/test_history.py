@@ -93,6 +93,17 @@ def test_one_failure_reads_as_one_chain() -> None:
     )
 
 
+def test_of_what_a_goal_went_through_a_chain_says_the_end() -> None:
+    steps = [("zed", RecordKind.FAULT, "blackout"), ("zed", RecordKind.HEALTH, "FAILED")]
+    steps += [("goto", RecordKind.GOAL, after) for after in ("GRANTED", "RUNNING", "LOST")]
+    chain = [
+        Record(id=f"p#{n}", t=0.0, source="p", kind=kind, subject=subject, before=None, after=after)
+        for n, (subject, kind, after) in enumerate(steps)
+    ]
+    assert in_words(chain) == "zed blackout -> zed FAILED -> goto LOST"
+    assert in_words([]) == ""
+
+
 def test_a_chain_ends_at_what_was_not_seen_and_in_a_circle() -> None:
     def record(name: str, cause: str) -> Record:
         return Record(

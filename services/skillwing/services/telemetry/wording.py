@@ -18,11 +18,19 @@ def brief(record: Record) -> str:
 
 
 def headlines(chain: Sequence[Record]) -> list[str]:
-    """A chain of causes, root first. Neighbours that say the same are said once."""
-    words = [headline(record) for record in chain]
+    """A chain of causes, root first. Of what one subject went through in a row only the end is said.
+
+    Neighbours that say the same are said once.
+    """
+    steps = zip(chain, [*chain[1:], None], strict=True)
+    words = [headline(each) for each, then in steps if then is None or _thing(each) != _thing(then)]
     return [word for word, before in zip(words, [None, *words], strict=False) if word != before]
 
 
 def in_words(chain: Sequence[Record]) -> str:
     """A chain of causes in one line: `zed_status FAILED -> zed_depthmap RI`."""
     return " -> ".join(headlines(chain))
+
+
+def _thing(record: Record) -> tuple[str, str]:
+    return record.kind, record.subject
