@@ -22,7 +22,7 @@ def headlines(chain: Sequence[Record]) -> list[str]:
 
     Neighbours that say the same are said once.
     """
-    steps = zip(chain, [*chain[1:], None], strict=True)
+    steps = zip(chain, [*chain[1:], None], strict=False)
     words = [headline(each) for each, then in steps if then is None or _thing(each) != _thing(then)]
     return [word for word, before in zip(words, [None, *words], strict=False) if word != before]
 
