@@ -21,8 +21,8 @@ from skillwing.services.bus import (
 )
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.bus.zenoh_bus import ZenohBus
+from skillwing.services.processes.router import start_router
 from skillwing.services.protocol import ErrorCode, ErrorReply
-from skillwing.services.router import start_router
 
 LONG = 10.0
 

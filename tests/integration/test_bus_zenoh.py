@@ -11,8 +11,8 @@ import pytest
 from skillwing.services.bus import Sample
 from skillwing.services.bus.clock import FollowedClock, PacedClock
 from skillwing.services.bus.zenoh_bus import STREAM_BACKLOG, ZenohBus
+from skillwing.services.processes.router import start_router
 from skillwing.services.protocol import CLOCK_KEY, ClockTick, encode
-from skillwing.services.router import start_router
 
 PATIENCE = 10.0
 

@@ -17,9 +17,9 @@ import pytest
 from skillwing.m600.robot import ROBOT
 from skillwing.services import cli
 from skillwing.services.commands.exit_codes import FAILED, NO_SYSTEM, OK, REFUSED, USAGE
-from skillwing.services.launcher import Launcher
-from skillwing.services.mock_host import mock_processes
-from skillwing.services.run_state import RunState, read_run_state, started, write_run_state
+from skillwing.services.processes.launcher import Launcher
+from skillwing.services.processes.mock_host import mock_processes
+from skillwing.services.processes.run_state import RunState, read_run_state, started, write_run_state
 
 pytestmark = pytest.mark.slow
 

@@ -15,11 +15,11 @@ import pytest
 
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus.zenoh_session import RouterUnreachableError, open_client
-from skillwing.services.launcher import Death, Launcher, StartError
-from skillwing.services.lifetime import EXIT_CONFIGURATION, EXIT_OK
+from skillwing.services.processes.launcher import Death, Launcher, StartError
+from skillwing.services.processes.lifetime import EXIT_CONFIGURATION, EXIT_OK
+from skillwing.services.processes.router import start_router
 from skillwing.services.protocol import Keys
 from skillwing.services.robot import ProcessSpec
-from skillwing.services.router import start_router
 
 pytestmark = pytest.mark.slow
 
@@ -35,7 +35,7 @@ def endpoint() -> Iterator[str]:
 
 
 def host(endpoint: str, *arguments: str) -> subprocess.Popen[str]:
-    command = [sys.executable, "-m", "skillwing.services.node_host", "--connect", endpoint, "--robot", "m600"]
+    command = [sys.executable, "-m", "skillwing.services.processes.node_host", "--connect", endpoint, "--robot", "m600"]
     return subprocess.Popen(
         [*command, *arguments], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
@@ -55,8 +55,14 @@ def outcome(process: subprocess.Popen[str]) -> tuple[int, str]:
     [
         (["--process", "skill/takeof"], "did you mean `skill/takeoff`"),
         (["--name", "x", "--factory", "skillwing.nowhere:make"], "skillwing.nowhere:make"),
-        (["--name", "x", "--factory", "skillwing.services.data_manager:make"], "skillwing.services.data_manager:make"),
-        (["--name", "x", "--factory", "skillwing.services.data_manager:make_data_manager"], "`skillset` is missing"),
+        (
+            ["--name", "x", "--factory", "skillwing.services.managers.data_manager:make"],
+            "skillwing.services.managers.data_manager:make",
+        ),
+        (
+            ["--name", "x", "--factory", "skillwing.services.managers.data_manager:make_data_manager"],
+            "`skillset` is missing",
+        ),
         (["--name", "x", "--factory", "a:b", "--options", "{"], "no JSON"),
         (["--name", "x", "--factory", "a:b", "--options", "[]"], "JSON object"),
     ],
@@ -91,7 +97,7 @@ def test_a_process_ends_in_good_order(endpoint: str, end: str) -> None:
 
 def test_the_router_listens_where_it_says_and_ends_with_its_parent() -> None:
     process = subprocess.Popen(
-        [sys.executable, "-m", "skillwing.services.router", "--parent-pipe"],
+        [sys.executable, "-m", "skillwing.services.processes.router", "--parent-pipe"],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -104,7 +110,7 @@ def test_the_router_listens_where_it_says_and_ends_with_its_parent() -> None:
 
 @pytest.mark.parametrize("listen", ["udp/127.0.0.1:0", "tcp/127.0.0.1", "tcp/127.0.0.1:x", "tcp/nowhere.invalid:0"])
 def test_a_router_that_cannot_listen_says_so(listen: str) -> None:
-    command = [sys.executable, "-m", "skillwing.services.router", "--listen", listen]
+    command = [sys.executable, "-m", "skillwing.services.processes.router", "--listen", listen]
     result = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
     assert result.returncode == EXIT_CONFIGURATION
     assert f"cannot listen at {listen}" in result.stderr
@@ -133,7 +139,7 @@ def test_a_system_starts_is_watched_and_stops(tmp_path: Path) -> None:
 
 
 def test_a_process_that_hangs_is_killed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("skillwing.services.launcher.STOP_TIMEOUT", 0.5)
+    monkeypatch.setattr("skillwing.services.processes.launcher.STOP_TIMEOUT", 0.5)
     with Launcher("m600", "m600", tmp_path, clock="wall") as launcher:
         launcher.start(MANAGERS[:1])
         process = psutil.Process(launcher.pids["data_manager"])
@@ -142,7 +148,9 @@ def test_a_process_that_hangs_is_killed(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 def test_a_system_that_does_not_start_says_which_process_and_why(tmp_path: Path) -> None:
-    broken = ProcessSpec("broken", "skillwing.services.data_manager:make_data_manager", {"skillset": "/nowhere"})
+    broken = ProcessSpec(
+        "broken", "skillwing.services.managers.data_manager:make_data_manager", {"skillset": "/nowhere"}
+    )
     with Launcher("m600", "m600", tmp_path, clock="wall") as launcher, pytest.raises(StartError) as caught:
         launcher.start([broken], timeout=PATIENCE)
     assert caught.value.missing == ("broken",)
@@ -162,7 +170,7 @@ LAUNCH = """
 import sys, threading
 from pathlib import Path
 from skillwing.m600.robot import ROBOT
-from skillwing.services.launcher import Launcher
+from skillwing.services.processes.launcher import Launcher
 with Launcher("m600", "m600", Path(sys.argv[1]), clock="wall") as launcher:
     launcher.start([spec for spec in ROBOT.managers() if spec.name == "data_manager"])
     print(*launcher.pids.values(), flush=True)

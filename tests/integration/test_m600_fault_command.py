@@ -11,7 +11,7 @@ from skillwing.m600.commands import fault
 from skillwing.m600.robot import ROBOT, functional_layer
 from skillwing.services.commands.exit_codes import NO_SYSTEM, USAGE, exit_code_of
 from skillwing.services.errors import InvalidOptionError, SkillwingError
-from skillwing.services.launcher import Launcher
+from skillwing.services.processes.launcher import Launcher
 
 pytestmark = pytest.mark.slow
 

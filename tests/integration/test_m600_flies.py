@@ -8,7 +8,7 @@ from typing import Any
 
 from skillwing.m600.robot import ROBOT, functional_layer
 from skillwing.services.bus.inprocess import InProcessNetwork
-from skillwing.services.interface import GoalHandle, SkillsetInterface
+from skillwing.services.client.interface import GoalHandle, SkillsetInterface
 from skillwing.services.protocol import Ending, State, Terminal, decode, encode
 from skillwing.services.robot import ProcessSpec
 from skillwing.sim_mujoco.topics import FAULT, PILOT, TRUTH, SetFault, SetPilot, Truth

@@ -12,11 +12,13 @@ from skillwing.dsl import parse
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.bus import Answer, Answered, Refused
 from skillwing.services.bus.inprocess import InProcessNetwork
-from skillwing.services.data_manager import make_data_manager
+from skillwing.services.client.interface import GoalHandle, SkillsetInterface
 from skillwing.services.errors import InvalidInputError, InvalidOptionError
-from skillwing.services.hooks import Goal, SkillHooks
-from skillwing.services.interface import GoalHandle, SkillsetInterface
-from skillwing.services.mock import MockRun, MockScript, make_mock_managers
+from skillwing.services.managers.data_manager import make_data_manager
+from skillwing.services.managers.hooks import Goal, SkillHooks
+from skillwing.services.managers.mock import MockRun, MockScript, make_mock_managers
+from skillwing.services.managers.resource_manager import LOSS_DEBOUNCE
+from skillwing.services.managers.skill_manager import SkillManagerNode, make_skill_manager
 from skillwing.services.names import RESOURCE_MANAGER, skill_process
 from skillwing.services.protocol import (
     DataSample,
@@ -31,8 +33,6 @@ from skillwing.services.protocol import (
     decode,
     encode,
 )
-from skillwing.services.resource_manager import LOSS_DEBOUNCE
-from skillwing.services.skill_manager import SkillManagerNode, make_skill_manager
 
 SKILLSET_TEXT = """
 skillset arm {

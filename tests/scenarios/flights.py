@@ -8,13 +8,14 @@ from typing import Any
 
 from toy_drone import ToyDrone, make_toy_drone
 
-from skillwing.bt_missions.mapping import MISSION
-from skillwing.bt_missions.mission import Mission
-from skillwing.bt_missions.runner import MissionNode
+from skillwing.bt_missions.missions.mapping import MISSION
+from skillwing.bt_missions.running.mission import Mission
+from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.dsl import load
 from skillwing.services.bus import Answer, Bus
 from skillwing.services.bus.inprocess import InProcessNetwork
-from skillwing.services.data_manager import make_data_manager
+from skillwing.services.managers.data_manager import make_data_manager
+from skillwing.services.managers.resource_manager import make_resource_manager
 from skillwing.services.protocol import (
     GoalStatus,
     Keys,
@@ -26,7 +27,6 @@ from skillwing.services.protocol import (
     decode,
     encode,
 )
-from skillwing.services.resource_manager import make_resource_manager
 
 ROOT = next(folder for folder in Path(__file__).parents if (folder / "pyproject.toml").exists())
 M600_FILE = ROOT / "services/skillwing/m600/m600.skillset"

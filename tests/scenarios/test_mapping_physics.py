@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from skillwing.bt_missions.mapping import MISSION
-from skillwing.bt_missions.runner import MissionNode
+from skillwing.bt_missions.missions.mapping import MISSION
+from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.m600.robot import ROBOT, functional_layer
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import GoalStatus, Keys, decode

@@ -13,14 +13,14 @@ from py_trees.behaviour import Behaviour
 from py_trees.behaviours import StatusQueue
 from py_trees.common import Status
 
-from skillwing.bt_missions import runner
-from skillwing.bt_missions.abort import AbortMission
-from skillwing.bt_missions.composites import alongside, in_order
-from skillwing.bt_missions.context import MissionContext
-from skillwing.bt_missions.landing import land_where_it_is
-from skillwing.bt_missions.mission import Mission, MissionOptions, MissionTrees, Progress
-from skillwing.bt_missions.runner import MissionNode, make_mission
-from skillwing.bt_missions.skill_action import SkillAction
+from skillwing.bt_missions.leaves.context import MissionContext
+from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.running import runner
+from skillwing.bt_missions.running.abort import AbortMission
+from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
+from skillwing.bt_missions.running.runner import MissionNode, make_mission
+from skillwing.bt_missions.subtrees.composites import alongside, in_order
+from skillwing.bt_missions.subtrees.landing import land_where_it_is
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.bus import Answer, Answered, Bus, Refused
 from skillwing.services.errors import InvalidOptionError

@@ -13,8 +13,8 @@ from typing import Any
 
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Answer, Answered, Bus, Node
+from skillwing.services.managers.skill_manager import Goal, SkillHooks, SkillManagerNode
 from skillwing.services.protocol import DataSample, FireExtern, Keys, Terminal, encode
-from skillwing.services.skill_manager import Goal, SkillHooks, SkillManagerNode
 
 PERIOD = 0.1
 REST_AFTER = 0.5

@@ -32,8 +32,8 @@ ALLOWED = {
 # The demonstration and the judge of a simulated flight know the world that the robot does not, and the dashboard how
 # the sensors look into it.
 WIDER = {
-    ("m600", "evaluation*.py"): ["sim_mujoco.world", "sim_mujoco.judge"],
-    ("m600", "dashboard*.py"): ["sim_mujoco.sensors.directions"],
+    ("m600", "judge/*.py"): ["sim_mujoco.world", "sim_mujoco.judge"],
+    ("m600", "dashboard/*.py"): ["sim_mujoco.sensors.directions"],
 }
 HEAVY = {"numpy", "scipy", "mujoco", "embreex", "rerun", "matplotlib", "py_trees"}
 
@@ -63,7 +63,11 @@ def package_of(path: Path) -> str:
 
 
 def allowed(part: str, path: Path) -> list[str]:
-    extra = [more for (owner, pattern), more in WIDER.items() if owner == part and fnmatch(path.name, pattern)]
+    extra = [
+        more
+        for (owner, pattern), more in WIDER.items()
+        if owner == part and fnmatch(str(path.relative_to(ROOT / PARTS[part])), pattern)
+    ]
     return [name for group in [ALLOWED[part], *extra] for name in group]
 
 
@@ -106,7 +110,7 @@ def test_skill_managers_need_no_heavy_packages() -> None:
     """Neither do the bridge, the launcher and the command line: what an image of one manager holds."""
     services = [module_of(path) for path in files("services") if "telemetry" not in path.parts]
     hooks = [path.partition(":")[0] for path in ROBOT.hooks.values()]
-    needed = needed_by([*services, *hooks, "skillwing.m600.robot", "skillwing.m600.bridge"])
+    needed = needed_by([*services, *hooks, "skillwing.m600.robot", "skillwing.m600.bridge.node"])
     assert "zenoh" in needed
     assert [f"{module} imports {name}" for name, module in needed.items() if name.split(".")[0] in HEAVY] == []
 

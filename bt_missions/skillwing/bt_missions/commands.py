@@ -11,15 +11,14 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
+from skillwing.bt_missions.running.mission import find_mission, installed_missions
+from skillwing.bt_missions.running.runner import MissionNode, Phase
+from skillwing.bt_missions.running.tree_text import render
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.commands.exit_codes import FAILED, OK
 from skillwing.services.commands.output import make_console, print_json, print_table
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.protocol import MissionStatus
-
-from .mission import find_mission, installed_missions
-from .runner import MissionNode, Phase
-from .tree_text import render
 
 mission = typer.Typer(no_args_is_help=True, help="List and fly missions.")
 

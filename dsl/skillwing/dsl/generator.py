@@ -135,7 +135,7 @@ def _managers(skillset: Skillset) -> Iterator[str]:
     yield ""
     yield "from __future__ import annotations"
     yield ""
-    yield "from skillwing.services.skill_manager import SkillHooks"
+    yield "from skillwing.services.managers.skill_manager import SkillHooks"
     yield from _import_types(names)
     for skill in skillset.skills:
         yield from _manager(skill)
@@ -181,7 +181,7 @@ def _interface(skillset: Skillset) -> Iterator[str]:
     yield ""
     yield "from __future__ import annotations"
     yield ""
-    yield "from skillwing.services.interface import GoalHandle, SkillsetInterface"
+    yield "from skillwing.services.client.interface import GoalHandle, SkillsetInterface"
     yield from _import_types(declared for field in inputs for declared in _declared_types(field.type))
     yield from ("", "", f"class {name}Skills:")
     yield f'{_INDENT}"""Starts skills through an interface; each method returns the goal at once, still to be answered.'

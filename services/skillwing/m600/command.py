@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from skillwing.services.bus import Answered, Bus, Refused
-from skillwing.services.persistence import ask_until_answered
+from skillwing.services.client.asking import ask_until_answered
 from skillwing.services.protocol import Message, encode
 
 ATTEMPTS = 6

@@ -24,7 +24,7 @@ def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
         ProcessSpec("guidance", f"{SIMULATION}.guidance.node:make_guidance", extra="sim"),
         ProcessSpec("obstacles", f"{SIMULATION}.obstacles.node:make_obstacles", essential=False, extra="sim"),
         ProcessSpec("mapping", f"{SIMULATION}.mapping.node:make_mapping", essential=False, extra="sim"),
-        ProcessSpec("bridge", "skillwing.m600.bridge:make_bridge", {"skillset": str(SKILLSET)}),
+        ProcessSpec("bridge", "skillwing.m600.bridge.node:make_bridge", {"skillset": str(SKILLSET)}),
     )
 
 
@@ -39,8 +39,8 @@ def observers(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
     recorder: dict[str, Any] = {
         "run_dir": str(options["run_dir"]),
         "skillset": str(SKILLSET),
-        "scene": "skillwing.m600.dashboard:make_scene",
-        "collectors": ["skillwing.m600.flight_log:make_flight_log"],
+        "scene": "skillwing.m600.dashboard.scene:make_scene",
+        "collectors": ["skillwing.m600.judge.flight_log:make_flight_log"],
     }
     if options.get("viewer_url") is not None:
         recorder |= {"viewer": "connect", "url": options["viewer_url"]}
@@ -56,16 +56,16 @@ ROBOT = Robot(
     functional_layer=functional_layer,
     observers=observers,
     hooks={
-        "takeoff": "skillwing.m600.takeoff:TakeoffManager",
-        "land": "skillwing.m600.land:LandManager",
-        "hover": "skillwing.m600.hover:HoverManager",
-        "goto": "skillwing.m600.goto:GotoManager",
-        "goto_straight": "skillwing.m600.goto_straight:GotoStraightManager",
-        "return_home": "skillwing.m600.return_home:ReturnHomeManager",
-        "rotate_head": "skillwing.m600.rotate_head:RotateHeadManager",
-        "lock_head": "skillwing.m600.lock_head:LockHeadManager",
-        "zed_depthmap": "skillwing.m600.zed_depthmap:ZedDepthmapManager",
-        "lidar_depthmap": "skillwing.m600.lidar_depthmap:LidarDepthmapManager",
-        "lidar_mapping": "skillwing.m600.lidar_mapping:LidarMappingManager",
+        "takeoff": "skillwing.m600.skills.takeoff:TakeoffManager",
+        "land": "skillwing.m600.skills.land:LandManager",
+        "hover": "skillwing.m600.skills.hover:HoverManager",
+        "goto": "skillwing.m600.skills.goto:GotoManager",
+        "goto_straight": "skillwing.m600.skills.goto_straight:GotoStraightManager",
+        "return_home": "skillwing.m600.skills.return_home:ReturnHomeManager",
+        "rotate_head": "skillwing.m600.skills.rotate_head:RotateHeadManager",
+        "lock_head": "skillwing.m600.skills.lock_head:LockHeadManager",
+        "zed_depthmap": "skillwing.m600.skills.zed_depthmap:ZedDepthmapManager",
+        "lidar_depthmap": "skillwing.m600.skills.lidar_depthmap:LidarDepthmapManager",
+        "lidar_mapping": "skillwing.m600.skills.lidar_mapping:LidarMappingManager",
     },
 )

@@ -17,7 +17,7 @@ from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.services.names import DATA_MANAGER, RESOURCE_MANAGER, skill_process
 
 ROBOTS = "skillwing.robots"
-PACKAGE = "skillwing.services"
+MANAGERS = "skillwing.services.managers"
 
 ClockKind = Literal["wall", "robot"]
 
@@ -71,12 +71,12 @@ class Robot:
         """
         options = {"skillset": str(self.skillset)}
         return (
-            ProcessSpec(DATA_MANAGER, f"{PACKAGE}.data_manager:make_data_manager", options, essential=False),
-            ProcessSpec(RESOURCE_MANAGER, f"{PACKAGE}.resource_manager:make_resource_manager", options),
+            ProcessSpec(DATA_MANAGER, f"{MANAGERS}.data_manager:make_data_manager", options, essential=False),
+            ProcessSpec(RESOURCE_MANAGER, f"{MANAGERS}.resource_manager:make_resource_manager", options),
             *(
                 ProcessSpec(
                     skill_process(skill),
-                    f"{PACKAGE}.skill_manager:make_skill_manager",
+                    f"{MANAGERS}.skill_manager:make_skill_manager",
                     {**options, "hooks": hooks},
                     essential=False,
                 )

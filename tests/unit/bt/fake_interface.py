@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from skillwing.bt_missions.context import MissionContext
+from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.dsl.expressions import Comparison, Name, Symbol
 from skillwing.dsl.model import (
     Effect,

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skillwing.bt_missions.detour import (
+from skillwing.bt_missions.planning.detour import (
     HULL_RADIUS,
     MARGIN,
     OBSTACLE_RADIUS,

@@ -9,15 +9,15 @@ from fake_interface import FakeMission
 from py_trees.behaviours import Failure, Running, StatusQueue, Success
 from py_trees.common import Status
 
-from skillwing.bt_missions.composites import alongside, guarded
-from skillwing.bt_missions.conditions import DataCompare, ResourceIs
-from skillwing.bt_missions.decorators import Deadline
-from skillwing.bt_missions.detour import RoutePlanner
-from skillwing.bt_missions.loop import Until
-from skillwing.bt_missions.settling import CALM, NoteSwitch, Settled
-from skillwing.bt_missions.skill_action import SkillAction
-from skillwing.bt_missions.tree_text import TreePortrait, render
-from skillwing.bt_missions.waypoints import POSITION_PATIENCE, Route, WaypointWriter
+from skillwing.bt_missions.leaves.conditions import DataCompare, ResourceIs
+from skillwing.bt_missions.leaves.settling import CALM, NoteSwitch, Settled
+from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.planning.detour import RoutePlanner
+from skillwing.bt_missions.planning.waypoints import POSITION_PATIENCE, Route, WaypointWriter
+from skillwing.bt_missions.running.tree_text import TreePortrait, render
+from skillwing.bt_missions.subtrees.composites import alongside, guarded
+from skillwing.bt_missions.subtrees.decorators import Deadline
+from skillwing.bt_missions.subtrees.loop import Until
 from skillwing.services.protocol import Ending, Terminal, TreeSnapshot
 
 HERE = {"x": 0.0, "y": 0.0, "z": 4.0}

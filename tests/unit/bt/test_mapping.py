@@ -9,10 +9,10 @@ import pytest
 from fake_interface import FakeGoal, FakeMission
 from py_trees.common import Status
 
-from skillwing.bt_missions.mapping import MISSION, MappingOptions
-from skillwing.bt_missions.mission import find_mission
-from skillwing.bt_missions.preflight import preflight
-from skillwing.bt_missions.settling import CALM
+from skillwing.bt_missions.leaves.settling import CALM
+from skillwing.bt_missions.missions.mapping import MISSION, MappingOptions
+from skillwing.bt_missions.running.mission import find_mission
+from skillwing.bt_missions.running.preflight import preflight
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.services.errors import InvalidOptionError

@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from skillwing.bt_missions.commands import mission, parse_options
-from skillwing.bt_missions.mapping import MISSION, MappingOptions
+from skillwing.bt_missions.missions.mapping import MISSION, MappingOptions
 from skillwing.services.errors import InvalidOptionError
 
 

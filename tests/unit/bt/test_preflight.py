@@ -6,10 +6,10 @@ from fake_interface import SKILLSET, FakeMission
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from skillwing.bt_missions.composites import in_order
-from skillwing.bt_missions.conditions import DataCompare, ResourceIs
-from skillwing.bt_missions.preflight import preflight
-from skillwing.bt_missions.skill_action import SkillAction
+from skillwing.bt_missions.leaves.conditions import DataCompare, ResourceIs
+from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.running.preflight import preflight
+from skillwing.bt_missions.subtrees.composites import in_order
 
 
 def problems(*leaves: Behaviour) -> list[str]:

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from py_trees.common import Status
 from py_trees.composites import Selector
 
-from skillwing.bt_missions.composites import in_order
-from skillwing.bt_missions.conditions import ResourceIs
-from skillwing.bt_missions.skill_action import Phase, SkillAction
+from skillwing.bt_missions.leaves.conditions import ResourceIs
+from skillwing.bt_missions.leaves.skill_action import Phase, SkillAction
+from skillwing.bt_missions.subtrees.composites import in_order
 
 
 def tick(leaf: SkillAction) -> Status:

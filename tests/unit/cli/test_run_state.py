@@ -7,7 +7,7 @@ import pytest
 
 from skillwing.services.commands.connection import find_target
 from skillwing.services.commands.exit_codes import NoSystemError
-from skillwing.services.run_state import (
+from skillwing.services.processes.run_state import (
     RunState,
     read_run_state,
     remove_run_state,

@@ -6,16 +6,16 @@ from typing import Any
 
 from fake_layer import FakeLayer
 
-from skillwing.m600.bridge import RobotBridge
+from skillwing.m600.bridge.node import RobotBridge
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus import Answer, Bus
 from skillwing.services.bus.inprocess import InProcessNetwork
-from skillwing.services.data_manager import DataManagerNode
-from skillwing.services.interface import GoalHandle, SkillsetInterface
+from skillwing.services.client.interface import GoalHandle, SkillsetInterface
+from skillwing.services.managers.data_manager import DataManagerNode
+from skillwing.services.managers.resource_manager import ResourceManagerNode
+from skillwing.services.managers.skill_manager import SkillManagerNode
 from skillwing.services.options import imported
 from skillwing.services.protocol import Keys, Record, State, Terminal, decode
-from skillwing.services.resource_manager import ResourceManagerNode
-from skillwing.services.skill_manager import SkillManagerNode
 from skillwing.sim_mujoco.topics import SensorStatus
 
 SKILLSET = ROBOT.load_skillset()

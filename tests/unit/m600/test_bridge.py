@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from robot_rig import SKILLSET, RobotRig
 
-from skillwing.m600.bridge import RobotBridge
+from skillwing.m600.bridge.node import RobotBridge
 from skillwing.services.protocol import Record, RecordKind
 from skillwing.sim_mujoco.topics import ObstacleSource, SensorStatus
 

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 from matplotlib.image import imread
 
-from skillwing.m600.depth_png import depth_png
-from skillwing.m600.scene_geometry import DEPTH_STEP, GRAIN, Throttle, by_height, depth_levels, scan_points
-from skillwing.m600.voxel_pieces import VoxelPieces
+from skillwing.m600.dashboard.depth_png import depth_png
+from skillwing.m600.dashboard.geometry import DEPTH_STEP, GRAIN, Throttle, by_height, depth_levels, scan_points
+from skillwing.m600.dashboard.voxel_pieces import VoxelPieces
 from skillwing.sim_mujoco.sensors.directions import lidar_directions
 from skillwing.sim_mujoco.topics import Navigation
 

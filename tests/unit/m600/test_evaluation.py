@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from skillwing.m600.evaluation import MAP_PICTURE, TIMELINE_PICTURE, evaluate, map_scene
-from skillwing.m600.flight_log import FLIGHT_FILE, MAP_FILE, SavedMap
+from skillwing.m600.judge.evaluation import MAP_PICTURE, TIMELINE_PICTURE, evaluate, map_scene
+from skillwing.m600.judge.flight_log import FLIGHT_FILE, MAP_FILE, SavedMap
 from skillwing.m600.robot import ROBOT
 from skillwing.services.protocol import Ending, GoalStatus, Record, RecordKind, State, Terminal
 from skillwing.services.telemetry.history import History

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from skillwing.m600.flight_deck import FlightDeck
+from skillwing.m600.demo.flight_deck import FlightDeck
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import (

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from skillwing.m600.flight_log import FlightLog, read_flight, read_map
+from skillwing.m600.judge.flight_log import FlightLog, read_flight, read_map
 from skillwing.services.bus import Bus, Request
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import Keys, MissionStatus, encode

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skillwing.m600.headway import Headway
+from skillwing.m600.skills.headway import Headway
 
 
 def test_standing_still_is_stalled_after_the_patience() -> None:

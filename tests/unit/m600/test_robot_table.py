@@ -7,7 +7,7 @@ import json
 import pytest
 
 from skillwing.m600.robot import ROBOT
-from skillwing.services.hooks import SkillHooks
+from skillwing.services.managers.hooks import SkillHooks
 from skillwing.services.options import imported
 from skillwing.services.robot import ProcessSpec, find_robot
 from skillwing.services.telemetry.recorder_options import RecorderOptions

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from skillwing.services.interface import GoalHandle, SkillsetInterface
+from skillwing.services.client.interface import GoalHandle, SkillsetInterface
 
 from .types import Position
 

@@ -22,9 +22,10 @@ from skillwing.services.bus import Answer, Answered, Refused
 from skillwing.services.bus.clock import FollowedClock, WallClock
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.bus.zenoh_session import RouterUnreachableError
+from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.commands.exit_codes import NoSystemError
 from skillwing.services.errors import RefusedError, SkillwingError
-from skillwing.services.interface import SkillsetInterface
+from skillwing.services.processes.run_state import read_run_state, running_systems
 from skillwing.services.protocol import (
     ErrorCode,
     GoalStatus,
@@ -38,7 +39,6 @@ from skillwing.services.protocol import (
     encode,
 )
 from skillwing.services.robot import ClockKind, find_robot
-from skillwing.services.run_state import read_run_state, running_systems
 
 CONNECT_TIMEOUT = 3.0
 ANSWER_TIMEOUT = 2.0

@@ -10,8 +10,8 @@ import typer
 
 from skillwing.services.commands.connection import RobotOption, find_target
 from skillwing.services.commands.exit_codes import NoSystemError
-from skillwing.services.launcher import STOP_TIMEOUT
-from skillwing.services.run_state import read_run_state, remove_run_state, started
+from skillwing.services.processes.launcher import STOP_TIMEOUT
+from skillwing.services.processes.run_state import read_run_state, remove_run_state, started
 
 PATIENCE = 3 * STOP_TIMEOUT
 """Seconds that the system has to stop; it kills what does not stop by itself in less."""

@@ -9,12 +9,12 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from skillwing.services.client.goal_handle import GoalHandle
+from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.commands.exit_codes import OK, exit_code_of_end
 from skillwing.services.commands.inputs import parse_inputs
 from skillwing.services.commands.output import end_text, make_console, print_json, value_text
-from skillwing.services.goal_handle import GoalHandle
-from skillwing.services.interface import SkillsetInterface
 from skillwing.services.protocol import State
 
 DOUBLE_TIME = 0.5

@@ -9,7 +9,7 @@ from skillwing.dsl import UnknownNameError
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, Target, UnansweredError, connect
 from skillwing.services.commands.output import end_text, make_console, print_json, print_table, state_text
 from skillwing.services.errors import RefusedError
-from skillwing.services.mock_host import mock_processes
+from skillwing.services.processes.mock_host import mock_processes
 from skillwing.services.protocol import GoalStatus, QueryStates, ResourceStates
 from skillwing.services.robot import find_robot
 

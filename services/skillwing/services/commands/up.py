@@ -18,11 +18,11 @@ from skillwing.services.commands.ending import ended_by_signals
 from skillwing.services.commands.exit_codes import FAILED, OK
 from skillwing.services.commands.output import make_console
 from skillwing.services.errors import SkillwingError
-from skillwing.services.launcher import ROUTER, ROUTER_TIMEOUT, START_TIMEOUT, Death, Launcher
-from skillwing.services.mock_host import mock_processes
+from skillwing.services.processes.launcher import ROUTER, ROUTER_TIMEOUT, START_TIMEOUT, Death, Launcher
+from skillwing.services.processes.mock_host import mock_processes
+from skillwing.services.processes.router import LOOPBACK
+from skillwing.services.processes.run_state import announced, read_run_state
 from skillwing.services.robot import ClockKind, ProcessSpec, Robot, find_robot
-from skillwing.services.router import LOOPBACK
-from skillwing.services.run_state import announced, read_run_state
 
 
 def up(

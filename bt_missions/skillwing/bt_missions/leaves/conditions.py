@@ -1,0 +1,96 @@
+"""Leaves that look at the robot: the state of a resource, the value of a datum. They change nothing."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Mapping
+from typing import Any, Literal, TypeAlias, cast
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from skillwing.bt_missions.leaves.context import MissionContext
+
+Sign: TypeAlias = Literal["==", "!=", "<", "<=", ">", ">="]
+
+_COMPARE: Mapping[Sign, Callable[[Any, Any], bool]] = {
+    "==": operator.eq,
+    "!=": operator.ne,
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+}
+
+
+class ResourceIs(Behaviour):
+    """SUCCESS while `resource` is in one of `states`.
+
+    Otherwise FAILURE, or with `wait` (seconds of robot time) RUNNING for that long and then FAILURE.
+    question: the failure is merely the answer to a question, and not what went wrong.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        context: MissionContext,
+        resource: str,
+        *states: str,
+        wait: float = 0.0,
+        question: bool = False,
+    ) -> None:
+        super().__init__(name)
+        self.resource = resource
+        self.states = states
+        self._context = context
+        self._wait = wait
+        self._question = question
+        self._waits_since = 0.0
+
+    def initialise(self) -> None:
+        self._waits_since = self._context.now()
+
+    def update(self) -> Status:
+        state = self._context.interface.state(self.resource)
+        self.feedback_message = f"{self.resource} is {state or 'not known'}"
+        if state in self.states:
+            return Status.SUCCESS
+        if self._context.now() - self._waits_since < self._wait:
+            return Status.RUNNING
+        if not self._question:
+            wanted = " or ".join(self.states)
+            record = self._context.interface.change_record(self.resource)
+            self._context.learn(f"{self.feedback_message}; it has to be {wanted}", record, failed=True)
+        return Status.FAILURE
+
+
+class DataCompare(Behaviour):
+    """SUCCESS while `datum` compares with `value` as `sign` says; `position.z` names a field of a structured datum.
+
+    A datum that is stale or was never received compares with nothing: FAILURE.
+    """
+
+    def __init__(self, name: str, context: MissionContext, datum: str, sign: Sign, value: float | str | bool) -> None:
+        super().__init__(name)
+        self.datum, *self.fields = datum.split(".")
+        self._context = context
+        self._sign: Sign = sign
+        self._value = value
+
+    def update(self) -> Status:
+        path = ".".join([self.datum, *self.fields])
+        reading = self._context.interface.reading(self.datum)
+        if reading.stale:
+            return self._fail(f"{path} is not known" if reading.t is None else f"{path} is stale")
+        found: Any = reading.value
+        for field in self.fields:
+            found = cast(Mapping[str, Any], found)[field]
+        if _COMPARE[self._sign](found, self._value):
+            self.feedback_message = f"{path} {self._sign} {self._value}"
+            return Status.SUCCESS
+        return self._fail(f"{path} is {found}; it has to be {self._sign} {self._value}")
+
+    def _fail(self, reason: str) -> Status:
+        self.feedback_message = reason
+        self._context.learn(reason, None, failed=True)
+        return Status.FAILURE

@@ -1,0 +1,87 @@
+"""What the leaves of one mission share: the way to the robot, robot time, and what happened last.
+
+The context also carries the thread of causes. A leaf that finds something out tells the context (`learn`), and
+whatever the tree starts or interrupts next names the record of that event as its cause. A tree is ticked on one
+thread, so "what was learnt last" is what the tree is reacting to.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from skillwing.bt_missions.leaves.reaper import Reaper
+from skillwing.bt_missions.leaves.skills import Goal, Interface
+from skillwing.dsl.model import Skillset
+
+
+class Journal(Protocol):
+    """Writes one mission record to the timeline and returns its id."""
+
+    def __call__(self, subject: str, before: str | None, after: str, text: str, cause: str | None) -> str: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Incident:
+    """What made a leaf fail: a sentence, and the timeline record of the change behind it."""
+
+    text: str
+    record: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class Switch:
+    """At robot time `t` the tree went over from one branch of `subject` to another, and why."""
+
+    subject: str
+    before: str
+    after: str
+    t: float
+    reason: str
+
+
+class MissionContext:
+    """Shared by all leaves of one mission. now: robot time in seconds."""
+
+    def __init__(self, interface: Interface, skillset: Skillset, now: Callable[[], float], journal: Journal) -> None:
+        self.interface = interface
+        self.skillset = skillset
+        self.now = now
+        self.reaper = Reaper(interface, skillset)
+        self.switches: list[Switch] = []
+        self.failure: Incident | None = None
+        self._journal = journal
+        self._cause: str | None = None
+        self._live: list[Goal] = []
+
+    def learn(self, text: str, record: str | None, *, failed: bool = False) -> None:
+        """Take note of a change that a leaf has seen. failed: it made the leaf fail."""
+        self._cause = record or self._cause
+        if failed:
+            self.failure = Incident(text, record)
+
+    def start(self, skill: str, inputs: Mapping[str, Any]) -> Goal:
+        """Start a skill because of what was learnt last.
+
+        Raises UnknownNameError or InvalidInputError for what the skillset does not know.
+        """
+        goal = self.interface.start(skill, inputs, cause=self._cause)
+        self._live = [*(other for other in self._live if not other.done), goal]
+        return goal
+
+    def cancel(self, goal: Goal) -> None:
+        """Interrupt a goal and leave it to the reaper. Returns at once; harmless for a goal that is over."""
+        self.reaper.take(goal, self._cause)
+
+    def cancel_everything(self) -> None:
+        """Interrupt every goal that this mission has started, whatever became of its leaf."""
+        for goal in self._live:
+            self.cancel(goal)
+
+    def switched(self, subject: str, before: str, after: str) -> None:
+        """Record that the tree goes over from one branch to another because of the latest failure."""
+        reason = self.failure.text if self.failure else f"{before} failed"
+        self.switches.append(Switch(subject, before, after, self.now(), reason))
+        cause = self.failure.record if self.failure else None
+        self._cause = self._journal(subject, before, after, reason, cause or self._cause)

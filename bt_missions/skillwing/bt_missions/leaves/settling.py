@@ -1,0 +1,52 @@
+"""Leaves for the moment when one part of a tree gives way to another."""
+
+from __future__ import annotations
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from skillwing.bt_missions.leaves.context import MissionContext
+
+CALM = 0.2
+"""Robot seconds in which news of one event may come in from different processes, in any order. A guard that knows
+better than to go on has then had its say."""
+
+
+class NoteSwitch(Behaviour):
+    """First leaf of a branch that takes over: writes down from which branch, and because of what. SUCCESS at once."""
+
+    def __init__(self, name: str, context: MissionContext, subject: str, before: str, after: str) -> None:
+        super().__init__(name)
+        self._context = context
+        self._step = subject, before, after
+
+    def update(self) -> Status:
+        self._context.switched(*self._step)
+        self.feedback_message = self._context.switches[-1].reason
+        return Status.SUCCESS
+
+
+class Settled(Behaviour):
+    """RUNNING while cancelled goals are still stopping, and for `CALM` seconds at least; then SUCCESS.
+
+    Also SUCCESS after `patience` robot seconds, for what comes next may be more urgent than what does not stop.
+    """
+
+    def __init__(self, name: str, context: MissionContext, patience: float) -> None:
+        super().__init__(name)
+        self._context = context
+        self._patience = patience
+        self._waits_since = 0.0
+
+    def initialise(self) -> None:
+        self._waits_since = self._context.now()
+
+    def update(self) -> Status:
+        waited = self._context.now() - self._waits_since
+        stopping = self._context.reaper.unfinished
+        if stopping:
+            names = ", ".join(sorted({goal.skill for goal in stopping}))
+            self.feedback_message = f"waiting until {names} has stopped"
+            return Status.SUCCESS if waited > self._patience else Status.RUNNING
+        self.feedback_message = "everything has stopped"
+        return Status.SUCCESS if waited >= CALM else Status.RUNNING

@@ -1,0 +1,194 @@
+"""The leaf that runs a skill.
+
+A tick never waits: it starts the skill, looks at what has become of it, and returns. Between two ticks the goal
+lives in its managers; `IDLE -> (WAITING ->) SENT -> RUNNING -> DONE`, or `CANCELLING -> DONE` once halted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from enum import StrEnum
+from typing import Any
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from skillwing.bt_missions.leaves.context import MissionContext
+from skillwing.bt_missions.leaves.reaper import Mark
+from skillwing.bt_missions.leaves.skills import Goal
+from skillwing.dsl.model import UnknownNameError
+from skillwing.services.errors import InvalidInputError
+from skillwing.services.protocol import Ending, State, Terminal
+
+DEFAULT_PATIENCE = 15.0
+"""How long a leaf waits for resources of goals that are being cancelled, in seconds of robot time."""
+
+
+class Phase(StrEnum):
+    """Where a leaf is with its goal."""
+
+    IDLE = "idle"
+    WAITING = "waiting"
+    SENT = "sent"
+    RUNNING = "running"
+    CANCELLING = "cancelling"
+    DONE = "done"
+
+
+class SkillAction(Behaviour):
+    """Runs one skill; SUCCESS or FAILURE as `outcomes` says of its terminal label.
+
+    inputs: value of each input of the skill, or a function that gives it at the moment of the start.
+    outcomes: what each terminal label (`S_ARRIVED`, `S_BLOCKED`, `RI`, `IT`, ...) means for the tree. Labels that are
+    not named mean SUCCESS for a success result of the skill that held, and FAILURE for everything else. An interrupted
+    skill has not done its work: `IT` is never SUCCESS.
+    on_end: told how the goal ended, unless the leaf was halted before.
+    patience: how long to wait for goals that are being cancelled and hold what this skill needs, in robot seconds.
+
+    Halting (`terminate(INVALID)`) is immediate for the tree, also before the manager has answered, and may be
+    repeated; the reaper follows the goal until the robot has really stopped.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        context: MissionContext,
+        skill: str,
+        inputs: Mapping[str, Any] | None = None,
+        *,
+        outcomes: Mapping[str, Status] | None = None,
+        on_end: Callable[[Terminal], None] | None = None,
+        patience: float = DEFAULT_PATIENCE,
+    ) -> None:
+        super().__init__(name)
+        self.skill = skill
+        self.inputs = dict(inputs or {})
+        self.outcomes = dict(outcomes or {})
+        self._phase = Phase.IDLE
+        self._context = context
+        self._on_end = on_end
+        self._patience = patience
+        self._goal: Goal | None = None
+        self._sent_at: Mark = 0
+        self._refused_at: Mark | None = None
+        self._asked_at = 0.0
+        _refuse_bad_outcomes(name, self.outcomes)
+
+    @property
+    def phase(self) -> Phase:
+        """Where the leaf is with its goal; a cancelled goal is DONE when the robot has really stopped."""
+        cancelled = self._phase is Phase.CANCELLING and self._goal is not None and self._goal.done
+        return Phase.DONE if cancelled else self._phase
+
+    @property
+    def goal(self) -> Goal | None:
+        """The latest goal of this leaf."""
+        return self._goal
+
+    @property
+    def terminal(self) -> Terminal | None:
+        """How the latest goal ended, once it has."""
+        return self._goal.terminal if self._goal else None
+
+    def initialise(self) -> None:
+        self._asked_at = self._context.now()
+        self._refused_at = None
+        self._phase = Phase.WAITING
+
+    def update(self) -> Status:
+        if self._phase is Phase.WAITING:
+            return self._start_when_free()
+        goal = self._goal
+        assert goal is not None, "a leaf that has sent something has a goal"
+        if goal.terminal is not None:
+            return self._conclude(goal, goal.terminal)
+        if goal.state in (State.RUNNING, State.INTERRUPTING):
+            self._phase = Phase.RUNNING
+        self.feedback_message = str(self._phase)
+        return Status.RUNNING
+
+    def terminate(self, new_status: Status) -> None:
+        if new_status is not Status.INVALID:
+            return
+        if self._goal is not None and not self._goal.done:
+            self._context.cancel(self._goal)
+            self._phase = Phase.CANCELLING
+            self.feedback_message = "halted; its goal is being interrupted"
+        elif self._phase is Phase.WAITING:
+            self._phase = Phase.IDLE
+            self.feedback_message = ""
+        elif self._phase in (Phase.SENT, Phase.RUNNING):
+            self._phase = Phase.DONE
+            self.feedback_message = "halted just after its goal had ended"
+
+    def _start_when_free(self) -> Status:
+        try:
+            holders = self._holders()
+            if holders:
+                return self._wait_for(holders)
+            self._sent_at = self._context.reaper.mark()
+            self._goal = self._context.start(self.skill, self._input_values())
+        except (UnknownNameError, InvalidInputError) as error:
+            return self._fail(f"{self.skill} was not started: {error}", None)
+        self._phase = Phase.SENT
+        self.feedback_message = str(self._phase)
+        return Status.RUNNING
+
+    def _holders(self) -> tuple[Goal, ...]:
+        """Whom to wait for: goals on their way out that are in the way, and after a refusal any that may have been."""
+        reaper = self._context.reaper
+        if self._refused_at is not None and reaper.awaits_news_since(self._refused_at):
+            return reaper.unfinished
+        return reaper.in_the_way_of(self.skill)
+
+    def _wait_for(self, holders: tuple[Goal, ...]) -> Status:
+        names = ", ".join(sorted({goal.skill for goal in holders}))
+        if self._is_patient():
+            self.feedback_message = f"waiting until {names} has stopped"
+            return Status.RUNNING
+        return self._fail(f"{self.skill} was not started: {names} did not stop within {self._patience:g} s", None)
+
+    def _is_patient(self) -> bool:
+        return self._context.now() - self._asked_at <= self._patience
+
+    def _input_values(self) -> dict[str, Any]:
+        return {name: value() if callable(value) else value for name, value in self.inputs.items()}
+
+    def _conclude(self, goal: Goal, terminal: Terminal) -> Status:
+        refused = terminal.ending in (Ending.NOT_READY, Ending.BUSY)
+        reaper = self._context.reaper
+        if refused and self._is_patient() and reaper.busy_since(self._sent_at):
+            # py_trees starts a new branch before it halts the old one, so this goal may have met one that is on its
+            # way out. Its resources come back when it has stopped; then a new goal may ask again.
+            self._refused_at = reaper.mark()
+            self._phase = Phase.WAITING
+            return self._start_when_free()
+        if terminal.ending is Ending.LOST:
+            reaper.take(goal)
+        if self._on_end is not None:
+            self._on_end(terminal)
+        if self._status_of(terminal) is Status.FAILURE:
+            return self._fail(f"{self.skill} ended {terminal.label}: {terminal.reason}", goal.record)
+        self._phase = Phase.DONE
+        self.feedback_message = terminal.label
+        self._context.learn(f"{self.skill} ended {terminal.label}", goal.record)
+        return Status.SUCCESS
+
+    def _status_of(self, terminal: Terminal) -> Status:
+        succeeded = terminal.ending is Ending.SUCCEEDED and terminal.success
+        return self.outcomes.get(terminal.label, Status.SUCCESS if succeeded else Status.FAILURE)
+
+    def _fail(self, reason: str, record: str | None) -> Status:
+        self._phase = Phase.DONE
+        self.feedback_message = reason
+        self._context.learn(reason, record, failed=True)
+        return Status.FAILURE
+
+
+def _refuse_bad_outcomes(name: str, outcomes: Mapping[str, Status]) -> None:
+    """Raise ValueError for a mapping that would make a tree hang or lie."""
+    for label, status in outcomes.items():
+        if status not in (Status.SUCCESS, Status.FAILURE):
+            raise ValueError(f"Leaf `{name}` maps {label} to {status.name}; map it to SUCCESS or FAILURE.")
+    if outcomes.get(Ending.INTERRUPTED) is Status.SUCCESS:
+        raise ValueError(f"Leaf `{name}` maps IT to SUCCESS, but an interrupted skill has not done its work.")

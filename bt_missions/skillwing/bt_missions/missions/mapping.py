@@ -1,0 +1,213 @@
+"""The 3D-mapping mission of the paper (Figures 6, 7 and 10): along a route, with a way on when the camera fails.
+
+The depth camera looks ahead, so the drone flies nose first. When the camera fails, the LiDAR takes over; its ring
+sees only sideways, so the drone turns its nose across the motion and flies like a crab. Mapping runs on meanwhile.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, ClassVar
+
+import msgspec
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+from py_trees.decorators import SuccessIsFailure
+
+from skillwing.bt_missions.leaves.conditions import ResourceIs
+from skillwing.bt_missions.leaves.context import MissionContext
+from skillwing.bt_missions.leaves.settling import NoteSwitch, Settled
+from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.planning.detour import Area, Position, RoutePlanner
+from skillwing.bt_missions.planning.waypoints import Route, WaypointWriter
+from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
+from skillwing.bt_missions.subtrees.composites import alongside, first_that_works, guarded, in_order
+from skillwing.bt_missions.subtrees.decorators import Deadline
+from skillwing.bt_missions.subtrees.landing import LANDED, STOPPING_PATIENCE, land_where_it_is
+from skillwing.bt_missions.subtrees.loop import Until
+
+Speed = Annotated[float, msgspec.Meta(ge=0.1, le=5.0)]
+
+TAKEN_OFF = {"S_AT_ALTITUDE": Status.SUCCESS, "S_BLOCKED": Status.FAILURE, "S_ABORTED": Status.FAILURE}
+LEG_FLOWN = {
+    "S_ARRIVED": Status.SUCCESS,
+    # An obstacle on the way is no failure of the branch: the writer plans the next leg round it.
+    "S_BLOCKED": Status.SUCCESS,
+    "N_BLOCKED": Status.SUCCESS,
+    "S_ABORTED": Status.FAILURE,
+}
+NO_DEPTH_MAP = {"S_NO_DATA": Status.FAILURE}
+NO_MAP = {"S_DIVERGED": Status.FAILURE}
+ALIGNED = {"S_ALIGNED": Status.SUCCESS}
+AT_HOME = {"S_ARRIVED": Status.SUCCESS, "S_ABORTED": Status.FAILURE}
+
+DEPTH_MAP_WAIT = 5.0
+"""How long a depth map may take to come up before the branch fails, in seconds of robot time."""
+
+
+class MappingOptions(MissionOptions, frozen=True, kw_only=True):
+    """route: waypoints (x, y, z) in ENU metres, home at the origin. height: of take-off, by default the first
+    waypoint's. return_height: of the flight home, over everything: no depth map watches the way then. area: west,
+    south, east, north border of detours. time_limit: robot seconds until the drone gives up and lands."""
+
+    route: Annotated[tuple[Position, ...], msgspec.Meta(min_length=1, max_length=1000)] = (
+        (30.0, 0.0, 4.0),
+        (30.0, 20.0, 4.0),
+        (5.0, 20.0, 4.0),
+        (0.0, 0.0, 4.0),
+    )
+    height: Annotated[float, msgspec.Meta(ge=1.0, le=50.0)] | None = None
+    return_height: Annotated[float, msgspec.Meta(ge=1.0, le=50.0)] = 12.0
+    speed: Speed = 2.0
+    area: Area | None = None
+    time_limit: Annotated[float, msgspec.Meta(gt=0.0)] = 900.0
+
+
+class MappingMission(Mission):
+    name = "mapping"
+    summary = "Map the surroundings of a route with the LiDAR; fly on by LiDAR when the depth camera fails."
+    needs: ClassVar[Mapping[str, tuple[str, ...]]] = {
+        "SDK_authority": ("AVAILABLE",),
+        "homepoint_status": ("VALID",),
+        "flight_status": ("ON_GROUND",),
+        "zed_status": ("OK", "FAILED"),
+        "lidar_status": ("OK",),
+        "battery_status": ("NORMAL",),
+    }
+    Options = MappingOptions
+
+    def build(self, context: MissionContext, options: MappingOptions) -> MissionTrees:
+        planner = RoutePlanner(options.route, area=options.area)
+        route = Route(context, planner)
+        return MissionTrees(
+            root=_with_guards(context, _flight(context, route, options), options),
+            rescue=guarded(
+                "rescue",
+                ResourceIs("may we fly?", context, "SDK_authority", "AVAILABLE"),
+                land_where_it_is(context),
+            ),
+            progress=lambda: _progress(planner),
+        )
+
+
+def _with_guards(context: MissionContext, flight: Behaviour, options: MappingOptions) -> Behaviour:
+    """The flight below its guards. When the safety pilot takes over nothing is commanded any more, not even landing."""
+    land = SkillAction("land", context, "land", outcomes=LANDED)
+    in_good_time = Deadline("in good time", context, options.time_limit, flight)
+    charged = ResourceIs("battery?", context, "battery_status", "NORMAL", "LOW")
+    failed = in_order(
+        "flight failed",
+        NoteSwitch("why", context, "mission", "flight", "landing where it is"),
+        land_where_it_is(context),
+    )
+    return guarded(
+        "mapping",
+        ResourceIs("may we fly?", context, "SDK_authority", "AVAILABLE"),
+        first_that_works(
+            "fly or land",
+            in_order("fly and land", guarded("while the battery lasts", charged, in_good_time), land),
+            SuccessIsFailure("landed, but not done", failed),
+        ),
+    )
+
+
+def _flight(context: MissionContext, route: Route, options: MappingOptions) -> Behaviour:
+    """Figure 6: take off, map, return."""
+    height = options.height if options.height is not None else options.route[0][2]
+    return in_order(
+        "flight",
+        SkillAction("takeoff", context, "takeoff", {"height": height}, outcomes=TAKEN_OFF),
+        alongside(
+            "map",
+            SkillAction("lidar_mapping", context, "lidar_mapping", outcomes=NO_MAP),
+            until=_navigation(context, route, options.speed),
+        ),
+        # Guidance would miss the depth map on a way that it has begun with one.
+        Settled("depth map stopped", context, STOPPING_PATIENCE),
+        SkillAction(
+            "return_home",
+            context,
+            "return_home",
+            {"height": options.return_height, "speed": options.speed},
+            outcomes=AT_HOME,
+        ),
+    )
+
+
+def _navigation(context: MissionContext, route: Route, speed: float) -> Behaviour:
+    """Figure 7: by the camera, or else by the LiDAR. A camera that has failed once is not trusted again in flight."""
+    return first_that_works("navigate", _by_camera(context, route, speed), _by_lidar(context, route, speed))
+
+
+def _by_camera(context: MissionContext, route: Route, speed: float) -> Behaviour:
+    """Nose first, looking ahead with the depth camera."""
+    fly_leg = SkillAction(
+        "goto_straight",
+        context,
+        "goto_straight",
+        {"target": route.target, "speed": speed},
+        outcomes=LEG_FLOWN,
+        on_end=route.leg_ended,
+    )
+    leg = in_order("leg", WaypointWriter("WaypointWriter", context, route), fly_leg)
+    return in_order(
+        "ZED branch",
+        ResourceIs("camera?", context, "zed_status", "OK"),
+        alongside(
+            "fly with ZED",
+            SkillAction("zed_depthmap", context, "zed_depthmap", outcomes=NO_DEPTH_MAP),
+            until=in_order(
+                "fly route",
+                ResourceIs("looking ahead", context, "depthmap_source", "ZED", wait=DEPTH_MAP_WAIT),
+                Until("until the route is done", lambda: route.done, leg),
+            ),
+        ),
+    )
+
+
+def _by_lidar(context: MissionContext, route: Route, speed: float) -> Behaviour:
+    """Nose across the motion, so that the LiDAR's ring looks along it."""
+    heading = {"heading": route.crab}
+    fly_leg = SkillAction(
+        "goto",
+        context,
+        "goto",
+        {"target": route.target, "speed": speed},
+        outcomes=LEG_FLOWN,
+        on_end=route.leg_ended,
+    )
+    leg = in_order(
+        "leg",
+        WaypointWriter("WaypointWriter", context, route),
+        SkillAction("rotate_head", context, "rotate_head", heading, outcomes=ALIGNED),
+        alongside(
+            "crab",
+            SkillAction("lock_head", context, "lock_head", heading),
+            until=fly_leg,
+        ),
+    )
+    return in_order(
+        "LiDAR branch",
+        NoteSwitch("why", context, "navigation", "ZED", "LiDAR"),
+        ResourceIs("LiDAR?", context, "lidar_status", "OK"),
+        alongside(
+            "fly with LiDAR",
+            SkillAction("lidar_depthmap", context, "lidar_depthmap", outcomes=NO_DEPTH_MAP),
+            until=in_order(
+                "fly route",
+                ResourceIs("looking along", context, "depthmap_source", "LIDAR", wait=DEPTH_MAP_WAIT),
+                Until("until the route is done", lambda: route.done, leg),
+            ),
+        ),
+    )
+
+
+def _progress(planner: RoutePlanner) -> Progress:
+    text = f"{planner.reached} of {len(planner.route)} waypoints reached"
+    if planner.given_up:
+        left_out = "; ".join(f"{left.waypoint + 1} given up: {left.reason}" for left in planner.given_up)
+        text = f"{text} ({left_out})"
+    return Progress(min(planner.waypoint, len(planner.route)), len(planner.route), planner.target, text)
+
+
+MISSION = MappingMission()

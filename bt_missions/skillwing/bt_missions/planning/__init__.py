@@ -1,0 +1,1 @@
+"""Where to fly next: routes, and ways round what stands on them."""

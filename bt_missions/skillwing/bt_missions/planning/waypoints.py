@@ -1,0 +1,120 @@
+"""The route as a mission flies it: legs written by one leaf, flown by others, shared by all branches."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, cast
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from skillwing.bt_missions.leaves.context import MissionContext
+from skillwing.bt_missions.planning.detour import MARGIN, Position, RoutePlanner, bearing, crab_heading
+from skillwing.services.protocol import Ending, Terminal
+
+POSITION_PATIENCE = 5.0
+"""How long a writer waits for a fresh position, in seconds of robot time."""
+
+
+@dataclass(frozen=True, slots=True)
+class Leg:
+    """One straight motion. crab: heading (rad, ENU) that lays the motion into the plane of the LiDAR's ring."""
+
+    target: Position
+    crab: float
+
+
+class Route:
+    """A route under way. Waypoints that are done stay done, whichever branch flies on."""
+
+    def __init__(self, context: MissionContext, planner: RoutePlanner) -> None:
+        self.planner = planner
+        self.leg: Leg | None = None
+        self._context = context
+
+    @property
+    def done(self) -> bool:
+        return self.planner.done
+
+    def target(self) -> dict[str, float]:
+        """End of the leg that was written last, as an input of a motion skill."""
+        leg = self._written()
+        return dict(zip("xyz", leg.target, strict=True))
+
+    def crab(self) -> float:
+        """Heading of the leg that was written last."""
+        return self._written().crab
+
+    def write(self) -> bool | None:
+        """Plan the next leg from where the robot is. False: the route is done; None: that place is not known."""
+        position, heading = self._position(), self._number("heading")
+        if position is None or heading is None:
+            return None
+        target = self.planner.next_target(position)
+        if target is None:
+            self.leg = None
+            return False
+        direction = bearing(position, target)
+        self.leg = Leg(target, heading if direction is None else crab_heading(direction, heading))
+        return True
+
+    def leg_ended(self, terminal: Terminal) -> None:
+        """Take the end of a motion skill into account: arrived, or blocked by something to go round."""
+        if terminal.result == "BLOCKED":
+            output = terminal.output or {}
+            stopped = _position(output.get("stopped_at")) or self._position()
+            if stopped is not None:
+                self.planner.blocked(stopped, float(output.get("obstacle_distance", MARGIN)))
+        elif terminal.ending is Ending.SUCCEEDED and terminal.success:
+            self.planner.arrived()
+
+    def _written(self) -> Leg:
+        if self.leg is None:
+            raise LookupError("No leg has been written; put a WaypointWriter before the motion.")
+        return self.leg
+
+    def _position(self) -> Position | None:
+        reading = self._context.interface.reading("position")
+        return None if reading.stale else _position(reading.value)
+
+    def _number(self, datum: str) -> float | None:
+        reading = self._context.interface.reading(datum)
+        return None if reading.stale else float(reading.value)
+
+
+class WaypointWriter(Behaviour):
+    """Writes the next leg of the route; FAILURE when there is none left, or the position stays unknown."""
+
+    def __init__(self, name: str, context: MissionContext, route: Route) -> None:
+        super().__init__(name)
+        self._context = context
+        self._route = route
+        self._asked_at = 0.0
+
+    def initialise(self) -> None:
+        self._asked_at = self._context.now()
+
+    def update(self) -> Status:
+        written = self._route.write()
+        planner = self._route.planner
+        if written is None:
+            if self._context.now() - self._asked_at < POSITION_PATIENCE:
+                self.feedback_message = "waiting for a fresh position"
+                return Status.RUNNING
+            self.feedback_message = f"position or heading is not known for {POSITION_PATIENCE:g} s"
+            self._context.learn(self.feedback_message, None, failed=True)
+            return Status.FAILURE
+        if not written or self._route.leg is None:
+            self.feedback_message = f"{planner.reached} of {len(planner.route)} waypoints reached, none left"
+            return Status.FAILURE
+        x, y, z = self._route.leg.target
+        self.feedback_message = f"waypoint {planner.waypoint + 1} of {len(planner.route)}: to {x:.1f}, {y:.1f}, {z:.1f}"
+        return Status.SUCCESS
+
+
+def _position(value: object) -> Position | None:
+    if not isinstance(value, Mapping):
+        return None
+    fields = cast(Mapping[str, Any], value)
+    return float(fields["x"]), float(fields["y"]), float(fields["z"])

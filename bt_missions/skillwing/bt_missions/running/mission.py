@@ -1,0 +1,89 @@
+"""What a mission is, and where missions are found."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any, ClassVar
+
+import msgspec
+from py_trees.behaviour import Behaviour
+
+from skillwing.bt_missions.leaves.context import MissionContext
+from skillwing.bt_missions.planning.detour import Position
+from skillwing.dsl.model import UnknownNameError
+from skillwing.services.errors import InvalidOptionError
+
+ENTRY_POINTS = "skillwing.missions"
+
+
+class MissionOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Base of the options of a mission; each field is one option with its default."""
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """How far a mission is: waypoints done of all, and where the drone is flying to."""
+
+    waypoint: int = 0
+    waypoints: int = 0
+    goal: Position | None = None
+    text: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class MissionTrees:
+    """What a mission is made of. root: flies it. rescue: brings the drone to safety when `root` cannot go on, because
+    somebody aborted the mission or a leaf raised."""
+
+    root: Behaviour
+    rescue: Behaviour
+    progress: Callable[[], Progress]
+
+
+class Mission(ABC):
+    """A mission of the library.
+
+    name: as in `skillwing mission run NAME`. summary: one sentence. Options: its options with defaults.
+    needs: for each resource, the states in one of which it has to be before the tree is ticked for the first time.
+    """
+
+    name: ClassVar[str]
+    summary: ClassVar[str]
+    needs: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    Options: ClassVar[type[MissionOptions]] = MissionOptions
+
+    @abstractmethod
+    def build(self, context: MissionContext, options: Any) -> MissionTrees:
+        """Build the trees. Called once, before the robot is known to be ready: look at nothing yet."""
+
+    def describe(self) -> dict[str, Any]:
+        """Every option with its default, as plain values: text, numbers, lists."""
+        return msgspec.json.decode(msgspec.json.encode(self.Options()))
+
+    def read_options(self, given: Mapping[str, Any]) -> MissionOptions:
+        """The options from their plain form, where numbers may also be text. Raises InvalidOptionError."""
+        known = self.Options.__struct_fields__
+        for name in given:
+            if name not in known:
+                raise InvalidOptionError(name, str(UnknownNameError(f"option of {self.name}", name, known)))
+        try:
+            return msgspec.convert(dict(given), self.Options, strict=False)
+        except msgspec.ValidationError as error:
+            option = next((name for name in known if f"$.{name}" in str(error)), "")
+            raise InvalidOptionError(option, f"Mission `{self.name}` cannot use this: {error}.") from error
+
+
+def installed_missions() -> dict[str, EntryPoint]:
+    """Every mission that is installed, by name; loading an entry imports its module."""
+    return {entry.name: entry for entry in sorted(entry_points(group=ENTRY_POINTS), key=lambda entry: entry.name)}
+
+
+def find_mission(name: str) -> Mission:
+    """The mission of that name. Raises UnknownNameError."""
+    found = installed_missions()
+    if name not in found:
+        raise UnknownNameError("mission", name, found)
+    return found[name].load()

@@ -1,0 +1,97 @@
+"""Checks a mission's tree against the skillset before it flies, and lists everything that does not fit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+
+from py_trees.behaviour import Behaviour
+
+from skillwing.bt_missions.leaves.conditions import DataCompare, ResourceIs
+from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.dsl.model import Skill, Skillset, UnknownNameError
+from skillwing.services.core.values import fit_fields
+from skillwing.services.protocol import Ending
+
+
+def preflight(
+    trees: Iterable[Behaviour], skillset: Skillset, needs: Mapping[str, tuple[str, ...]] | None = None
+) -> list[str]:
+    """Every problem as a sentence; an empty list says that the mission fits this robot.
+
+    needs: resources and states that the mission waits for before it starts.
+    """
+    problems: list[str] = []
+    for resource, states in (needs or {}).items():
+        problems.extend(f"The mission's needs: {problem}" for problem in _resource_problems(skillset, resource, states))
+    for root in trees:
+        for leaf in _leaves(root):
+            problems.extend(f"Leaf `{leaf.name}`: {problem}" for problem in _leaf_problems(leaf, skillset))
+    return list(dict.fromkeys(problems))
+
+
+def _leaves(node: Behaviour) -> Iterator[Behaviour]:
+    if not node.children:
+        yield node
+    for child in node.children:
+        yield from _leaves(child)
+
+
+def _leaf_problems(leaf: Behaviour, skillset: Skillset) -> Iterator[str]:
+    if isinstance(leaf, SkillAction):
+        yield from _skill_problems(leaf, skillset)
+    elif isinstance(leaf, ResourceIs):
+        yield from _resource_problems(skillset, leaf.resource, leaf.states)
+    elif isinstance(leaf, DataCompare):
+        yield from _unknown(lambda: skillset.datum(leaf.datum))
+
+
+def _skill_problems(leaf: SkillAction, skillset: Skillset) -> Iterator[str]:
+    problem = next(_unknown(lambda: skillset.skill(leaf.skill)), None)
+    if problem is not None:
+        yield problem
+        return
+    skill = skillset.skill(leaf.skill)
+    yield from _input_problems(leaf, skill)
+    yield from _outcome_problems(leaf, skill)
+
+
+def _input_problems(leaf: SkillAction, skill: Skill) -> Iterator[str]:
+    """What is wrong with the inputs, as far as their values are known before the flight."""
+    known = {name: value for name, value in leaf.inputs.items() if not callable(value)}
+    for problem in fit_fields(skill.inputs, known)[1]:
+        if problem.kind != "missing" or problem.path not in leaf.inputs:
+            yield f"{skill.name}: {problem.sentence}"
+    for name in leaf.inputs.keys() - known.keys():
+        yield from _unknown(lambda name=name: skill.input(name))
+
+
+def _outcome_problems(leaf: SkillAction, skill: Skill) -> Iterator[str]:
+    """Labels that the skill never ends with, and, where labels are mapped by hand, results that were forgotten."""
+    results = [result.name for result in skill.results]
+    possible = [f"{ending}_{name}" for ending in (Ending.SUCCEEDED, Ending.NOT_HELD) for name in results]
+    possible += [ending for ending in Ending if ending not in (Ending.SUCCEEDED, Ending.NOT_HELD)]
+    for label in leaf.outcomes:
+        if label not in possible:
+            yield str(UnknownNameError(f"ending of {skill.name}", label, possible))
+    if leaf.outcomes:
+        for name in results:
+            if f"S_{name}" not in leaf.outcomes:
+                yield f"{skill.name} can end S_{name}, and the leaf does not say what that means"
+
+
+def _resource_problems(skillset: Skillset, resource: str, states: tuple[str, ...]) -> Iterator[str]:
+    problem = next(_unknown(lambda: skillset.resource(resource)), None)
+    if problem is not None:
+        yield problem
+        return
+    known = skillset.resource(resource).states
+    for state in states:
+        if state not in known:
+            yield str(UnknownNameError(f"state of {resource}", state, known))
+
+
+def _unknown(look_up: Callable[[], object]) -> Iterator[str]:
+    try:
+        look_up()
+    except UnknownNameError as error:
+        yield str(error)

@@ -1,0 +1,359 @@
+"""The process that flies one mission: it ticks the tree when something changes, and tells what the tree does.
+
+A run goes through its stages in this order: WAITING until the robot is ready, FLYING the tree, RESCUING the drone if
+the tree could not go on, SETTLING until every goal of the mission is over, OVER.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from skillwing.bt_missions.leaves.context import MissionContext
+from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.running.abort import AbortMission
+from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, find_mission
+from skillwing.bt_missions.running.preflight import preflight
+from skillwing.bt_missions.running.tree_text import TreePortrait
+from skillwing.dsl import load
+from skillwing.dsl.model import Skillset
+from skillwing.services.bus import Bus, Handle, Publisher, Request
+from skillwing.services.client.interface import SkillsetInterface
+from skillwing.services.errors import InvalidOptionError
+from skillwing.services.options import required
+from skillwing.services.protocol import (
+    ErrorCode,
+    ErrorReply,
+    Keys,
+    MissionStatus,
+    ProtocolError,
+    RecordKind,
+    TreeSnapshot,
+    decode,
+    encode,
+)
+from skillwing.services.timeline import Timeline
+
+TICK_PERIOD = 0.2
+"""Longest time between two ticks, in seconds of robot time; changes tick at once."""
+SETTLED_TICK = 0.01
+"""A tick that changed something is followed by another one, after so many seconds of robot time."""
+READY_TIMEOUT = 30.0
+"""How long to wait for the robot to get ready, in seconds of wall time."""
+SETTLE_TIMEOUT = 15.0
+"""How long to wait at the end for goals that do not stop, in seconds of wall time."""
+STILL_CLOCK_TIMEOUT = 15.0
+"""How long robot time may stand still during a flight, in seconds of wall time."""
+
+
+class Stage(StrEnum):
+    WAITING = "waiting"
+    FLYING = "flying"
+    RESCUING = "rescuing"
+    SETTLING = "settling"
+    OVER = "over"
+
+
+class Phase(StrEnum):
+    """Phases that `MissionStatus` and the timeline know."""
+
+    IDLE = "IDLE"
+    RUNNING = "RUNNING"
+    SUCCEEDED = "SUCCEEDED"
+    FAILED = "FAILED"
+    ABORTED = "ABORTED"
+
+
+def make_mission(options: dict[str, Any]) -> MissionNode:
+    """A node that flies one mission of the library.
+
+    options: "mission" (its name), "skillset" (path of the file), optionally "ready_timeout" (wall seconds); all others
+    are the mission's own. Raises UnknownNameError, InvalidOptionError or SkillsetError.
+    """
+    mission = find_mission(required(options, "mission"))
+    skillset = load(Path(required(options, "skillset")))
+    own = {name: value for name, value in options.items() if name not in ("mission", "skillset", "ready_timeout")}
+    timeout = options.get("ready_timeout", READY_TIMEOUT)
+    if not isinstance(timeout, (int, float)):
+        raise InvalidOptionError("ready_timeout", f"`ready_timeout` is {timeout!r}; give a number of seconds.")
+    return MissionNode(mission, skillset, mission.read_options(own), ready_timeout=timeout)
+
+
+class MissionNode:
+    """Flies `mission` on the robot whose managers speak `skillset`.
+
+    `status` is the latest MissionStatus; `over` tells that it is the last one and every goal has ended. on_status:
+    called with each of them.
+    """
+
+    name = "mission"
+    owns_clock = False
+
+    def __init__(
+        self,
+        mission: Mission,
+        skillset: Skillset,
+        options: MissionOptions,
+        *,
+        ready_timeout: float = READY_TIMEOUT,
+        on_status: Callable[[MissionStatus], None] = lambda status: None,
+    ) -> None:
+        self.mission = mission
+        self.status = MissionStatus(mission=mission.name, phase=Phase.IDLE, t=0.0, text="not started")
+        self._skillset = skillset
+        self._keys = Keys(skillset.name)
+        self._options = options
+        self._ready_timeout = ready_timeout
+        self._on_status = on_status
+        self._stage = Stage.WAITING
+        self._outcome = Phase.IDLE, ""
+        self._abort_reason: str | None = None
+        self._awake = False
+        self._handles: list[Handle] = []
+        self._clock_watch: Handle | None = None
+
+    @property
+    def over(self) -> bool:
+        return self._stage is Stage.OVER
+
+    @property
+    def snapshot(self) -> TreeSnapshot:
+        """The tree as it was told last; at the end, as it was before it was halted."""
+        return TreeSnapshot(mission=self.mission.name, t=self._bus.now(), nodes=self._portrait.nodes)
+
+    def attach(self, bus: Bus) -> None:
+        self._bus = bus
+        self._timeline = Timeline(bus, self._keys)
+        self._interface = SkillsetInterface(bus, self._skillset, client=self.name)
+        self._context = MissionContext(self._interface, self._skillset, bus.now, self._write_record)
+        self._trees: MissionTrees = self.mission.build(self._context, self._options)
+        self._show(self._trees.root)
+        self._status_out: Publisher = bus.advertise(self._keys.mission_status, events=True)
+        self._tree_out: Publisher = bus.advertise(self._keys.mission_tree, events=True)
+        self._handles = [
+            bus.serve(self._keys.mission_abort, self._on_abort),
+            self._interface.on_change(self._wake),
+            bus.every(TICK_PERIOD, self._wake),
+            bus.after(self._ready_timeout, self._give_up_waiting, wall=True),
+            bus.declare_alive(self._keys.alive(self.name)),
+        ]
+        problems = preflight([self._trees.root, self._trees.rescue], self._skillset, {**self.mission.needs})
+        if problems:
+            self._end(Phase.FAILED, "The mission does not fit this robot: " + " ".join(problems), rescue=False)
+        self._wake()
+
+    def detach(self) -> None:
+        """Interrupt what still runs and say that the mission is over; nobody will wait for the answers."""
+        if not self.over:
+            self._end(Phase.ABORTED, self._abort_reason or "the mission's process was stopped", rescue=False)
+            self._finish()
+
+    def abort(self, reason: str = AbortMission().reason) -> None:
+        """Interrupt everything, land, and end as ABORTED. Repeating it, or calling it at the end, changes nothing."""
+        if self._stage in (Stage.WAITING, Stage.FLYING):
+            self._abort_reason = reason
+            self._end(Phase.ABORTED, reason, rescue=self._stage is Stage.FLYING)
+            self._wake()
+
+    # --- ticking ---------------------------------------------------------------------------------------------------
+
+    def _wake(self) -> None:
+        """Tick soon; any number of changes that arrive together are one tick."""
+        if not self._awake and not self.over:
+            self._awake = True
+            self._bus.post(self._tick)
+
+    def _tick(self) -> None:
+        self._awake = False
+        match self._stage:
+            case Stage.WAITING:
+                self._take_off_when_ready()
+            case Stage.FLYING:
+                self._fly()
+            case Stage.RESCUING:
+                self._rescue()
+            case Stage.SETTLING | Stage.OVER:
+                pass
+        if self._stage is Stage.SETTLING and not self._context.reaper.unfinished:
+            self._finish()
+        if self._stage in (Stage.FLYING, Stage.RESCUING) and self._publish_tree():
+            self._publish_progress()
+            # What one tick changed (the end of a round, say) the next one may go on from.
+            self._bus.after(SETTLED_TICK, self._wake)
+
+    def _take_off_when_ready(self) -> None:
+        missing = self._missing()
+        if not missing:
+            self._stage = Stage.FLYING
+            self._enter(Phase.RUNNING, "the robot is ready")
+            self._watch_clock()
+            self._fly()
+        elif self.status.text != missing:
+            self._publish_status(Phase.IDLE, missing)
+
+    def _missing(self) -> str:
+        """What the robot still lacks for this mission, or an empty text."""
+        if not self._interface.ready:
+            return "waiting for the resource manager"
+        states = self._interface.states
+        lacks = [
+            f"{resource} is {states.get(resource, 'not known')} instead of {' or '.join(wanted)}"
+            for resource, wanted in self.mission.needs.items()
+            if states.get(resource) not in wanted
+        ]
+        return "waiting: " + "; ".join(lacks) if lacks else ""
+
+    def _give_up_waiting(self) -> None:
+        if self._stage is Stage.WAITING:
+            text = f"The robot did not get ready within {self._ready_timeout:g} s ({self._missing()})."
+            self._end(Phase.FAILED, text, rescue=False)
+            self._wake()
+
+    def _fly(self) -> None:
+        status = self._tick_tree(self._trees.root)
+        if status is Status.SUCCESS:
+            self._end(Phase.SUCCEEDED, self._trees.progress().text or "done", rescue=False)
+        elif status is Status.FAILURE:
+            self._end(Phase.FAILED, self._why(), rescue=False)
+
+    def _rescue(self) -> None:
+        status = self._tick_tree(self._trees.rescue)
+        if status in (Status.SUCCESS, Status.FAILURE):
+            phase, text = self._outcome
+            landed = "the drone is on the ground" if status is Status.SUCCESS else f"no landing: {self._why()}"
+            self._end(phase, f"{text}; {landed}", rescue=False)
+
+    def _tick_tree(self, tree: Behaviour) -> Status:
+        """Tick once. If a leaf of the mission raises, the drone is brought down by the other tree."""
+        try:
+            tree.tick_once()
+        except Exception as error:  # noqa: BLE001 - whatever a leaf raises, the drone is still in the air
+            text = f"the tree raised {type(error).__name__}: {error}"
+            if self._stage is Stage.RESCUING:
+                phase, reason = self._outcome
+                self._end(phase, f"{reason}; while landing {text}", rescue=False)
+            else:
+                self._end(Phase.FAILED, text, rescue=True)
+            return Status.INVALID
+        return tree.status
+
+    def _why(self) -> str:
+        """What made the mission fail: why the tree went over to its last branch, and what failed after that."""
+        reasons = [switch.reason for switch in self._context.switches if switch.subject == "mission"]
+        if self._context.failure is not None:
+            reasons.append(self._context.failure.text)
+        return "; then ".join(dict.fromkeys(reasons)) or "the tree failed"
+
+    # --- the end ---------------------------------------------------------------------------------------------------
+
+    def _end(self, phase: Phase, text: str, *, rescue: bool) -> None:
+        """Halt the tree. Then bring the drone down with `rescue`, or wait for the goals to stop."""
+        self._outcome = phase, text
+        self._publish_tree()  # the last picture of it, before halting wipes its statuses
+        self._halt()
+        if rescue:
+            self._stage = Stage.RESCUING
+            self._show(self._trees.rescue)
+        else:
+            self._stage = Stage.SETTLING
+            self._handles.append(self._bus.after(SETTLE_TIMEOUT, self._finish, wall=True))
+
+    def _halt(self) -> None:
+        try:
+            self._tree.stop(Status.INVALID)
+        except Exception as error:  # noqa: BLE001 - the goals have to be interrupted all the same
+            phase, text = self._outcome
+            self._outcome = phase, f"{text}; halting the tree raised {type(error).__name__}: {error}"
+        self._context.cancel_everything()
+
+    def _finish(self) -> None:
+        """Everything has stopped, or had time enough to."""
+        if self.over:
+            return
+        phase, text = self._outcome
+        running = self._context.reaper.unfinished
+        if running:
+            text = f"{text}; these did not stop: " + ", ".join(sorted({goal.skill for goal in running}))
+        self._stage = Stage.OVER
+        self._enter(phase, text)
+        for handle in (*self._handles, self._clock_watch):
+            if handle is not None:
+                handle.cancel()
+
+    def _watch_clock(self) -> None:
+        """End the flight when robot time stands still, for then no deadline of robot time will ever pass."""
+        seen = self._bus.now()
+
+        def look() -> None:
+            if self._bus.now() > seen:
+                self._watch_clock()
+            elif self._stage in (Stage.FLYING, Stage.RESCUING):
+                text = f"robot time stands still for {STILL_CLOCK_TIMEOUT:g} s"
+                before = f"{self._why()}; then " if self._context.failure else ""
+                self._end(Phase.FAILED, before + text, rescue=False)
+                self._wake()
+
+        self._clock_watch = self._bus.after(STILL_CLOCK_TIMEOUT, look, wall=True)
+
+    # --- telling ---------------------------------------------------------------------------------------------------
+
+    def _on_abort(self, request: Request) -> None:
+        try:
+            call = decode(request.payload, AbortMission)
+        except ProtocolError as error:
+            request.refuse(ErrorReply(code=ErrorCode.BAD_REQUEST, message=f"{error}.", help="Send an AbortMission."))
+            return
+        self.abort(call.reason)
+        request.reply(encode(self.status))
+
+    def _enter(self, phase: Phase, text: str) -> None:
+        cause = self._context.failure.record if phase is Phase.FAILED and self._context.failure else None
+        self._write_record(self.mission.name, self.status.phase, phase, text, cause)
+        self._publish_status(phase, text)
+
+    def _write_record(self, subject: str, before: str | None, after: str, text: str, cause: str | None) -> str:
+        return self._timeline.record(RecordKind.MISSION, subject, before, after, text=text, cause=cause)
+
+    def _publish_progress(self) -> None:
+        running = [leaf.name for leaf in self._tree.iterate() if _is_flying(leaf)]
+        text = ", ".join(running) or "deciding"
+        if self._stage is Stage.RESCUING:
+            text = f"{self._outcome[1]}; landing"
+        progress = self._trees.progress()
+        if (text, progress.waypoint, progress.goal) != (self.status.text, self.status.waypoint, self.status.goal):
+            self._publish_status(Phase.RUNNING, text)
+
+    def _publish_status(self, phase: Phase, text: str) -> None:
+        progress = self._trees.progress()
+        self.status = MissionStatus(
+            mission=self.mission.name,
+            phase=phase,
+            t=self._bus.now(),
+            text=text,
+            waypoint=progress.waypoint,
+            waypoints=progress.waypoints,
+            goal=progress.goal,
+        )
+        self._status_out.put(encode(self.status))
+        self._on_status(self.status)
+
+    def _show(self, tree: Behaviour) -> None:
+        """This tree is flown from now on: the mission's own, or the one that brings the drone to safety."""
+        self._tree = tree
+        self._portrait = TreePortrait(tree)
+
+    def _publish_tree(self) -> bool:
+        """Publish the tree if it has changed; tells whether it has."""
+        if not self._portrait.update():
+            return False
+        self._tree_out.put(encode(self.snapshot))
+        return True
+
+
+def _is_flying(leaf: Behaviour) -> bool:
+    return isinstance(leaf, SkillAction) and leaf.status is Status.RUNNING

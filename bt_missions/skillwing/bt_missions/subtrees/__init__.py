@@ -1,0 +1,1 @@
+"""Pieces that trees are built from."""

@@ -1,0 +1,1 @@
+"""The bridge: the only translator between functional layer and skillset."""

@@ -1,0 +1,160 @@
+"""The robot bridge: the only translator between the functional layer and the skillset.
+
+Upwards, health and flight state become extern transitions and telemetry becomes data. Downwards, fencing tokens that
+the resource manager no longer honours become `fl/authority`, on which guidance stops flying for the old commander.
+(A diverged map is the business of the `lidar_mapping` manager, which ends with that result.)
+"""
+
+from __future__ import annotations
+
+import logging
+from functools import partial
+from typing import Any
+
+from skillwing.dsl import load
+from skillwing.dsl.model import Skillset
+from skillwing.m600.bridge.battery_level import BatteryLevel
+from skillwing.m600.bridge.extern_levels import ExternLevels, Level
+from skillwing.m600.bridge.telemetry import Telemetry
+from skillwing.m600.latest import Latest
+from skillwing.services.bus import Answer, Bus, Refused, Sample
+from skillwing.services.client.interface import SkillsetInterface
+from skillwing.services.options import required
+from skillwing.services.protocol import Keys, Lost, ProtocolError, Record, RecordKind, Violated, decode, encode
+from skillwing.services.timeline import Timeline
+from skillwing.sim_mujoco.topics import (
+    AUTHORITY,
+    BATTERY,
+    FLIGHT,
+    HEALTH,
+    Battery,
+    FlightState,
+    Health,
+    Revoked,
+    SensorStatus,
+)
+
+RESEND_PERIOD = 0.5
+"""Between two comparisons of the resources with the robot; a change is passed on at once [s]."""
+SENSOR_RESOURCES = {"zed": "zed_status", "lidar": "lidar_status"}
+"""Sensors whose health a resource stands for; that of the others goes to the timeline only."""
+_log = logging.getLogger(__name__)
+
+
+def make_bridge(options: dict[str, Any]) -> RobotBridge:
+    """Options: `skillset`, the path of the .skillset file."""
+    return RobotBridge(load(required(options, "skillset")))
+
+
+class RobotBridge:
+    """The node `bridge`."""
+
+    name = "bridge"
+    owns_clock = False
+
+    def __init__(self, skillset: Skillset) -> None:
+        self._skillset = skillset
+        self._levels = ExternLevels()
+        self._battery = BatteryLevel()
+        self._health: dict[str, SensorStatus] = {}
+        self._faults: set[str] = set()
+        self._asked: set[str] = set()
+        self._complaints: set[str] = set()
+
+    def attach(self, bus: Bus) -> None:
+        keys = Keys(self._skillset.name)
+        self._timeline = Timeline(bus, keys)
+        self._resources = SkillsetInterface(bus, self._skillset, client=self.name)
+        self._authority = bus.advertise(AUTHORITY, events=True)
+        self._telemetry = Telemetry(bus, self._skillset)
+        Latest(bus, f"{HEALTH}/*", Health, self._on_health, events=True)
+        Latest(bus, FLIGHT, FlightState, self._on_flight)
+        Latest(bus, BATTERY, Battery, self._on_battery)
+        bus.subscribe(keys.verdict("*"), self._on_verdict, events=True)
+        self._resources.on_change(self._follow)
+        bus.every(RESEND_PERIOD, self._follow)
+
+    def detach(self) -> None:
+        """Nothing outlives the bridge: its successor reads the robot anew."""
+
+    # --- what the robot says -----------------------------------------------------------------------------------------
+
+    def _on_health(self, health: Health) -> None:
+        before = self._health.get(health.sensor)
+        if health.status is before:
+            return
+        self._health[health.sensor] = health.status
+        if health.cause is not None and health.cause not in self._faults:
+            self._faults.add(health.cause)
+            self._timeline.publish(self._fault(health, health.cause))
+        self._timeline.publish(
+            Record(
+                id=health.id,
+                t=health.t,
+                source=self.name,
+                kind=RecordKind.HEALTH,
+                subject=health.sensor,
+                before=before,
+                after=health.status,
+                text=health.reason,
+                cause=health.cause,
+            )
+        )
+        resource = SENSOR_RESOURCES.get(health.sensor)
+        if resource is not None:
+            self._levels.want(resource, health.status, health.id)
+            self._follow()
+
+    def _fault(self, health: Health, cause: str) -> Record:
+        """The root of the chain: the fault (`fault/<sensor>/<kind>`) that a simulator names behind a failure."""
+        kind = cause.rpartition("/")[2]
+        return Record(
+            id=cause,
+            t=health.t,
+            source=self.name,
+            kind=RecordKind.FAULT,
+            subject=health.sensor,
+            before=None,
+            after=kind,
+            text=f"{kind} of {health.sensor} was switched on",
+        )
+
+    def _on_flight(self, flight: FlightState) -> None:
+        self._want("SDK_authority", "AVAILABLE" if flight.authority else "UNAVAILABLE", "safety pilot")
+        self._want("homepoint_status", "VALID" if flight.home_valid else "INVALID", "home point")
+        self._want("flight_status", "ON_GROUND" if flight.on_ground else "IN_AIR", "landing gear")
+
+    def _on_battery(self, battery: Battery) -> None:
+        self._want("battery_status", self._battery.update(battery.percent), "battery", f"{battery.percent:.0f} %")
+
+    def _want(self, resource: str, state: str, subject: str, text: str = "") -> None:
+        """Note where a resource should be. A change of that is the root of a chain of causes."""
+        before = self._levels.wanted(resource)
+        if state == before:
+            return
+        cause = self._timeline.record(RecordKind.HEALTH, subject, before, state, text=text)
+        self._levels.want(resource, state, cause)
+        self._follow()
+
+    # --- what the resource manager says ------------------------------------------------------------------------------
+
+    def _follow(self) -> None:
+        """Bring every resource to where the robot is, with one request at a time for each."""
+        for level in self._levels.mismatches(self._resources.states):
+            if level.resource not in self._asked:
+                self._asked.add(level.resource)
+                self._resources.trigger(level.resource, level.state, partial(self._answered, level), level.cause)
+
+    def _answered(self, level: Level, answer: Answer) -> None:
+        self._asked.discard(level.resource)
+        if isinstance(answer, Refused) and answer.error.message not in self._complaints:
+            self._complaints.add(answer.error.message)
+            _log.warning("%s -> %s was refused: %s", level.resource, level.state, answer.error.message)
+
+    def _on_verdict(self, sample: Sample) -> None:
+        try:
+            verdict = decode(sample.payload, Violated | Lost)  # pyright: ignore[reportArgumentType] - a tagged union
+        except ProtocolError as error:
+            _log.warning("dropped a message on %s: %s", sample.key, error)
+            return
+        self._authority.put(encode(Revoked(goal_id=verdict.goal_id, token=verdict.token, record=verdict.record)))

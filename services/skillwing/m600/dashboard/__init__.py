@@ -1,0 +1,1 @@
+"""The robot's part of the Rerun dashboard."""

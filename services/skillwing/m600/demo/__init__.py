@@ -1,0 +1,1 @@
+"""`skillwing demo`: a whole flight with one command."""

@@ -1,0 +1,287 @@
+"""`skillwing demo`: fly the mapping mission in simulation, lose the depth camera, finish on the LiDAR."""
+
+from __future__ import annotations
+
+import math
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+import zenoh
+from rich.console import Console
+from rich.text import Text
+
+from skillwing.dsl.model import Skillset
+from skillwing.m600.demo.flight_deck import FlightDeck
+from skillwing.m600.demo.flight_watch import FlightWatch
+from skillwing.m600.robot import ROBOT
+from skillwing.services.bus.clock import FollowedClock
+from skillwing.services.bus.zenoh_bus import ZenohBus
+from skillwing.services.commands.ending import ended_by_signals
+from skillwing.services.commands.exit_codes import FAILED, OK
+from skillwing.services.commands.output import make_console
+from skillwing.services.errors import InvalidOptionError, SkillwingError
+from skillwing.services.processes.launcher import ROUTER, Death, Launcher, StartError
+from skillwing.services.processes.run_state import announced, read_run_state
+from skillwing.services.protocol import Keys
+from skillwing.services.robot import ProcessSpec
+from skillwing.services.telemetry.journal import TIMELINE_FILE
+from skillwing.services.telemetry.report import REPORT_FILE, ProcessEntry, summary_table
+from skillwing.services.telemetry.viewer_window import ViewerWindow, has_screen
+
+MISSION = "mapping"
+CAMERA_FAILS_AT = 45.0
+"""Robot time in seconds: by then the drone has gone round its first obstacle and is on the second leg."""
+LARGEST_SEED = 2**32 - 1
+CLOCK_TIMEOUT = 5.0
+"""Wall seconds in which the simulator's first clock tick is awaited."""
+LAST_WORDS = 5.0
+"""Wall seconds that the recorder gets for the map and the last records."""
+FEWER_LAST_WORDS = 0.5
+"""The same for a flight that was cut short."""
+TABLE_WIDTH = 100
+CALLED_OFF = "Called off by Ctrl-C or a signal."
+UNREAD = "Called off, for nobody reads what it prints."
+RECORDER = "recorder"
+UNRECORDED = "The recorder died: the map is the last that it saved, and what the drone touched after that is not known."
+
+
+@dataclass
+class Flight:
+    """What only the one who ran the flight knows.
+
+    ended_by: a sentence saying why it was cut short, empty if the mission ended it. started: names of the processes
+    that were. deck: what was seen of it, None if it did not get so far.
+    """
+
+    processes: tuple[ProcessSpec, ...]
+    wall_time: float = 0.0
+    ended_by: str = ""
+    deaths: list[Death] = field(default_factory=list)
+    started: set[str] = field(default_factory=set)
+    deck: FlightDeck | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return (ROUTER, *(spec.name for spec in self.processes))
+
+    @property
+    def essential(self) -> frozenset[str]:
+        return frozenset({ROUTER, *(spec.name for spec in self.processes if spec.essential)})
+
+    def entries(self) -> list[ProcessEntry]:
+        """What became of each process."""
+        died = {death.process: str(death) for death in self.deaths}
+
+        def state(name: str) -> str:
+            return "died" if name in died else "stopped" if name in self.started else "not started"
+
+        return [ProcessEntry(name=name, state=state(name), detail=died.get(name, "")) for name in self.names]
+
+
+def _finite(value: float) -> float:
+    if not math.isfinite(value):
+        raise typer.BadParameter("give a number.")
+    return value
+
+
+def demo(
+    no_fault: Annotated[bool, typer.Option("--no-fault", help="Let the depth camera live.")] = False,
+    fault_at: Annotated[
+        float,
+        typer.Option(metavar="SECONDS", min=0.0, callback=_finite, help="Robot time at which the depth camera fails."),
+    ] = CAMERA_FAILS_AT,
+    seed: Annotated[int, typer.Option(metavar="N", min=0, max=LARGEST_SEED, help="Seed of the simulated world.")] = 1,
+    speed: Annotated[
+        float, typer.Option(metavar="FACTOR", min=0.1, callback=_finite, help="Robot seconds per second.")
+    ] = 1.0,
+    viewer: Annotated[
+        bool | None, typer.Option("--viewer/--no-viewer", help="Open the Rerun viewer; default: if there is a screen.")
+    ] = None,
+    run_dir: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Where the run goes; default runs/TIME-mapping.")
+    ] = None,
+) -> None:
+    """Fly the 3D-mapping mission in simulation; the depth camera fails on the way, and the LiDAR takes over.
+
+    Writes recording, timeline, map and report to the run directory. Exit codes: 0 the mission succeeded, 1 it did
+    not or was cut short, 2 it cannot be flown with these options.
+    """
+    console = make_console()
+    if read_run_state(ROBOT.name) is not None:
+        raise SkillwingError(f"A system of `{ROBOT.name}` runs already. Stop it first with `skillwing down`.")
+    directory = _make_run_dir(run_dir or Path("runs") / f"{datetime.now().astimezone():%Y%m%d-%H%M%S}-{MISSION}")
+    faults = [] if no_fault else [{"sensor": "zed", "kind": "blackout", "at": fault_at}]
+    options: dict[str, Any] = {"seed": seed, "speed": speed, "faults": faults, "run_dir": str(directory)}
+    wants_viewer = has_screen() if viewer is None else viewer
+    try:
+        with ended_by_signals(), _viewer(directory, console) if wants_viewer else nullcontext() as window:
+            if window is not None:
+                options["viewer_url"] = window.url
+            flight = _fly(options, directory, console, _title(seed, None if no_fault else fault_at))
+            code = _judge(flight, directory, seed, console)
+            if window is not None and window.is_open and sys.stdin.isatty() and not flight.ended_by:
+                console.print("Close the viewer's window, or press Ctrl-C, to end.")
+                _wait_for(window)
+    except KeyboardInterrupt:
+        console.print(f"{CALLED_OFF} There is no report; what was recorded is in {_shown(directory)}.", style="red")
+        code = FAILED
+    raise typer.Exit(code)
+
+
+def _title(seed: int, fault_at: float | None) -> str:
+    fault = "no fault" if fault_at is None else f"depth camera fails at {fault_at:g} s"
+    return f"Mission {MISSION}, world {seed}, {fault}"
+
+
+def _make_run_dir(path: Path) -> Path:
+    """A directory for one run, absolute; raises InvalidOptionError if it cannot be one."""
+    directory = path.absolute()
+    if any((directory / name).exists() for name in (TIMELINE_FILE, REPORT_FILE)):
+        raise InvalidOptionError("run_dir", f"{path} holds a run already. Choose another directory with --run-dir.")
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=directory).close()
+    except OSError as error:
+        message = f"Nothing can be written to {path} ({error.strerror}). Choose another directory with --run-dir."
+        raise InvalidOptionError("run_dir", message) from error
+    return directory
+
+
+@contextmanager
+def _viewer(run_dir: Path, console: Console) -> Iterator[ViewerWindow | None]:
+    """A viewer in its window; None, and a sentence, if it does not open."""
+    console.print("Opening the viewer ...")
+    with ViewerWindow(run_dir / "logs" / "viewer.log") as window:
+        if not window.is_open:
+            console.print(f"The viewer did not open ({_shown(window.log)} says why). The run is recorded all the same.")
+        yield window if window.is_open else None
+
+
+def _processes(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
+    """Everything but the router; whoever only looks on is there first, and the mission comes last."""
+    mission = ProcessSpec(
+        "mission",
+        "skillwing.bt_missions.running.runner:make_mission",
+        {"mission": MISSION, "skillset": str(ROBOT.skillset)},
+        extra="missions",
+    )
+    return (*ROBOT.observers(options), *ROBOT.functional_layer(options), *ROBOT.managers(), mission)
+
+
+def _fly(options: dict[str, Any], run_dir: Path, console: Console, title: str) -> Flight:
+    """Start everything, follow the mission to its end, stop everything."""
+    flight = Flight(_processes(options))
+    skillset = ROBOT.load_skillset()
+    launcher = Launcher(ROBOT.name, skillset.name, run_dir, clock=ROBOT.clock, on_death=flight.deaths.append)
+    with _ending_well(flight), launcher:
+        try:
+            launcher.start_router()
+            with announced(ROBOT, launcher.endpoint, run_dir):
+                _follow(launcher, flight, skillset, console, title, options["speed"])
+        finally:
+            flight.started = set(launcher.pids)
+    return flight
+
+
+def _follow(launcher: Launcher, flight: Flight, skillset: Skillset, console: Console, title: str, speed: float) -> None:
+    """Start robot and mission, and show what they do until the mission is over or cannot go on."""
+    *robot, mission = flight.processes
+    clock = FollowedClock()
+    with closing(ZenohBus("demo", ROBOT.name, launcher.endpoint, clock)) as bus:
+        with _busy(console, f"Starting {len(flight.processes) + 1} processes ..."):
+            launcher.start(robot)
+        bus.run_until(clock.has_started, CLOCK_TIMEOUT)
+        # Robot time began before anybody looked, and nothing has slowed it down by now.
+        begun = time.monotonic() - clock.now() / speed
+        deck = flight.deck = FlightDeck(bus, skillset, console, title)
+        watch = FlightWatch(bus, Keys(skillset.name), deck, flight.deaths, flight.essential)
+        with deck:
+            launcher.start([mission])
+            try:
+                flight.ended_by = watch.follow()
+            finally:
+                flight.wall_time = time.monotonic() - begun
+            bus.run_until(lambda: False, FEWER_LAST_WORDS if flight.ended_by else LAST_WORDS)
+
+
+@contextmanager
+def _ending_well(flight: Flight) -> Iterator[None]:
+    """Whatever ends the flight does not end the report: Ctrl-C, a reader who left, processes that did not start."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        flight.ended_by = CALLED_OFF
+    except SystemExit:
+        # Rich raises it where standard output is closed, and from then on prints nowhere.
+        flight.ended_by = UNREAD
+    except StartError as error:
+        told = [str(death) for death in error.deaths] or [f"No sign of life from {', '.join(error.missing)}."]
+        flight.ended_by = " ".join(["The system did not start.", *told])
+    except (SkillwingError, OSError, zenoh.ZError) as error:
+        fatal = [str(death) for death in flight.deaths if death.process in flight.essential]
+        flight.ended_by = " ".join(fatal) or str(error)
+
+
+def _judge(flight: Flight, run_dir: Path, seed: int, console: Console) -> int:
+    """Judge the run against the true world, write and print the report; returns the exit code."""
+    from skillwing.m600.judge.evaluation import evaluate  # noqa: PLC0415 - loads physics and pictures
+
+    notes = [flight.ended_by] if flight.ended_by else []
+    if any(death.process == RECORDER for death in flight.deaths):
+        notes.append(UNRECORDED)
+    with _busy(console, "Judging the map against the true world ..."):
+        try:
+            if flight.deck is not None:
+                flight.deck.complete_journal(run_dir)
+            report = evaluate(
+                run_dir,
+                ROBOT.load_skillset(),
+                mission=MISSION,
+                seed=seed,
+                wall_time_s=flight.wall_time or None,
+                processes=flight.entries(),
+                notes=[f"**{note}**" for note in notes],
+            )
+        except OSError as error:
+            raise SkillwingError(f"The report cannot be written: {error}. {flight.ended_by}") from error
+    for death in flight.deaths:
+        if death.exit_code is not None and death.log:
+            console.print(Text.assemble((f"The last lines of {death.process}:", "red"), *_indented(death.log)))
+    for note in notes:
+        console.print(Text(note, "red"))
+    console.print(summary_table(report), width=min(console.width, TABLE_WIDTH))
+    console.print(f"Recording, pictures, report and logs: {_shown(run_dir)}")
+    return OK if report.result == "success" and not flight.ended_by else FAILED
+
+
+def _busy(console: Console, text: str) -> AbstractContextManager[object]:
+    """Say what takes a while: turning on a terminal, as a line in a pipe."""
+    if console.is_terminal:
+        return console.status(text)
+    console.print(text)
+    return nullcontext()
+
+
+def _indented(lines: tuple[str, ...]) -> Iterator[str]:
+    return (f"\n    {line}" for line in lines)
+
+
+def _shown(path: Path) -> str:
+    """A path as people write it: relative if it is below the working directory."""
+    here = Path.cwd()
+    return str(path.relative_to(here) if path.is_relative_to(here) else path)
+
+
+def _wait_for(window: ViewerWindow) -> None:
+    try:
+        window.wait_until_closed()
+    except KeyboardInterrupt:
+        return

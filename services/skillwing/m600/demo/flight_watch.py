@@ -1,0 +1,100 @@
+"""When a flight is over: the mission says so, or it cannot go on."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+
+from skillwing.m600.demo.flight_deck import FlightDeck
+from skillwing.services.bus import Bus
+from skillwing.services.processes.launcher import ROUTER, Death
+from skillwing.services.protocol import Keys
+
+STALL = 30.0
+"""Wall seconds without robot time after which the flight is given up."""
+SILENCE = 5.0
+"""Wall seconds that a process which has not ended may be cut off; a busy machine needs some to heal a link."""
+PERIOD = 0.2
+"""Wall seconds between two looks."""
+
+
+class FlightWatch:
+    """Follows the mission, and whether all live that it needs.
+
+    deaths: grows on other threads while processes end. essential: names of those without which there is no flight.
+    wall: counts the seconds of patience.
+    """
+
+    def __init__(
+        self,
+        bus: Bus,
+        keys: Keys,
+        deck: FlightDeck,
+        deaths: Sequence[Death],
+        essential: frozenset[str],
+        wall: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._bus = bus
+        self._deck = deck
+        self._deaths = deaths
+        self._essential = essential
+        self._prefix = keys.alive("")
+        self._present: set[str] = set()
+        self._silent: dict[str, float] = {}
+        self._told: set[str] = set()
+        self._last_t = -1.0
+        self._wall = wall
+        self._last_tick = wall()
+        bus.watch_alive(keys.alive("**"), self._on_alive)
+
+    def follow(self) -> str:
+        """Wait for the end. Returns a sentence saying why the flight was cut short, empty if the mission ended it."""
+        while not (self._deck.mission is not None and self._deck.mission.over):
+            reason = self._dead() or self._cut_off() or self._stalled()
+            if reason:
+                self._deck.tell(f"{reason} The flight ends here.", "red")
+                return reason
+            self._bus.run_until(lambda: False, PERIOD)
+        return ""
+
+    def _on_alive(self, key: str, alive: bool) -> None:
+        name = key.removeprefix(self._prefix)
+        if alive:
+            self._present.add(name)
+            self._silent.pop(name, None)
+        else:
+            self._present.discard(name)
+            self._silent[name] = self._wall()
+
+    def _dead(self) -> str:
+        for death in list(self._deaths):
+            if death.process in self._essential:
+                return str(death)
+            self._tell_once(death.process, str(death))
+        return ""
+
+    def _cut_off(self) -> str:
+        """Processes that have not ended and are silent all the same: stopped, or hung."""
+        dead = {death.process for death in self._deaths}
+        now = self._wall()
+        for name, since in self._silent.items():
+            if name in dead or now - since < SILENCE:
+                continue
+            if not self._present:
+                return f"Nobody answers any more; {ROUTER} must have stopped."
+            if name in self._essential:
+                return f"{name} does not answer any more."
+            self._tell_once(name, f"{name} does not answer any more.")
+        return ""
+
+    def _stalled(self) -> str:
+        now = self._bus.now()
+        if now > self._last_t:
+            self._last_t, self._last_tick = now, self._wall()
+        stands_still = self._wall() - self._last_tick > STALL
+        return f"Robot time has stood still for {STALL:g} s." if stands_still else ""
+
+    def _tell_once(self, name: str, text: str) -> None:
+        if name not in self._told:
+            self._told.add(name)
+            self._deck.tell(f"{text} The mission goes on as it can.", "red")

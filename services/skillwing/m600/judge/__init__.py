@@ -1,0 +1,1 @@
+"""What a flight leaves behind, and the judge of it."""

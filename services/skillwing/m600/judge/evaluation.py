@@ -1,0 +1,126 @@
+"""The judge of a finished flight: from what its recorder left in the run directory to pictures and a report.
+
+Only the judge knows the true world, and only after the flight. It works with whatever is there: a run in which the
+recorder or the simulator died still gets a report, with the figures that can be had.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from skillwing.dsl.model import Skillset
+from skillwing.m600.judge.flight_log import SavedMap, read_flight, read_map
+from skillwing.services.telemetry.history import History
+from skillwing.services.telemetry.journal import read_goals, read_records
+from skillwing.services.telemetry.report import Coverage, ProcessEntry, Report, make_report, write_report
+from skillwing.services.telemetry.timeline_picture import draw_timeline
+from skillwing.sim_mujoco.judge.coverage import Judge
+from skillwing.sim_mujoco.judge.map_picture import Flown, MapScene, draw_map
+from skillwing.sim_mujoco.topics import Truth, Vector3
+from skillwing.sim_mujoco.world.world import World, make_world
+
+TIMELINE_PICTURE = "timeline.png"
+MAP_PICTURE = "map.png"
+DEPTH_MAP = "depthmap_source"
+"""The resource that tells which sensor looks ahead."""
+TRUTH_GAP = 2.0
+"""Robot seconds without ground truth before the end of a flight, by which it is not known whether anything was hit."""
+STOPPED = ("S_BLOCKED", "N_BLOCKED")
+
+
+def evaluate(
+    run_dir: Path,
+    skillset: Skillset,
+    *,
+    mission: str,
+    seed: int,
+    route: Sequence[Vector3] | None = None,
+    wall_time_s: float | None = None,
+    processes: Iterable[ProcessEntry] = (),
+    notes: Sequence[str] = (),
+) -> Report:
+    """Judge the flight in `run_dir` and write `timeline.png`, `map.png`, `report.json` and `report.md` there.
+
+    route: planned waypoints, by which coverage is judged; by default those of the world. processes: what became of
+    each process. notes: sentences for `report.md` that only the one who ran the flight can write.
+    """
+    history = read_history(run_dir, skillset)
+    flight, saved = read_flight(run_dir), read_map(run_dir)
+    world = make_world(seed)
+    planned = tuple(route or world.route)
+    seen_to_the_end = bool(flight) and flight[-1].t > history.end - TRUTH_GAP
+    collisions = max((truth.collisions for truth in flight), default=0)
+    report = make_report(
+        history,
+        mission=mission,
+        seed=seed,
+        wall_time_s=wall_time_s,
+        collisions=collisions if collisions or seen_to_the_end else None,
+        min_clearance_m=min(truth.clearance for truth in flight) if seen_to_the_end else None,
+        coverage=judge_map(world, planned, saved),
+        processes=processes,
+    )
+    write_report(report, history, run_dir, [*notes, *_notes(saved)])
+    title = f"{mission}: {report.result}, {report.sim_time_s:.0f} s, seed {seed}"
+    draw_timeline(history, run_dir / TIMELINE_PICTURE, title=title, resources=skillset.resources)
+    if saved is not None or flight:
+        draw_map(run_dir / MAP_PICTURE, map_scene(planned, history, flight, saved), title + _share(report.coverage))
+    return report
+
+
+def read_history(run_dir: Path, skillset: Skillset) -> History:
+    """The history that the recorder's journal tells."""
+    initial = {resource.name: resource.initial for resource in skillset.resources}
+    return History.of(read_records(run_dir), read_goals(run_dir), initial)
+
+
+def judge_map(world: World, route: Sequence[Vector3], saved: SavedMap | None) -> Coverage:
+    """How much of what could be seen from the route is in the map."""
+    if saved is None:
+        return Coverage()
+    judged = Judge(world, route).coverage(saved.centres, saved.voxel_size)
+    return Coverage(all=_rounded(judged.all), buildings=_rounded(judged.buildings), terrain=_rounded(judged.terrain))
+
+
+def map_scene(route: Sequence[Vector3], history: History, flight: Sequence[Truth], saved: SavedMap | None) -> MapScene:
+    """What the picture of the map shows. The flown path is cut where another sensor takes over the depth map."""
+    positions = np.array([truth.position for truth in flight]).reshape(-1, 3)
+    times = np.array([truth.t for truth in flight])
+    flown: list[Flown] = []
+    for span in history.lanes[DEPTH_MAP]:
+        # From the last sample of the stretch before, so that there is no gap.
+        first = max(int(np.searchsorted(times, span.t_start)) - 1, 0)
+        end = history.end if span.t_end is None else span.t_end
+        path = positions[first : int(np.searchsorted(times, end, side="right"))]
+        if len(path) > 1:
+            flown.append(Flown(span.state.lower(), path))
+    ends = [bar.t_end for bar in history.bars if bar.terminal in STOPPED and bar.t_end is not None]
+    met = [positions[min(int(np.searchsorted(times, t)), len(times) - 1)] for t in ends] if len(times) else []
+    return MapScene(
+        centres=np.empty((0, 3), np.float32) if saved is None else saved.centres,
+        voxel_size=saved.voxel_size if saved else 1.0,
+        route=route,
+        flown=flown,
+        obstacles_met=[(float(x), float(y), float(z)) for x, y, z in met],
+    )
+
+
+def _share(coverage: Coverage) -> str:
+    return "" if coverage.all is None else f", {100 * coverage.all:.1f} % mapped"
+
+
+def _notes(saved: SavedMap | None) -> list[str]:
+    if saved is None:
+        return ["No map was recorded."]
+    return [
+        f"Poses of the map: {saved.pose_source or 'not told'}. Coverage is the share of the surface in line of sight "
+        "within 25 m of the planned route that lies in, or next to, an occupied voxel; it does not depend on what was "
+        "flown. Collisions and clearance come from the simulator's ground truth, which the robot never sees."
+    ]
+
+
+def _rounded(share: float | None) -> float | None:
+    return None if share is None else round(share, 4)

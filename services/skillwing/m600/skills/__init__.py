@@ -1,0 +1,1 @@
+"""The skill managers, one file per skill, and what they share."""

@@ -1,0 +1,34 @@
+"""The manager of `goto`."""
+
+from __future__ import annotations
+
+from msgspec.structs import replace
+
+from skillwing.m600.generated.managers import AbstractGotoManager
+from skillwing.m600.generated.types import GotoFeedback, GotoInputs, GotoOutputs
+from skillwing.m600.skills.motion import MotionManager
+from skillwing.services.managers.skill_manager import Goal
+from skillwing.sim_mujoco.topics import Nose
+
+
+class GotoManager(MotionManager[GotoInputs, GotoOutputs, GotoFeedback], AbstractGotoManager):
+    """Flies to a point and leaves the heading to whoever holds it."""
+
+    def on_dispatch(self, goal: Goal[GotoInputs]) -> None:
+        target = goal.inputs.target
+        self.fly_to(goal, (target.x, target.y, target.z), goal.inputs.speed, Nose.FREE)
+
+    def progress(self, goal: Goal[GotoInputs]) -> GotoFeedback:
+        return GotoFeedback(distance=self.guidance.remaining)
+
+    def arrived(self, goal: Goal[GotoInputs]) -> None:
+        self.terminated_ARRIVED(goal.id, GotoOutputs(stopped_at=self.here))
+
+    def blocked(self, goal: Goal[GotoInputs], obstacle_distance: float | None) -> None:
+        output = GotoOutputs(stopped_at=self.here)
+        if obstacle_distance is not None:
+            output = replace(output, obstacle_distance=obstacle_distance)
+        self.terminated_BLOCKED(goal.id, output)
+
+    def aborted(self, goal: Goal[GotoInputs]) -> None:
+        self.terminated_ABORTED(goal.id, GotoOutputs(stopped_at=self.here))

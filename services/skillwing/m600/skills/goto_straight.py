@@ -1,0 +1,36 @@
+"""The manager of `goto_straight`."""
+
+from __future__ import annotations
+
+from msgspec.structs import replace
+
+from skillwing.m600.generated.managers import AbstractGotoStraightManager
+from skillwing.m600.generated.types import GotoStraightFeedback, GotoStraightInputs, GotoStraightOutputs
+from skillwing.m600.skills.motion import MotionManager
+from skillwing.services.managers.skill_manager import Goal
+from skillwing.sim_mujoco.topics import Nose
+
+
+class GotoStraightManager(
+    MotionManager[GotoStraightInputs, GotoStraightOutputs, GotoStraightFeedback], AbstractGotoStraightManager
+):
+    """Flies to a point with the nose, hence the camera, along the track."""
+
+    def on_dispatch(self, goal: Goal[GotoStraightInputs]) -> None:
+        target = goal.inputs.target
+        self.fly_to(goal, (target.x, target.y, target.z), goal.inputs.speed, Nose.ALONG_TRACK)
+
+    def progress(self, goal: Goal[GotoStraightInputs]) -> GotoStraightFeedback:
+        return GotoStraightFeedback(distance=self.guidance.remaining)
+
+    def arrived(self, goal: Goal[GotoStraightInputs]) -> None:
+        self.terminated_ARRIVED(goal.id, GotoStraightOutputs(stopped_at=self.here))
+
+    def blocked(self, goal: Goal[GotoStraightInputs], obstacle_distance: float | None) -> None:
+        output = GotoStraightOutputs(stopped_at=self.here)
+        if obstacle_distance is not None:
+            output = replace(output, obstacle_distance=obstacle_distance)
+        self.terminated_BLOCKED(goal.id, output)
+
+    def aborted(self, goal: Goal[GotoStraightInputs]) -> None:
+        self.terminated_ABORTED(goal.id, GotoStraightOutputs(stopped_at=self.here))

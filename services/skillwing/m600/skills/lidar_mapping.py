@@ -1,0 +1,53 @@
+"""The manager of `lidar_mapping`."""
+
+from __future__ import annotations
+
+from skillwing.m600.generated.managers import AbstractLidarMappingManager
+from skillwing.m600.generated.types import LidarMappingFeedback, LidarMappingInputs
+from skillwing.m600.latest import Latest
+from skillwing.m600.skills.switch import Switch
+from skillwing.services.bus import Handle
+from skillwing.services.managers.skill_manager import Goal
+from skillwing.services.protocol import Terminal
+from skillwing.sim_mujoco.topics import MAPPING_COMMAND, MAPPING_STATUS, ControlMapping, MappingStatus
+
+PATIENCE = 4.0
+"""Without a status for this long the mapping node is gone [s]."""
+
+
+class LidarMappingManager(AbstractLidarMappingManager):
+    """Has the mapping node fuse LiDAR scans into its map until the skill ends. The map outlives the goal."""
+
+    def setup(self) -> None:
+        self.mapping = Switch(self, MAPPING_COMMAND, _control, node="mapping node")
+        self.status = Latest(self.bus, MAPPING_STATUS, MappingStatus, self._on_status)
+        self._watchdog: Handle | None = None
+
+    def on_dispatch(self, goal: Goal[LidarMappingInputs]) -> None:
+        dispatched_at = self.bus.now()
+        self._watchdog = self.bus.every(PATIENCE / 4, lambda: self._watch(goal, dispatched_at))
+        self.mapping.on(goal)
+
+    def progress(self, goal: Goal[LidarMappingInputs]) -> LidarMappingFeedback | None:
+        status = self.status.value
+        return None if status is None else LidarMappingFeedback(voxels=status.voxels)
+
+    def on_interrupt(self, goal: Goal[LidarMappingInputs]) -> None:
+        self.mapping.off(goal)
+
+    def on_ended(self, goal: Goal[LidarMappingInputs], terminal: Terminal) -> None:
+        if self._watchdog is not None:
+            self._watchdog.cancel()
+        self.mapping.release(goal)
+
+    def _on_status(self, status: MappingStatus) -> None:
+        if self.current is not None and status.running and status.diverged:
+            self.terminated_DIVERGED(self.current.id)
+
+    def _watch(self, goal: Goal[LidarMappingInputs], dispatched_at: float) -> None:
+        if self.bus.now() - dispatched_at >= PATIENCE and not self.status.is_fresh(PATIENCE):
+            self.failed(goal.id, f"The mapping node has not reported for {PATIENCE:g} s. Check that its process runs.")
+
+
+def _control(goal: Goal[LidarMappingInputs], on: bool) -> ControlMapping:
+    return ControlMapping(goal_id=goal.id, token=goal.token, run=on)

@@ -1,0 +1,33 @@
+"""The manager of `lock_head`."""
+
+from __future__ import annotations
+
+from skillwing.m600.generated.managers import AbstractLockHeadManager
+from skillwing.m600.generated.types import LockHeadFeedback, LockHeadInputs
+from skillwing.m600.skills.guidance_client import Axis, GuidanceClient
+from skillwing.services.managers.skill_manager import Goal
+from skillwing.services.protocol import Terminal
+from skillwing.sim_mujoco.topics import AxisStatus, MotionState, Turn
+
+
+class LockHeadManager(AbstractLockHeadManager):
+    """Turns the nose to a heading and holds it there until it is interrupted."""
+
+    def setup(self) -> None:
+        self.guidance = GuidanceClient(self, Axis.HEADING, self._on_guidance)
+
+    def on_dispatch(self, goal: Goal[LockHeadInputs]) -> None:
+        self.guidance.fly(goal, Turn(heading=goal.inputs.heading, lock=True))
+
+    def progress(self, goal: Goal[LockHeadInputs]) -> LockHeadFeedback:
+        return LockHeadFeedback(error=self.guidance.remaining)
+
+    def on_interrupt(self, goal: Goal[LockHeadInputs]) -> None:
+        self.guidance.stop(goal)
+
+    def on_ended(self, goal: Goal[LockHeadInputs], terminal: Terminal) -> None:
+        self.guidance.release(goal)
+
+    def _on_guidance(self, goal: Goal[LockHeadInputs], axis: AxisStatus) -> None:
+        if axis.state is MotionState.ABORTED:
+            self.failed(goal.id, f"Guidance gave up the heading: {axis.text}.")

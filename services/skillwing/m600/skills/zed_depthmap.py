@@ -1,0 +1,22 @@
+"""The manager of `zed_depthmap`."""
+
+from __future__ import annotations
+
+from skillwing.m600.generated.managers import AbstractZedDepthmapManager
+from skillwing.m600.generated.types import ZedDepthmapFeedback, ZedDepthmapInputs
+from skillwing.m600.skills.depthmap import DepthmapManager
+from skillwing.services.managers.skill_manager import Goal
+from skillwing.sim_mujoco.topics import ObstacleSource
+
+
+class ZedDepthmapManager(DepthmapManager[ZedDepthmapInputs, None, ZedDepthmapFeedback], AbstractZedDepthmapManager):
+    """The depth map from the camera in front."""
+
+    source = ObstacleSource.ZED
+
+    def progress(self, goal: Goal[ZedDepthmapInputs]) -> ZedDepthmapFeedback | None:
+        distance = self.obstacle_distance
+        return None if distance is None else ZedDepthmapFeedback(obstacle_distance=distance)
+
+    def no_data(self, goal: Goal[ZedDepthmapInputs]) -> None:
+        self.terminated_NO_DATA(goal.id)

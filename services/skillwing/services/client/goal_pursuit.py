@@ -1,0 +1,156 @@
+"""Following a goal from start to end over a network that may stay silent, so that every goal gets its answer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from skillwing.services.bus import Answered, Bus, Refused
+from skillwing.services.client.asking import ask_until_answered
+from skillwing.services.client.goal_handle import GoalHandle
+from skillwing.services.protocol import (
+    Ending,
+    ErrorCode,
+    GoalStatus,
+    InterruptGoal,
+    Keys,
+    ProtocolError,
+    QueryGoal,
+    RecordKind,
+    StartGoal,
+    State,
+    Terminal,
+    decode,
+    encode,
+)
+from skillwing.services.timeline import Timeline
+
+SILENCES_OF_THE_ABSENT = 6
+"""Silences after which a manager without an alive token is given up: 1.55 s, so that a short flap does no harm, and
+the resource manager, which waits a second, has freed its resources by then."""
+SILENCES_OF_THE_LIVING = 10
+"""The same for one that seems to live: it may be busy for a while."""
+
+
+class GoalPursuit:
+    """One goal's correspondence with its manager.
+
+    Ends the handle as LOST when the manager is gone, and as ERROR when it refuses the request for good.
+    """
+
+    def __init__(
+        self,
+        bus: Bus,
+        keys: Keys,
+        timeline: Timeline,
+        handle: GoalHandle,
+        *,
+        client: str,
+        manager_alive: Callable[[], bool],
+        on_change: Callable[[GoalHandle], None],
+    ) -> None:
+        self._bus = bus
+        self._keys = keys
+        self._timeline = timeline
+        self.handle = handle
+        self._client = client
+        self._manager_alive = manager_alive
+        self._on_change = on_change
+        self._interrupting = False
+        self._probing = False
+
+    def start(self, request: StartGoal) -> None:
+        ask_until_answered(
+            self._bus,
+            self._keys.start(self.handle.skill),
+            encode(request),
+            self._start_answered,
+            keep_asking=self._keep_asking,
+            on_silence=self._lose_to_silence,
+        )
+
+    def interrupt(self, cause: str | None = None) -> None:
+        """Ask the manager to end the goal. It may not have heard of the start yet: it then remembers."""
+        if self._interrupting or self.handle.done:
+            return
+        self._interrupting = True
+        request = InterruptGoal(goal_id=self.handle.goal_id, client=self._client, cause=cause)
+        ask_until_answered(
+            self._bus,
+            self._keys.interrupt(self.handle.skill),
+            encode(request),
+            self._answered,
+            keep_asking=self._keep_asking,
+            on_silence=self._lose_to_silence,
+        )
+
+    def probe(self) -> None:
+        """Ask how the goal is doing, in case news of it was lost or its manager is."""
+        if self._probing or self.handle.done:
+            return
+        self._probing = True
+        ask_until_answered(
+            self._bus,
+            self._keys.goal(self.handle.skill),
+            encode(QueryGoal(goal_id=self.handle.goal_id)),
+            self._probe_answered,
+            keep_asking=self._keep_asking,
+            on_silence=self._lose_to_silence,
+        )
+
+    def advance(self, status: GoalStatus) -> None:
+        """Take a status of this goal, published or answered."""
+        consistent = (status.terminal is not None) == (status.state is State.TERMINATED)
+        if status.goal_id == self.handle.goal_id and consistent and self.handle.advance(status):
+            self._on_change(self.handle)
+
+    def _keep_asking(self, silences: int) -> bool:
+        limit = SILENCES_OF_THE_LIVING if self._manager_alive() else SILENCES_OF_THE_ABSENT
+        return not self.handle.done and silences < limit
+
+    def _start_answered(self, answer: Answered | Refused) -> None:
+        if isinstance(answer, Refused):
+            # Whatever the refusal, the manager did not take the goal and will not.
+            text = f"The manager refused to start: {answer.error.message} {answer.error.help}".strip()
+            self._end(Terminal(ending=Ending.ERROR, reason=text, detected_by="client"))
+        else:
+            self._answered(answer)
+
+    def _probe_answered(self, answer: Answered | Refused) -> None:
+        self._probing = False
+        self._answered(answer)
+
+    def _answered(self, answer: Answered | Refused) -> None:
+        if isinstance(answer, Answered):
+            try:
+                self.advance(decode(answer.payload, GoalStatus))
+            except ProtocolError as error:
+                self._end(Terminal(ending=Ending.ERROR, reason=f"The manager's answer is unreadable: {error}."))
+        elif answer.error.code is ErrorCode.UNKNOWN_GOAL and self.handle.state is not None:
+            # It knew the goal once. As long as it never answered, the start may simply not have arrived yet.
+            self._lose(f"The manager of `{self.handle.skill}` was replaced and no longer knows the goal.")
+
+    def _lose_to_silence(self) -> None:
+        self._probing = False
+        if self._manager_alive():
+            self._lose(f"The manager of `{self.handle.skill}` is connected and does not answer.")
+        else:
+            self._lose(f"The manager of `{self.handle.skill}` is gone: it answers nothing and its alive token is away.")
+
+    def _lose(self, reason: str) -> None:
+        self._end(Terminal(ending=Ending.LOST, reason=reason, detected_by="client"))
+
+    def _end(self, terminal: Terminal) -> None:
+        handle = self.handle
+        if handle.done:
+            return
+        record = self._timeline.record(
+            RecordKind.GOAL,
+            handle.skill,
+            handle.state or "SENT",
+            terminal.label,
+            text=terminal.reason,
+            cause=handle.record,
+            goal_id=handle.goal_id,
+        )
+        handle.end(terminal, record)
+        self._on_change(handle)

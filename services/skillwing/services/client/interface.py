@@ -1,0 +1,309 @@
+"""The skillset interface: how missions, the command line and tests start skills and see the robot's state.
+
+Nothing here blocks. Calls send their request and return; what comes back arrives in callbacks on the bus's thread.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import msgspec
+
+from skillwing.dsl.model import Skillset, UnknownNameError
+from skillwing.services.bus import Answer, Answered, Bus, Handle, Refused, Sample
+from skillwing.services.client.asking import ask_until_answered
+from skillwing.services.client.goal_handle import GoalHandle
+from skillwing.services.client.goal_pursuit import GoalPursuit
+from skillwing.services.client.resource_mirror import ResourceMirror
+from skillwing.services.core.latest import LatestData
+from skillwing.services.core.values import fit_fields
+from skillwing.services.errors import InvalidInputError
+from skillwing.services.ids import new_goal_id as new_uuid
+from skillwing.services.names import RESOURCE_MANAGER, skill_process
+from skillwing.services.protocol import (
+    DataReading,
+    DataSample,
+    FireEvent,
+    FireExtern,
+    GoalProgress,
+    GoalStatus,
+    InterruptGoal,
+    Keys,
+    M,
+    ProtocolError,
+    QueryData,
+    QueryStates,
+    ResourceChange,
+    ResourceStates,
+    StartGoal,
+    decode,
+    encode,
+)
+from skillwing.services.timeline import Timeline
+
+__all__ = ["GoalHandle", "SkillsetInterface"]
+
+START_WITHIN = 30.0
+"""Robot time in seconds after which a start that is still under way somewhere is no longer to be carried out."""
+PROBE_PERIOD = 5.0
+"""Wall time in seconds between two questions how the unfinished goals are doing."""
+DISOWNED_LIMIT = 100
+
+
+class SkillsetInterface:
+    """A client's live view of one robot.
+
+    client: names who asks, in goals and in the timeline. new_goal_id: where ids of goals come from, UUIDv7 by default.
+    """
+
+    def __init__(
+        self, bus: Bus, skillset: Skillset, *, client: str, new_goal_id: Callable[[], str] | None = None
+    ) -> None:
+        self._bus = bus
+        self.skillset = skillset
+        self.client = client
+        self._new_goal_id = new_goal_id or new_uuid
+        self._keys = Keys(skillset.name)
+        self._timeline = Timeline(bus, self._keys)
+        self._resources = ResourceMirror()
+        self._data = LatestData(skillset)
+        self._alive: set[str] = set()
+        self._pursuits: dict[str, GoalPursuit] = {}
+        self._disowned: dict[str, str] = {}
+        self._listeners: list[_Listener] = []
+        self._probe_timer: Handle | None = None
+
+        bus.subscribe(self._keys.resource("*"), self._on_resource_change, events=True)
+        bus.subscribe(self._keys.status("*"), self._on_status, events=True)
+        bus.subscribe(self._keys.progress("*"), self._on_progress, latest_only=True)
+        bus.subscribe(self._keys.data("*"), self._on_data, latest_only=True)
+        bus.watch_alive(self._keys.alive("**"), self._on_alive)
+        self._ask_states()
+        for item in skillset.data:
+            bus.ask(self._keys.data(item.name), encode(QueryData()), self._on_reading)
+
+    # --- goals -----------------------------------------------------------------------------------------------------
+
+    def start(
+        self,
+        skill: str,
+        inputs: Mapping[str, Any] | None = None,
+        *,
+        goal_id: str | None = None,
+        cause: str | None = None,
+    ) -> GoalHandle:
+        """Start a skill and return at once.
+
+        inputs: by name; structures as mappings or typed structs. cause: the timeline record that leads to this start.
+        Raises UnknownNameError for a skill or input that the skillset does not know, InvalidInputError for a value of
+        a wrong type or a missing one. Ranges are the manager's business: they end the goal NV.
+        """
+        model = self.skillset.skill(skill)
+        given: dict[str, Any] = msgspec.to_builtins(dict(inputs or {}))
+        for name in given:
+            model.input(name)
+        fitted, problems = fit_fields(model.inputs, given)
+        wrong = {problem.path: problem.sentence for problem in problems if problem.kind != "range"}
+        if wrong:
+            raise InvalidInputError(skill, wrong)
+        pursuit = self._pursue(skill, goal_id or self._new_goal_id())
+        pursuit.start(
+            StartGoal(
+                goal_id=pursuit.handle.goal_id,
+                inputs=fitted,
+                client=self.client,
+                schema=self.skillset.schema_hash,
+                deadline=self._bus.now() + START_WITHIN,
+                cause=cause,
+            )
+        )
+        return pursuit.handle
+
+    def follow(self, skill: str, goal_id: str) -> GoalHandle:
+        """A handle on a goal that somebody else started. Raises UnknownNameError for an unknown skill."""
+        pursuit = self._pursue(self.skillset.skill(skill).name, goal_id)
+        pursuit.probe()
+        return pursuit.handle
+
+    def interrupt(self, goal: GoalHandle, *, cause: str | None = None) -> None:
+        """Ask for the end of a goal. Any number of times, before its start is acknowledged, after its end: no harm."""
+        pursuit = self._pursuits.get(goal.goal_id)
+        if pursuit is not None:
+            pursuit.interrupt(cause)
+
+    # --- resources and events --------------------------------------------------------------------------------------
+
+    @property
+    def ready(self) -> bool:
+        """The resource states are known."""
+        return self._resources.ready
+
+    @property
+    def states(self) -> Mapping[str, str]:
+        """State of each resource, live; empty until the resource manager's first answer."""
+        return self._resources.states
+
+    def state(self, resource: str) -> str | None:
+        """State of one resource, None until known. Raises UnknownNameError."""
+        return self._resources.states.get(self.skillset.resource(resource).name)
+
+    def change_record(self, resource: str) -> str | None:
+        """Timeline id of the last change of a resource that was seen. Raises UnknownNameError."""
+        return self._resources.change_record(self.skillset.resource(resource).name)
+
+    def trigger(
+        self, resource: str, target: str, on_answer: Callable[[Answer], None], cause: str | None = None
+    ) -> None:
+        """Drive an extern transition. Raises UnknownNameError for a resource or state that does not exist."""
+        model = self.skillset.resource(resource)
+        if target not in model.states:
+            raise UnknownNameError(f"state of {resource}", target, model.states)
+        request = FireExtern(resource=resource, target=target, source=self.client, cause=cause)
+        self._bus.ask(self._keys.resource_extern, encode(request), on_answer)
+
+    def fire(self, event: str, on_answer: Callable[[Answer], None], cause: str | None = None) -> None:
+        """Fire an event. Raises UnknownNameError."""
+        request = FireEvent(event=self.skillset.event(event).name, source=self.client, cause=cause)
+        self._bus.ask(self._keys.event(event), encode(request), on_answer)
+
+    # --- data ------------------------------------------------------------------------------------------------------
+
+    def reading(self, datum: str) -> DataReading:
+        """Latest value of a datum, its age as of now. Raises UnknownNameError."""
+        return self._data.reading(self.skillset.datum(datum).name, self._bus.now())
+
+    # --- waking up -------------------------------------------------------------------------------------------------
+
+    def on_change(self, callback: Callable[[], None]) -> Handle:
+        """Call `callback` at each change of a resource or of one of this client's goals, until the handle's cancel."""
+        listener = _Listener(callback, self._listeners)
+        self._listeners.append(listener)
+        return listener
+
+    def _changed(self) -> None:
+        for listener in list(self._listeners):
+            listener.callback()
+
+    # --- what comes in ---------------------------------------------------------------------------------------------
+
+    def _pursue(self, skill: str, goal_id: str) -> GoalPursuit:
+        known = self._pursuits.get(goal_id)
+        if known is not None:
+            return known
+        pursuit = self._pursuits[goal_id] = GoalPursuit(
+            self._bus,
+            self._keys,
+            self._timeline,
+            GoalHandle(goal_id, skill),
+            client=self.client,
+            manager_alive=lambda: skill_process(skill) in self._alive,
+            on_change=self._on_goal_change,
+        )
+        if self._probe_timer is None:
+            self._probe_timer = self._bus.after(PROBE_PERIOD, self._probe, wall=True)
+        return pursuit
+
+    def _probe(self) -> None:
+        """News may be lost while the network heals, and a hung manager says nothing: ask now and then."""
+        self._probe_timer = self._bus.after(PROBE_PERIOD, self._probe, wall=True) if self._pursuits else None
+        for pursuit in list(self._pursuits.values()):
+            if pursuit.handle.state is not None:
+                pursuit.probe()
+
+    def _on_goal_change(self, goal: GoalHandle) -> None:
+        if goal.terminal is not None:
+            self._pursuits.pop(goal.goal_id, None)
+            if goal.terminal.detected_by == "client":
+                self._disown(goal)
+        self._changed()
+
+    def _disown(self, goal: GoalHandle) -> None:
+        """A goal that we told the mission is over has to be over, also if its manager turns up again."""
+        if len(self._disowned) >= DISOWNED_LIMIT:
+            self._disowned.pop(next(iter(self._disowned)))
+        self._disowned[goal.goal_id] = goal.skill
+
+    def _interrupt_disowned(self, goal_id: str) -> None:
+        skill = self._disowned[goal_id]
+        request = InterruptGoal(goal_id=goal_id, client=self.client)
+        self._bus.ask(self._keys.interrupt(skill), encode(request), lambda answer: None)
+
+    def _on_status(self, sample: Sample) -> None:
+        status = _decoded(sample.payload, GoalStatus)
+        if status is None:
+            return
+        pursuit = self._pursuits.get(status.goal_id)
+        if pursuit is not None:
+            pursuit.advance(status)
+        elif status.goal_id in self._disowned:
+            if status.terminal is None:
+                self._interrupt_disowned(status.goal_id)
+            else:
+                del self._disowned[status.goal_id]
+
+    def _on_progress(self, sample: Sample) -> None:
+        progress = _decoded(sample.payload, GoalProgress)
+        if progress is not None and (pursuit := self._pursuits.get(progress.goal_id)):
+            pursuit.handle.feed_back(progress.feedback)
+            self._changed()
+
+    def _on_alive(self, key: str, alive: bool) -> None:
+        process = key.removeprefix(self._keys.alive(""))
+        known = process in self._alive
+        if alive:
+            self._alive.add(process)
+        else:
+            self._alive.discard(process)
+        if process == RESOURCE_MANAGER and alive and not known:
+            self._resources.expect_new_manager()
+            self._ask_states()
+        for pursuit in list(self._pursuits.values()):
+            if process == skill_process(pursuit.handle.skill) and pursuit.handle.state is not None:
+                pursuit.probe()
+        if alive:
+            for goal_id, skill in list(self._disowned.items()):
+                if process == skill_process(skill):
+                    self._interrupt_disowned(goal_id)
+
+    def _ask_states(self) -> None:
+        ask_until_answered(self._bus, self._keys.resource_states, encode(QueryStates()), self._on_states)
+
+    def _on_states(self, answer: Answered | Refused) -> None:
+        if isinstance(answer, Answered) and (snapshot := _decoded(answer.payload, ResourceStates)):
+            self._resources.take_snapshot(snapshot)
+            self._changed()
+
+    def _on_resource_change(self, sample: Sample) -> None:
+        change = _decoded(sample.payload, ResourceChange)
+        if change is not None and self._resources.take_change(change):
+            self._changed()
+
+    def _on_data(self, sample: Sample) -> None:
+        message = _decoded(sample.payload, DataSample)
+        if message is not None:
+            self._data.accept(message, self._bus.now())
+
+    def _on_reading(self, answer: Answer) -> None:
+        reading = _decoded(answer.payload, DataReading) if isinstance(answer, Answered) else None
+        if reading is not None and reading.t is not None:
+            sample = DataSample(name=reading.name, value=reading.value, t=reading.t)
+            self._data.accept(sample, self._bus.now())
+
+
+class _Listener:
+    def __init__(self, callback: Callable[[], None], listeners: list[_Listener]) -> None:
+        self.callback = callback
+        self._listeners = listeners
+
+    def cancel(self) -> None:
+        if self in self._listeners:
+            self._listeners.remove(self)
+
+
+def _decoded(payload: bytes, kind: type[M]) -> M | None:
+    """The message, or None for a payload that is none: a broken publication is its sender's problem."""
+    try:
+        return decode(payload, kind)
+    except ProtocolError:
+        return None

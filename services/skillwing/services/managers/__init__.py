@@ -1,0 +1,1 @@
+"""The manager processes: shells around the cores, the hooks of skill developers, and mocks."""

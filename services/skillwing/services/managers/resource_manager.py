@@ -1,0 +1,143 @@
+"""The resource manager process: the one judge of who may take what, and of who may keep it."""
+
+from __future__ import annotations
+
+import logging
+from typing import Any, TypeVar
+
+from skillwing.dsl import load
+from skillwing.dsl.model import Skillset
+from skillwing.services.bus import Bus, Handle, Node, Publisher, Sample
+from skillwing.services.core.refusal import RefusedError
+from skillwing.services.core.resource_core import ResourceCore, Step
+from skillwing.services.managers.alarm import Alarm
+from skillwing.services.managers.serving import serve
+from skillwing.services.names import RESOURCE_MANAGER
+from skillwing.services.options import required
+from skillwing.services.protocol import (
+    BeginGoal,
+    DataSample,
+    EndGoal,
+    FireEvent,
+    FireExtern,
+    GoalCall,
+    GoalVerdict,
+    Keys,
+    Lost,
+    ProtocolError,
+    QueryStates,
+    Record,
+    ResourceChange,
+    ResourceStates,
+    Violated,
+    decode,
+    encode,
+)
+from skillwing.services.timeline import Timeline
+
+R = TypeVar("R")
+log = logging.getLogger(__name__)
+
+LOSS_DEBOUNCE = 1.0
+"""Wall time in seconds for which an alive token has to be away: a healing network lets tokens flap."""
+
+
+class ResourceManagerNode:
+    """Shell of `ResourceCore`."""
+
+    name = RESOURCE_MANAGER
+    owns_clock = False
+
+    def __init__(self, skillset: Skillset) -> None:
+        self._skillset = skillset
+        self._keys = Keys(skillset.name)
+        self._missing: dict[str, Handle] = {}
+
+    def attach(self, bus: Bus) -> None:
+        self._bus = bus
+        keys = self._keys
+        self._timeline = Timeline(bus, keys)
+        self._core = ResourceCore(self._skillset, source=self.name, new_record_id=self._timeline.new_id)
+        self._alarm = Alarm(bus, lambda: self._perform(self._core.tick(bus.now())))
+        self._changes: dict[str, Publisher] = {
+            resource.name: bus.advertise(keys.resource(resource.name), events=True)
+            for resource in self._skillset.resources
+        }
+        self._verdicts: dict[str, Publisher] = {
+            skill.name: bus.advertise(keys.verdict(skill.name), events=True) for skill in self._skillset.skills
+        }
+        for datum in self._core.data_names:
+            bus.subscribe(keys.data(datum), self._on_datum, latest_only=True)
+        bus.watch_alive(keys.alive("**"), self._on_alive)
+        serve(bus, keys.resource_states, QueryStates, self._answer_states)
+        serve(bus, keys.resource_extern, FireExtern, self._answer_extern)
+        serve(bus, keys.event("*"), FireEvent, self._answer_event)
+        serve(bus, keys.resource_goal, GoalCall, self._answer_goal)
+        self._alive: Handle = bus.declare_alive(keys.alive(self.name))
+
+    def detach(self) -> None:
+        self._alive.cancel()
+
+    # --- what comes in -----------------------------------------------------------------------------------------------
+
+    def _answer_states(self, query: QueryStates, key: str) -> ResourceStates:
+        del query, key
+        return self._core.snapshot(self._bus.now())
+
+    def _answer_extern(self, request: FireExtern, key: str) -> ResourceStates:
+        del key
+        return self._perform(self._core.fire_extern(request, self._bus.now()))
+
+    def _answer_event(self, request: FireEvent, key: str) -> ResourceStates:
+        if self._keys.event(request.event) != key:
+            raise ProtocolError(f"the event `{request.event}` was fired on the key of another one, {key}")
+        return self._perform(self._core.fire_event(request, self._bus.now()))
+
+    def _answer_goal(self, call: GoalCall, key: str) -> GoalVerdict:
+        del key
+        now = self._bus.now()
+        match call:
+            case BeginGoal():
+                return self._perform(self._core.begin(call, now))
+            case EndGoal():
+                return self._perform(self._core.end(call, now))
+            case _:
+                return self._perform(self._core.renew(call))
+
+    def _on_datum(self, sample: Sample) -> None:
+        try:
+            self._perform(self._core.update_datum(decode(sample.payload, DataSample), self._bus.now()))
+        except (ProtocolError, RefusedError) as error:
+            # The data manager, which follows all data, is the one that complains.
+            log.debug("dropped a sample on %s: %s", sample.key, error)
+
+    def _on_alive(self, key: str, alive: bool) -> None:
+        process = key.removeprefix(self._keys.alive(""))
+        if (pending := self._missing.pop(process, None)) is not None:
+            pending.cancel()
+        if not alive:
+            self._missing[process] = self._bus.after(LOSS_DEBOUNCE, lambda: self._on_lost(process), wall=True)
+
+    def _on_lost(self, process: str) -> None:
+        del self._missing[process]
+        self._perform(self._core.manager_lost(process, self._bus.now()))
+
+    # --- what goes out -----------------------------------------------------------------------------------------------
+
+    def _perform(self, step: Step[R]) -> R:
+        """Publish what a step has brought about; returns its reply."""
+        for publication in step.publications:
+            match publication:
+                case Record():
+                    self._timeline.publish(publication)
+                case ResourceChange():
+                    self._changes[publication.resource].put(encode(publication))
+                case Violated() | Lost():
+                    self._verdicts[publication.skill].put(encode(publication))
+        self._alarm.set(self._core.next_tick(self._bus.now()))
+        return step.reply
+
+
+def make_resource_manager(options: dict[str, Any]) -> Node:
+    """Options: `skillset`, the path of the .skillset file."""
+    return ResourceManagerNode(load(required(options, "skillset")))

@@ -1,0 +1,290 @@
+"""The skill manager: the process around `SkillCore` that runs the developer's hooks."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections import deque
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
+
+import msgspec
+
+from skillwing.dsl import load
+from skillwing.dsl.model import Skillset
+from skillwing.services.bus import Answer, Answered, Bus, Handle, Node, Refused, Sample
+from skillwing.services.client.asking import retry_delay
+from skillwing.services.core.skill_actions import Action, AskResources, CallHook, Hook
+from skillwing.services.core.skill_core import SkillCore
+from skillwing.services.core.values import fit_fields
+from skillwing.services.errors import InvalidOptionError
+from skillwing.services.managers.alarm import Alarm
+from skillwing.services.managers.hook_bus import HookBus
+from skillwing.services.managers.hooks import Goal, SkillHooks
+from skillwing.services.managers.serving import serve
+from skillwing.services.names import skill_process
+from skillwing.services.options import imported, required
+from skillwing.services.protocol import (
+    Ending,
+    ErrorReply,
+    GoalProgress,
+    GoalStatus,
+    GoalVerdict,
+    InterruptGoal,
+    Keys,
+    Lost,
+    ProtocolError,
+    QueryGoal,
+    Record,
+    StartGoal,
+    State,
+    Terminal,
+    Violated,
+    decode,
+    encode,
+)
+from skillwing.services.timeline import Timeline
+
+__all__ = ["Goal", "SkillHooks", "SkillManagerNode", "make_skill_manager"]
+
+T = TypeVar("T")
+log = logging.getLogger(__name__)
+
+
+class SkillManagerNode:
+    """Shell of `SkillCore`: one skill, its hooks, and their place on the bus.
+
+    Raises UnknownNameError if the skillset has no such skill.
+    """
+
+    owns_clock = False
+
+    def __init__(self, hooks: SkillHooks[Any, Any, Any], skillset: Skillset) -> None:
+        self._hooks = hooks
+        self._skillset = skillset
+        self._model = skillset.skill(hooks.skill)
+        self._keys = Keys(skillset.name)
+        self._actions: deque[Action] = deque()
+        self._performing = False
+        self._progress_timer: Handle | None = None
+
+    @property
+    def name(self) -> str:
+        return skill_process(self._model.name)
+
+    def attach(self, bus: Bus) -> None:
+        self._bus = bus
+        keys, skill = self._keys, self._model.name
+        self._timeline = Timeline(bus, keys)
+        self._core = SkillCore(self._skillset, skill, source=self.name, new_record_id=self._timeline.new_id)
+        self._alarm = Alarm(bus, lambda: self._perform(self._core.tick(bus.now())))
+        self._status = bus.advertise(keys.status(skill), events=True)
+        self._progress = bus.advertise(keys.progress(skill))
+        self._hooks.bind(HookBus(bus, self._guard_callback), self)
+        self._hooks.setup()
+        bus.subscribe(keys.verdict(skill), self._on_verdict, events=True)
+        serve(bus, keys.start(skill), StartGoal, self._answer_start)
+        serve(bus, keys.interrupt(skill), InterruptGoal, self._answer_interrupt)
+        serve(bus, keys.goal(skill), QueryGoal, lambda query, key: self._core.status(query.goal_id))
+        self._alive: Handle = bus.declare_alive(keys.alive(self.name))
+
+    def detach(self) -> None:
+        """Stop what still runs. The resource manager frees what the goal holds when the alive token is gone."""
+        goal = self._hooks.current
+        if goal is not None:
+            reason = "The skill's manager was shut down."
+            self._leave(goal, Terminal(ending=Ending.LOST, reason=reason, detected_by=self.name))
+        self._alive.cancel()
+
+    # --- what comes in -----------------------------------------------------------------------------------------------
+
+    def _answer_start(self, request: StartGoal, key: str) -> GoalStatus:
+        del key
+        self._perform(self._core.start(request, self._bus.now()))
+        return self._core.status(request.goal_id)
+
+    def _answer_interrupt(self, request: InterruptGoal, key: str) -> GoalStatus:
+        del key
+        self._perform(self._core.interrupt(request, self._bus.now()))
+        return self._core.status(request.goal_id)
+
+    def _on_verdict(self, sample: Sample) -> None:
+        try:
+            verdict = decode(sample.payload, _union(Violated | Lost))
+        except ProtocolError as error:
+            log.warning("dropped a verdict: %s", error)
+        else:
+            self._perform(self._core.pushed(verdict, self._bus.now()))
+
+    def _on_resources_answer(self, asked: AskResources, answer: Answer) -> None:
+        reply: GoalVerdict | ErrorReply | None = None
+        if isinstance(answer, Refused):
+            reply = answer.error
+        elif isinstance(answer, Answered):
+            try:
+                reply = decode(answer.payload, _union(GoalVerdict))
+            except ProtocolError as error:
+                log.warning("the resource manager's answer is unreadable, hence none: %s", error)
+        self._perform(self._core.answered(asked, reply, self._bus.now()))
+
+    # --- what the hooks ask for --------------------------------------------------------------------------------------
+
+    def terminated(self, goal_id: str, result: str, output: object) -> None:
+        told = None if output is None else msgspec.to_builtins(output)
+        self._perform(self._core.terminated(goal_id, result, told, self._bus.now()))
+
+    def interrupted(self, goal_id: str) -> None:
+        self._perform(self._core.interrupted(goal_id, self._bus.now()))
+
+    def failed(self, goal_id: str, reason: str) -> None:
+        self._perform(self._core.failed(goal_id, reason, self._bus.now()))
+
+    # --- carrying out ------------------------------------------------------------------------------------------------
+
+    def _perform(self, actions: tuple[Action, ...]) -> None:
+        """Carry out actions, and those that come of them, one after the other: a hook may call back from within."""
+        self._actions.extend(actions)
+        if self._performing:
+            return
+        self._performing = True
+        try:
+            while self._actions:
+                self._carry_out(self._actions.popleft())
+        finally:
+            self._performing = False
+        self._alarm.set(self._core.next_tick())
+
+    def _carry_out(self, action: Action) -> None:
+        match action:
+            case Record():
+                self._timeline.publish(action)
+            case GoalStatus():
+                self._tell(action)
+            case AskResources(silences=0):
+                self._ask(action)
+            case AskResources():
+                # Wall time, since a robot clock that stands still is no reason to keep resources.
+                self._bus.after(retry_delay(action.silences), lambda: self._ask(action), wall=True)
+            case CallHook():
+                self._call(action)
+
+    def _tell(self, status: GoalStatus) -> None:
+        self._status.put(encode(status))
+        if self._hooks.current is not None and self._hooks.current.id == status.goal_id:
+            self._hooks.record = status.record
+        self._keep_progress_timer()
+
+    def _ask(self, asked: AskResources) -> None:
+        key = self._keys.resource_goal
+        self._bus.ask(key, encode(asked.call), lambda answer: self._on_resources_answer(asked, answer))
+
+    # --- hooks -------------------------------------------------------------------------------------------------------
+
+    def _call(self, call: CallHook) -> None:
+        hooks = self._hooks
+        try:
+            goal = self._goal(call)
+        except msgspec.ValidationError as error:
+            self._report("Inputs", call.goal_id, error)
+            return
+        match call.hook:
+            case Hook.VALIDATE:
+                problem, done = self._guarded("validate", goal.id, lambda: hooks.validate(goal))
+                if done:
+                    self._perform(self._core.validated(goal.id, problem, self._bus.now()))
+            case Hook.DISPATCH:
+                hooks.current = goal
+                run = self._core.current
+                hooks.record = run.record if run else None
+                _, done = self._guarded("on_dispatch", goal.id, lambda: hooks.on_dispatch(goal))
+                if done:
+                    self._perform(self._core.dispatched(goal.id, self._bus.now()))
+            case Hook.INTERRUPT:
+                self._guarded("on_interrupt", goal.id, lambda: hooks.on_interrupt(goal))
+            case Hook.ENDED if call.terminal is not None:
+                self._leave(goal, call.terminal)
+            case Hook.ENDED:
+                pass
+
+    def _leave(self, goal: Goal[Any], terminal: Terminal) -> None:
+        self._hooks.current = None
+        self._keep_progress_timer()
+        self._guarded("on_ended", goal.id, lambda: self._hooks.on_ended(goal, terminal))
+
+    def _goal(self, call: CallHook) -> Goal[Any]:
+        kind = self._hooks.Inputs
+        inputs = dict(call.inputs) if kind is None else msgspec.convert(call.inputs, kind)
+        return Goal(call.goal_id, inputs, call.token, call.started_at)
+
+    def _guarded(self, hook: str, goal_id: str, body: Callable[[], T]) -> tuple[T | None, bool]:
+        """Run a hook. Returns what it returned and True, or None and False if it raised."""
+        # How long a hook blocks this thread is a matter of wall time, not of robot time.
+        started = time.monotonic()
+        try:
+            return body(), True
+        except Exception as error:  # noqa: BLE001 - whatever a developer's code raises ends its goal, not this process
+            self._report(hook, goal_id, error)
+            return None, False
+        finally:
+            elapsed = time.monotonic() - started
+            if elapsed > self._model.dispatch_timeout:
+                log.warning("`%s` of %s blocked its manager for %.1f s; hooks have to return", hook, self.name, elapsed)
+
+    def _guard_callback(self, callback: str, body: Callable[[], None]) -> None:
+        """Run a callback that a hook has registered, on behalf of the goal that runs now, if one does."""
+        goal = self._hooks.current
+        self._guarded(callback, goal.id if goal else "", body)
+
+    def _report(self, hook: str, goal_id: str, error: Exception) -> None:
+        log.error("`%s` of %s raised", hook, self.name, exc_info=error)
+        text = f"{type(error).__name__}: {error}"
+        self._perform(self._core.raised(goal_id, hook, text, self._bus.now()))
+
+    # --- progress ----------------------------------------------------------------------------------------------------
+
+    def _keep_progress_timer(self) -> None:
+        """The timer runs exactly while a goal is RUNNING."""
+        run, period = self._core.current, self._model.progress_period
+        running = run is not None and run.state is State.RUNNING and period is not None
+        if running and self._progress_timer is None and period is not None:
+            self._progress_timer = self._bus.every(period, self._publish_progress)
+        elif not running and self._progress_timer is not None:
+            self._progress_timer.cancel()
+            self._progress_timer = None
+
+    def _publish_progress(self) -> None:
+        goal = self._hooks.current
+        if goal is None:
+            return
+        feedback, _ = self._guarded("progress", goal.id, lambda: self._feedback(goal))
+        if feedback is not None:
+            message = GoalProgress(goal_id=goal.id, skill=self._model.name, t=self._bus.now(), feedback=feedback)
+            self._progress.put(encode(message))
+
+    def _feedback(self, goal: Goal[Any]) -> dict[str, Any] | None:
+        told = msgspec.to_builtins(self._hooks.progress(goal))
+        if told is None:
+            return None
+        if not isinstance(told, Mapping):
+            raise TypeError(f"progress has to return the skill's feedback by name, not {told!r}")
+        feedback, problems = fit_fields(self._model.feedback, told)
+        wrong = [problem.sentence for problem in problems if problem.kind != "range"]
+        if wrong:
+            # No reason to end a flight.
+            log.warning("dropped a feedback of %s: %s", self.name, " ".join(wrong))
+            return None
+        return feedback
+
+
+def _union(kind: Any) -> Any:
+    """A union of tagged messages as `decode` takes it; type checkers have no name for its type."""
+    return kind
+
+
+def make_skill_manager(options: dict[str, Any]) -> Node:
+    """Options: `skillset`, the path of the .skillset file; `hooks`, the developer's class as `package.module:Class`."""
+    hooks = imported(options, "hooks")
+    if not (isinstance(hooks, type) and issubclass(hooks, SkillHooks)):
+        text = f"The option `hooks` names `{options['hooks']}`, which is no skill manager. Derive it from SkillHooks."
+        raise InvalidOptionError("hooks", text)
+    return SkillManagerNode(hooks(), load(required(options, "skillset")))

@@ -1,0 +1,1 @@
+"""Processes: what starts, hosts, watches, finds and ends them."""

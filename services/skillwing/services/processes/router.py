@@ -1,0 +1,76 @@
+"""The router process: all that the processes of a system have in common on the network.
+
+    python -m skillwing.services.processes.router --listen tcp/127.0.0.1:0
+
+Its first line on standard output is the endpoint that it listens at. It ends on SIGTERM and SIGINT, and with
+`--parent-pipe` when its standard input ends, that is, when the process that started it is gone.
+"""
+
+from __future__ import annotations
+
+import argparse
+import socket
+import sys
+
+import zenoh
+
+from skillwing.services.bus.zenoh_session import EndpointError, open_router
+from skillwing.services.processes.lifetime import EXIT_CONFIGURATION, EXIT_OK, Lifetime
+
+LOOPBACK = "tcp/127.0.0.1:0"
+ATTEMPTS = 20
+
+
+def start_router(listen: str = LOOPBACK) -> tuple[zenoh.Session, str]:
+    """Open a router at `tcp/HOST:PORT` and return it with its endpoint; port 0 stands for any that is free.
+
+    Raises EndpointError if it cannot listen there.
+    """
+    protocol, _, address = listen.partition("/")
+    host, _, port = address.rpartition(":")
+    if protocol != "tcp" or not host or not port.isdecimal():
+        raise EndpointError(listen, "an endpoint is written tcp/HOST:PORT")
+    if port != "0":
+        return open_router(listen), listen
+    for attempt in range(1, ATTEMPTS + 1):
+        # Between finding a port and listening there somebody else may take it: then look for another.
+        endpoint = f"tcp/{host}:{_free_port(host, listen)}"
+        try:
+            return open_router(endpoint), endpoint
+        except EndpointError:
+            if attempt == ATTEMPTS:
+                raise
+    raise AssertionError("unreachable")
+
+
+def _free_port(host: str, listen: str) -> int:
+    try:
+        family, kind, _, _, address = socket.getaddrinfo(host.strip("[]"), 0, type=socket.SOCK_STREAM)[0]
+        with socket.socket(family, kind) as probe:
+            probe.bind(address)
+            return int(probe.getsockname()[1])
+    except OSError as error:
+        raise EndpointError(listen, error.strerror or str(error)) from error
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run a router until it is told to end; returns the process's exit code."""
+    parser = argparse.ArgumentParser(prog="router", description="Route a system's messages.")
+    parser.add_argument("--listen", default=LOOPBACK, metavar="tcp/HOST:PORT", help="default: %(default)s")
+    parser.add_argument("--parent-pipe", action="store_true", help="end when standard input ends")
+    options = parser.parse_args(arguments)
+    lifetime = Lifetime(parent_pipe=options.parent_pipe)
+    try:
+        session, endpoint = start_router(options.listen)
+    except EndpointError as error:
+        sys.stderr.write(f"{error}\n")
+        return EXIT_CONFIGURATION
+    with session:
+        sys.stdout.write(f"{endpoint}\n")
+        sys.stdout.flush()
+        lifetime.wait()
+    return EXIT_OK
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,113 @@
+"""What ends a flight, and what it goes on without."""
+
+from __future__ import annotations
+
+import io
+from signal import SIGKILL
+
+import pytest
+from rich.console import Console
+
+from skillwing.m600.demo.flight_deck import FlightDeck
+from skillwing.m600.demo.flight_watch import SILENCE, STALL, FlightWatch
+from skillwing.m600.robot import ROBOT
+from skillwing.services.bus import Bus
+from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.processes.launcher import Death
+from skillwing.services.protocol import Keys, MissionStatus, encode
+
+SKILLSET = ROBOT.load_skillset()
+KEYS = Keys(SKILLSET.name)
+ESSENTIAL = frozenset({"router", "sim", "mission"})
+END = 60.0
+"""When the mission ends in these flights."""
+
+
+def death(process: str) -> Death:
+    return Death(process, 1, None, SIGKILL, ())
+
+
+class Flight:
+    """Three processes that live, a mission that ends after a minute, and a watch whose wall clock is robot time."""
+
+    def __init__(self) -> None:
+        self.network = InProcessNetwork()
+        self.deaths: list[Death] = []
+        self.console = Console(file=io.StringIO(), width=200)
+        self.processes: dict[str, Bus] = {}
+        for name in ("sim", "mission", "recorder"):
+            self.appear(name)
+        self.bus = self.network.bus("demo")
+        deck = FlightDeck(self.bus, SKILLSET, self.console, "a flight")
+        self.watch = FlightWatch(self.bus, KEYS, deck, self.deaths, ESSENTIAL, wall=self.network.now)
+        status = self.network.bus("teller").advertise(KEYS.mission_status, events=True)
+        over = MissionStatus(mission="mapping", phase="SUCCEEDED", t=END, text="done")
+        self.bus.after(END, lambda: status.put(encode(over)))
+
+    def appear(self, name: str) -> None:
+        self.processes[name] = self.network.bus(name)
+        self.processes[name].declare_alive(KEYS.alive(name))
+
+    def vanish(self, name: str) -> None:
+        self.processes.pop(name).close()
+
+    def printed(self) -> list[str]:
+        assert isinstance(self.console.file, io.StringIO)
+        return [line.partition(" s  ")[2] for line in self.console.file.getvalue().splitlines()]
+
+
+def test_the_mission_ends_its_flight() -> None:
+    flight = Flight()
+    assert flight.watch.follow() == ""
+    assert flight.network.now() == pytest.approx(END, abs=1.0)
+    assert flight.printed() == []
+
+
+@pytest.mark.parametrize("process", sorted(ESSENTIAL))
+def test_the_death_of_what_it_needs_ends_a_flight_at_once(process: str) -> None:
+    flight = Flight()
+    flight.bus.after(10.0, lambda: flight.deaths.append(death(process)))
+    assert flight.watch.follow() == f"{process} was killed by SIGKILL."
+    assert flight.network.now() == pytest.approx(10.0, abs=1.0)
+    assert flight.printed() == [f"{process} was killed by SIGKILL. The flight ends here."]
+
+
+def test_without_the_rest_a_flight_goes_on_and_says_so_once() -> None:
+    flight = Flight()
+    flight.bus.after(10.0, lambda: flight.deaths.append(death("recorder")))
+    flight.bus.after(10.1, lambda: flight.vanish("recorder"))
+    assert flight.watch.follow() == ""
+    assert flight.printed() == ["recorder was killed by SIGKILL. The mission goes on as it can."]
+
+
+def test_a_process_that_hangs_ends_the_flight_that_needs_it() -> None:
+    flight = Flight()
+    flight.bus.after(10.0, lambda: flight.vanish("recorder"))
+    flight.bus.after(20.0, lambda: flight.vanish("sim"))
+    assert flight.watch.follow() == "sim does not answer any more."
+    assert flight.network.now() == pytest.approx(20.0 + SILENCE, abs=1.0)
+    assert flight.printed()[0] == "recorder does not answer any more. The mission goes on as it can."
+
+
+def test_a_process_that_was_cut_off_for_a_moment_is_forgiven() -> None:
+    flight = Flight()
+    flight.bus.after(10.0, lambda: flight.vanish("sim"))
+    flight.bus.after(10.0 + SILENCE / 2, lambda: flight.appear("sim"))
+    assert flight.watch.follow() == ""
+
+
+def test_when_nobody_answers_it_is_the_router() -> None:
+    flight = Flight()
+    for name in list(flight.processes):
+        flight.bus.after(10.0, lambda name=name: flight.vanish(name))
+    assert "router must have stopped" in flight.watch.follow()
+
+
+def test_a_flight_whose_time_stands_still_is_given_up() -> None:
+    flight = Flight()
+    flight.network.run_for(1.0)
+    hung = FrozenBus(flight.bus)
+    wall = iter(range(1000))
+    deck = FlightDeck(flight.bus, SKILLSET, flight.console, "a flight")
+    watch = FlightWatch(hung, KEYS, deck, [], ESSENTIAL, wall=lambda: float(next(wall)))
+    assert watch.follow() == f"Robot time has stood still for {STALL:g} s."
