@@ -28,7 +28,7 @@ RUN /opt/skillwing/bin/pip install --no-cache-dir --no-deps /tmp/wheel/*.whl \
 ENV PATH=/opt/skillwing/bin:$PATH PYTHONUNBUFFERED=1
 USER skillwing
 WORKDIR /home/skillwing
-ENTRYPOINT ["python3", "-m", "skillwing.services.node_host"]
+ENTRYPOINT ["python3", "-m", "skillwing.services.processes.node_host"]
 
 FROM full-environment AS full
 COPY --from=wheel /wheel /tmp/wheel
@@ -38,4 +38,4 @@ RUN /opt/skillwing/bin/pip install --no-cache-dir --no-deps /tmp/wheel/*.whl \
 ENV PATH=/opt/skillwing/bin:$PATH PYTHONUNBUFFERED=1 MPLBACKEND=Agg
 USER skillwing
 WORKDIR /home/skillwing
-ENTRYPOINT ["python3", "-m", "skillwing.services.node_host"]
+ENTRYPOINT ["python3", "-m", "skillwing.services.processes.node_host"]
