@@ -21,7 +21,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from skillwing.services.lifetime import EXIT_OK, Lifetime
+from skillwing.services.processes.lifetime import EXIT_OK, Lifetime
 
 START_TIMEOUT = 15.0
 TRIAL = 1.5
