@@ -166,6 +166,45 @@ def test_a_process_that_never_says_that_it_is_there_is_named(tmp_path: Path) -> 
     assert "No sign of life from data_manager." in str(caught.value)
 
 
+KILLER = """
+import os, signal, psutil
+from skillwing.services.managers.data_manager import make_data_manager
+
+def make(options):
+    if options["victim"]:
+        os.kill(options["victim"], signal.SIGKILL)
+        psutil.wait_procs([psutil.Process(options["victim"])])
+    else:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return make_data_manager(options)
+"""
+
+
+@pytest.fixture
+def killer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> ProcessSpec:
+    """A process that kills its victim while it starts itself; without one, itself."""
+    (tmp_path / "killer.py").write_text(KILLER, encoding="utf-8")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    options = {"skillset": str(ROBOT.skillset), "victim": 0}
+    return ProcessSpec("killer", "killer:make", options, essential=False)
+
+
+def test_the_death_of_another_process_does_not_keep_one_from_starting(tmp_path: Path, killer: ProcessSpec) -> None:
+    with Launcher("m600", "m600", tmp_path, clock="wall") as launcher:
+        launcher.start(MANAGERS)
+        killer.options["victim"] = launcher.pids["data_manager"]
+        launcher.start([killer], timeout=PATIENCE)
+        assert launcher.running("killer")
+        assert [death.process for death in launcher.deaths] == ["data_manager"]
+
+
+def test_a_process_that_is_not_essential_may_die_while_it_starts(tmp_path: Path, killer: ProcessSpec) -> None:
+    with Launcher("m600", "m600", tmp_path, clock="wall") as launcher:
+        launcher.start([killer, *MANAGERS], timeout=PATIENCE)
+        assert launcher.running("resource_manager")
+        assert [str(death) for death in launcher.deaths] == ["killer was killed by SIGKILL."]
+
+
 LAUNCH = """
 import sys, threading
 from pathlib import Path

@@ -133,12 +133,13 @@ class Launcher:
     def start(self, specs: Sequence[ProcessSpec], timeout: float = START_TIMEOUT) -> None:
         """Start processes, all at once, and return when each has said that it is there.
 
-        Starts the router first if there is none. Raises StartError as soon as one of them ends, or when `timeout`
-        wall seconds are over; the caller then calls `stop`.
+        Starts the router first if there is none. Raises StartError as soon as an essential one of them or the router
+        ends, or when `timeout` wall seconds are over; the caller then calls `stop`. Any other that ends is not waited
+        for: it is in `deaths`.
         """
         if not self.endpoint:
             self.start_router()
-        missing = {self._keys.alive(spec.name): spec.name for spec in specs}
+        missing = {self._keys.alive(spec.name): spec for spec in specs}
         bus = ZenohBus("launcher", self.robot, self.endpoint)
         self._wake = lambda: bus.post(_nothing)
         try:
@@ -151,12 +152,20 @@ class Launcher:
             earlier = len(self.deaths)
             for spec in specs:
                 self._launch(spec.name, self._command(spec))
-            bus.run_until(lambda: not missing or len(self.deaths) > earlier, timeout)
+
+            def dead() -> set[str]:
+                return {death.process for death in self.deaths[earlier:]}
+
+            def awaited() -> list[str]:
+                gone = dead()
+                return [spec.name for spec in missing.values() if spec.essential or spec.name not in gone]
+
+            bus.run_until(lambda: not awaited() or not dead().isdisjoint({ROUTER, *awaited()}), timeout)
         finally:
             self._wake = _nothing
             bus.close()
-        if missing:
-            raise self._start_error(missing.values())
+        if awaited():
+            raise self._start_error(awaited())
 
     def stop(self) -> None:
         """Stop everything: the processes, then the router. Whoever has not ended in time is killed. Idempotent."""
@@ -202,7 +211,7 @@ class Launcher:
 
     def _start_error(self, missing: Iterable[str]) -> StartError:
         names = tuple(missing)
-        dead = [death for death in self.deaths if not self.running(death.process)]
+        dead = [death for death in self.deaths if death.process in (ROUTER, *names) and not self.running(death.process)]
         told = [death.process for death in dead] or names
         return StartError(names, dead, {name: self._children[name].last_lines() for name in told})
 
