@@ -134,6 +134,16 @@ def test_a_waypoint_that_cannot_be_reached_is_left_out_and_said_so() -> None:
     assert flight.idle
 
 
+def test_a_mission_that_reached_no_waypoint_fails_and_says_which_it_gave_up() -> None:
+    flight = Flight(poles=((20.0, 0.1),), route=((20.0, 0.0, 4.0),))
+    status = flight.fly()
+    assert status.phase == "FAILED"
+    assert status.text.startswith("0 of 1 waypoints reached (1 given up: ")
+    assert flight.drone.position == (0.0, 0.0, 0.0), "it came home all the same"
+    assert flight.started[-2:] == ["return_home", "land"]
+    assert flight.idle
+
+
 @pytest.mark.parametrize("victim", ["goto_straight", "zed_depthmap"])
 def test_a_manager_that_dies_costs_the_branch_and_not_the_mission(victim: str) -> None:
     flight = Flight()

@@ -123,6 +123,53 @@ def test_a_waypoint_inside_a_closed_yard_is_given_up_with_its_reason() -> None:
     assert planner.given_up[0].reason
 
 
+def bump(planner: RoutePlanner, times: int, distance: float, position: Position = (0, 0, 4)) -> None:
+    for _ in range(times):
+        assert planner.next_target(position) is not None
+        planner.blocked(position, distance)
+
+
+def test_a_route_is_fulfilled_when_every_waypoint_was_reached() -> None:
+    planner = RoutePlanner([(10, 0, 4), (10, 10, 4)])
+    fly_route(planner, Courtyard(), (0, 0, 4))
+    assert planner.fulfilled
+    assert planner.account == "2 of 2 waypoints reached"
+
+
+def test_a_route_is_fulfilled_when_only_obstacles_kept_the_drone_from_a_waypoint() -> None:
+    corners = [(10.0, -5.0), (20.0, -5.0), (20.0, 5.0), (10.0, 5.0), (10.0, -5.0)]
+    planner = RoutePlanner([(15, 0, 4), (0, 10, 4)])
+    fly_route(planner, Courtyard(*pairwise(corners)), (0, 0, 4))
+    assert planner.fulfilled
+    assert planner.account.startswith("1 of 2 waypoints reached (1 given up: ")
+
+
+def test_a_route_of_which_no_waypoint_was_reached_is_not_fulfilled() -> None:
+    planner = RoutePlanner([(10, 0, 4)], max_detours=2)
+    bump(planner, times=3, distance=2.0)
+    assert planner.done
+    assert planner.given_up[0].for_obstacle
+    assert not planner.fulfilled
+
+
+def test_a_waypoint_given_up_for_something_unseen_leaves_the_route_unfulfilled() -> None:
+    planner = RoutePlanner([(10, 0, 4), (0, 8, 4)], max_detours=2)
+    bump(planner, times=2, distance=2.0)
+    bump(planner, times=1, distance=1000.0)
+    while planner.next_target((0, 0, 4)) is not None:
+        planner.arrived()
+    assert (planner.reached, planner.given_up[0].for_obstacle) == (1, False)
+    assert "no sensor saw" in planner.account
+    assert not planner.fulfilled
+
+
+def test_a_route_under_way_is_not_fulfilled() -> None:
+    planner = RoutePlanner([(10, 0, 4), (10, 10, 4)])
+    planner.next_target((0, 0, 4))
+    planner.arrived()
+    assert not planner.fulfilled
+
+
 def test_detours_stay_in_the_area() -> None:
     world = Courtyard(((15.0, -2.0), (15.0, 2.0)))
     planner = RoutePlanner([(30, 0, 4)], area=(-1.0, -20.0, 31.0, 1.0))

@@ -19,7 +19,7 @@ from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.settling import NoteSwitch, Settled
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.planning.detour import Area, Position, RoutePlanner
-from skillwing.bt_missions.planning.waypoints import Route, WaypointWriter
+from skillwing.bt_missions.planning.waypoints import Route, RouteFulfilled, WaypointWriter
 from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
 from skillwing.bt_missions.subtrees.composites import alongside, first_that_works, guarded, in_order
 from skillwing.bt_missions.subtrees.decorators import Deadline
@@ -48,7 +48,8 @@ DEPTH_MAP_WAIT = 5.0
 class MappingOptions(MissionOptions, frozen=True, kw_only=True):
     """route: waypoints (x, y, z) in ENU metres, home at the origin. height: of take-off, by default the first
     waypoint's. return_height: of the flight home, over everything: no depth map watches the way then. area: west,
-    south, east, north border of detours. time_limit: robot seconds until the drone gives up and lands."""
+    south, east, north border of the route and its detours, inside the robot's geofence; None for anywhere. time_limit:
+    robot seconds until the drone gives up and lands."""
 
     route: Annotated[tuple[Position, ...], msgspec.Meta(min_length=1, max_length=1000)] = (
         (30.0, 0.0, 4.0),
@@ -80,7 +81,7 @@ class MappingMission(Mission):
         planner = RoutePlanner(options.route, area=options.area)
         route = Route(context, planner)
         return MissionTrees(
-            root=_with_guards(context, _flight(context, route, options), options),
+            root=_with_guards(context, route, _flight(context, route, options), options),
             rescue=guarded(
                 "rescue",
                 ResourceIs("may we fly?", context, "SDK_authority", "AVAILABLE"),
@@ -90,8 +91,11 @@ class MappingMission(Mission):
         )
 
 
-def _with_guards(context: MissionContext, flight: Behaviour, options: MappingOptions) -> Behaviour:
-    """The flight below its guards. When the safety pilot takes over nothing is commanded any more, not even landing."""
+def _with_guards(context: MissionContext, route: Route, flight: Behaviour, options: MappingOptions) -> Behaviour:
+    """The flight below its guards. When the safety pilot takes over nothing is commanded any more, not even landing.
+
+    A drone that is home again has not done its mission if it was kept from the waypoints by anything but obstacles.
+    """
     land = SkillAction("land", context, "land", outcomes=LANDED)
     in_good_time = Deadline("in good time", context, options.time_limit, flight)
     charged = ResourceIs("battery?", context, "battery_status", "NORMAL", "LOW")
@@ -103,10 +107,14 @@ def _with_guards(context: MissionContext, flight: Behaviour, options: MappingOpt
     return guarded(
         "mapping",
         ResourceIs("may we fly?", context, "SDK_authority", "AVAILABLE"),
-        first_that_works(
-            "fly or land",
-            in_order("fly and land", guarded("while the battery lasts", charged, in_good_time), land),
-            SuccessIsFailure("landed, but not done", failed),
+        in_order(
+            "fly, then judge",
+            first_that_works(
+                "fly or land",
+                in_order("fly and land", guarded("while the battery lasts", charged, in_good_time), land),
+                SuccessIsFailure("landed, but not done", failed),
+            ),
+            RouteFulfilled("route flown?", context, route),
         ),
     )
 
@@ -203,11 +211,7 @@ def _by_lidar(context: MissionContext, route: Route, speed: float) -> Behaviour:
 
 
 def _progress(planner: RoutePlanner) -> Progress:
-    text = f"{planner.reached} of {len(planner.route)} waypoints reached"
-    if planner.given_up:
-        left_out = "; ".join(f"{left.waypoint + 1} given up: {left.reason}" for left in planner.given_up)
-        text = f"{text} ({left_out})"
-    return Progress(min(planner.waypoint, len(planner.route)), len(planner.route), planner.target, text)
+    return Progress(min(planner.waypoint, len(planner.route)), len(planner.route), planner.target, planner.account)
 
 
 MISSION = MappingMission()

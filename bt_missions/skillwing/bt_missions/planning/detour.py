@@ -40,18 +40,21 @@ _BORDER = 4.0
 
 @dataclass(frozen=True, slots=True)
 class Disc:
-    """A known obstacle on the ground plan (ENU, metres)."""
+    """A known obstacle on the ground plan (ENU, metres). seen: a sensor has seen it; otherwise it is only assumed."""
 
     centre: Point
     radius: float = OBSTACLE_RADIUS
+    seen: bool = True
 
 
 @dataclass(frozen=True, slots=True)
 class GivenUp:
-    """A waypoint, by its index in the route, that was left out, and why."""
+    """A waypoint, by its index in the route, that was left out, and why. for_obstacle: obstacles that were seen kept
+    the drone from it, and nothing else."""
 
     waypoint: int
     reason: str
+    for_obstacle: bool
 
 
 class KnownSpace:
@@ -65,13 +68,13 @@ class KnownSpace:
         self.area = area
         self.discs: list[Disc] = []
 
-    def add(self, seen: Point) -> None:
-        """Remember an obstacle at `seen`; one that is known already grows."""
+    def add(self, place: Point, *, seen: bool = True) -> None:
+        """Remember an obstacle at `place`; one that is known already grows."""
         for index, disc in enumerate(self.discs):
-            if math.dist(disc.centre, seen) < SAME_OBSTACLE:
-                self.discs[index] = Disc(disc.centre, disc.radius + GROWTH)
+            if math.dist(disc.centre, place) < SAME_OBSTACLE:
+                self.discs[index] = Disc(disc.centre, disc.radius + GROWTH, disc.seen or seen)
                 return
-        self.discs.append(Disc(seen))
+        self.discs.append(Disc(place, seen=seen))
 
     def is_node(self, point: Point) -> bool:
         """Tell whether a detour may lead over `point`, and from there along any lattice edge to another such point."""
@@ -196,6 +199,7 @@ class RoutePlanner:
         self.given_up: list[GivenUp] = []
         self._max_detours = max_detours
         self._detours = 0
+        self._stopped_unseen = False
         self._waypoint = 0
         self._legs: list[Position] = []
 
@@ -207,6 +211,21 @@ class RoutePlanner:
     @property
     def done(self) -> bool:
         return self._waypoint >= len(self.route)
+
+    @property
+    def fulfilled(self) -> bool:
+        """The route is done as well as the place allows: nothing but obstacles kept the drone from any waypoint, and
+        it reached one at least."""
+        return self.done and self.reached > 0 and all(left.for_obstacle for left in self.given_up)
+
+    @property
+    def account(self) -> str:
+        """What has become of the waypoints, in words."""
+        text = f"{self.reached} of {len(self.route)} waypoints reached"
+        if not self.given_up:
+            return text
+        left_out = "; ".join(f"{left.waypoint + 1} given up: {left.reason}" for left in self.given_up)
+        return f"{text} ({left_out})"
 
     @property
     def target(self) -> Position | None:
@@ -225,7 +244,8 @@ class RoutePlanner:
                 continue
             corners = self.known.path(position[:2], waypoint[:2])
             if corners is None:
-                self._give_up("known obstacles leave no way to it")
+                seen = all(disc.seen for disc in self.known.discs)
+                self._give_up("known obstacles leave no way to it", for_obstacle=seen)
             else:
                 self._legs = _at_heights(position, corners, waypoint)
         return self.target
@@ -244,28 +264,33 @@ class RoutePlanner:
             return
         target = self._legs[0]
         ahead = math.dist(position[:2], target[:2])
+        seen = distance <= STOPPING_DISTANCE_LIMIT
+        self._stopped_unseen |= not seen
         if ahead > 1e-6:
-            believed = distance if distance <= STOPPING_DISTANCE_LIMIT else MARGIN
+            believed = distance if seen else MARGIN
             share = max(believed, OBSTACLE_RADIUS) / ahead
             x = position[0] + share * (target[0] - position[0])
             y = position[1] + share * (target[1] - position[1])
-            self.known.add((x, y))
+            self.known.add((x, y), seen=seen)
         self._legs = []
         self._detours += 1
         if self._detours > self._max_detours:
-            self._give_up(f"the way was found blocked {self._detours} times")
+            blocked = f"the way was found blocked {self._detours} times"
+            unseen = ", by something that no sensor saw" if self._stopped_unseen else ""
+            self._give_up(blocked + unseen, for_obstacle=not self._stopped_unseen)
 
     def _reach(self) -> None:
         self.reached += 1
         self._next_waypoint()
 
-    def _give_up(self, reason: str) -> None:
-        self.given_up.append(GivenUp(self._waypoint, reason))
+    def _give_up(self, reason: str, *, for_obstacle: bool) -> None:
+        self.given_up.append(GivenUp(self._waypoint, reason, for_obstacle))
         self._next_waypoint()
 
     def _next_waypoint(self) -> None:
         self._waypoint += 1
         self._detours = 0
+        self._stopped_unseen = False
 
 
 def bearing(start: Position, target: Position) -> float | None:

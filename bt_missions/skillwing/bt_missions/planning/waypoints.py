@@ -113,6 +113,22 @@ class WaypointWriter(Behaviour):
         return Status.SUCCESS
 
 
+class RouteFulfilled(Behaviour):
+    """Whether the route that is behind the drone counts as flown; FAILURE with what became of the waypoints."""
+
+    def __init__(self, name: str, context: MissionContext, route: Route) -> None:
+        super().__init__(name)
+        self._context = context
+        self._planner = route.planner
+
+    def update(self) -> Status:
+        self.feedback_message = self._planner.account
+        if self._planner.fulfilled:
+            return Status.SUCCESS
+        self._context.learn(self.feedback_message, None, failed=True)
+        return Status.FAILURE
+
+
 def _position(value: object) -> Position | None:
     if not isinstance(value, Mapping):
         return None
