@@ -37,5 +37,7 @@ RUN /opt/skillwing/bin/pip install --no-cache-dir --no-deps /tmp/wheel/*.whl \
     && install -d -o skillwing -g skillwing /home/skillwing/runs
 ENV PATH=/opt/skillwing/bin:$PATH PYTHONUNBUFFERED=1 MPLBACKEND=Agg
 USER skillwing
+# The viewer would send usage data from its second start on.
+RUN rerun analytics disable
 WORKDIR /home/skillwing
 ENTRYPOINT ["python3", "-m", "skillwing.services.processes.node_host"]

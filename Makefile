@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
 
-.PHONY: setup demo test lint format lock clean
+.PHONY: setup demo test lint format pictures lock clean
 
 setup: $(READY)
 
@@ -31,6 +31,13 @@ lint: setup
 format: setup
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+
+# The pictures in README.md, from a flight of this very code.
+pictures: setup
+	rm -rf runs/pictures
+	$(BIN)/skillwing demo --no-viewer --run-dir runs/pictures
+	mkdir -p docs/images
+	cp runs/pictures/timeline.png runs/pictures/map.png docs/images/
 
 # Locks hold hashes and no addresses; `uv` is needed only here. requirements.lock is everything a developer
 # needs; locks/ holds what the container images need.
