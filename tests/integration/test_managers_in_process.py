@@ -17,7 +17,7 @@ from skillwing.services.errors import InvalidInputError, InvalidOptionError
 from skillwing.services.managers.data_manager import make_data_manager
 from skillwing.services.managers.hooks import Goal, SkillHooks
 from skillwing.services.managers.mock import MockRun, MockScript, make_mock_managers
-from skillwing.services.managers.resource_manager import LOSS_DEBOUNCE
+from skillwing.services.managers.resource_manager import LOSS_DEBOUNCE, ResourceManagerNode
 from skillwing.services.managers.skill_manager import SkillManagerNode, make_skill_manager
 from skillwing.services.names import RESOURCE_MANAGER, skill_process
 from skillwing.services.protocol import (
@@ -301,6 +301,31 @@ def test_a_manager_replaced_at_once_does_not_leave_its_goal_in_limbo() -> None:
     system.network.run_for(LOSS_DEBOUNCE + 0.1)
     system.restart(skill_process("reach"))
     assert system.run(goal, 5.0).ending is Ending.LOST
+
+
+@pytest.mark.parametrize("away", [0.0, LOSS_DEBOUNCE / 2])
+def test_a_manager_that_is_back_before_its_token_counts_as_gone_frees_what_its_predecessor_held(away: float) -> None:
+    system = System(MockRun(delay=30.0, result="THERE"))
+    goal = system.client.start("reach", REACH)
+    system.until(goal, State.RUNNING)
+    system.kill(skill_process("reach"))
+    system.network.run_for(away)
+    system.restart(skill_process("reach"))
+    assert system.run(goal, 5.0).ending is Ending.LOST
+    assert system.client.states["joints"] == "FREE"
+    assert system.run(system.client.start("reach", REACH)).label == "S_THERE"
+
+
+def test_a_network_that_heals_in_time_takes_nothing_from_a_manager() -> None:
+    system = System(MockRun(delay=5.0, result="THERE"))
+    goal = system.client.start("reach", REACH)
+    system.until(goal, State.RUNNING)
+    watcher = system.nodes[RESOURCE_MANAGER]
+    assert isinstance(watcher, ResourceManagerNode)
+    for alive in (False, True):
+        watcher._on_alive(KEYS.alive(skill_process("reach")), alive)
+        system.network.run_for(LOSS_DEBOUNCE / 2)
+    assert system.run(goal).label == "S_THERE"
 
 
 def test_a_manager_in_good_order_frees_its_goal() -> None:

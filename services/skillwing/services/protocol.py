@@ -225,8 +225,21 @@ class FireEvent(Message, frozen=True, kw_only=True):
     cause: str | None = None
 
 
+class AttachManager(Message, frozen=True, kw_only=True):
+    """A manager has started: what an earlier process of its name holds is lost. Answered by `ResourceStates`.
+
+    `incarnation` tells processes of one name apart; a manager draws it anew each time it starts.
+    """
+
+    manager: str
+    incarnation: str
+
+
 class BeginGoal(Message, frozen=True, kw_only=True, tag="begin"):
-    """Ask for preconditions and start effect as one atomic step. Idempotent for the same goal id."""
+    """Ask for preconditions and start effect as one atomic step. Idempotent for the same goal id.
+
+    `incarnation` as in `AttachManager`; empty if the manager does not tell.
+    """
 
     goal_id: str
     skill: str
@@ -235,6 +248,7 @@ class BeginGoal(Message, frozen=True, kw_only=True, tag="begin"):
     owner: str
     schema: str
     cause: str | None = None
+    incarnation: str = ""
 
 
 class EndGoal(Message, frozen=True, kw_only=True, tag="end"):
@@ -462,6 +476,10 @@ class Keys:
     @property
     def resource_goal(self) -> str:
         return f"{self.skillset}/resource/goal"
+
+    @property
+    def resource_attach(self) -> str:
+        return f"{self.skillset}/resource/attach"
 
     def resource(self, name: str) -> str:
         """Publications of changes; `"*"` for all."""

@@ -97,7 +97,7 @@ class Bench:
         self.published += step.publications
         return step.reply
 
-    def begin(self, skill: str, goal_id: str, manager: str = "", **inputs: Any) -> GoalVerdict:
+    def begin(self, skill: str, goal_id: str, manager: str = "", incarnation: str = "", **inputs: Any) -> GoalVerdict:
         request = BeginGoal(
             goal_id=goal_id,
             skill=skill,
@@ -105,6 +105,7 @@ class Bench:
             manager=manager or f"skill/{skill}",
             owner="test",
             schema=RIG.schema_hash,
+            incarnation=incarnation,
         )
         return self.perform(self.core.begin(request, self.now))
 

@@ -7,6 +7,7 @@ from rig import RIG, Bench
 
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.protocol import (
+    AttachManager,
     BeginGoal,
     DataSample,
     Ended,
@@ -258,6 +259,26 @@ def test_a_lost_manager_loses_its_goals_and_its_token(bench: Bench) -> None:
             call()
         assert refusal.value.code is ErrorCode.STALE_TOKEN
     assert bench.core.states["axes"] == "USED", "what the old process says frees nothing of the new one's"
+
+
+def test_the_begin_of_a_later_incarnation_takes_what_the_earlier_one_held(bench: Bench) -> None:
+    granted(bench.begin("move", "g", incarnation="first"))
+    granted(bench.begin("move", "next", incarnation="second"))
+    assert [each.goal_id for each in bench.of(Lost)] == ["g"]
+    with pytest.raises(RefusedError) as refusal:
+        bench.begin("move", "late", incarnation="first")
+    assert refusal.value.code is ErrorCode.STALE_TOKEN
+    assert [grant.goal_id for grant in bench.core.grants] == ["next"]
+
+
+def test_an_incarnation_that_attaches_again_loses_nothing(bench: Bench) -> None:
+    granted(bench.begin("move", "g", incarnation="first"))
+    for manager, incarnation in (("skill/move", "first"), ("skill/shine", "other")):
+        request = AttachManager(manager=manager, incarnation=incarnation)
+        bench.perform(bench.core.attach_manager(request, 0.0))
+    assert bench.core.states["axes"] == "USED"
+    bench.perform(bench.core.attach_manager(AttachManager(manager="skill/move", incarnation="second"), 0.0))
+    assert bench.core.states["axes"] == "FREE"
 
 
 def test_a_goal_given_up_before_its_begin_arrives_is_never_granted(bench: Bench) -> None:

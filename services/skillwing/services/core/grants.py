@@ -17,11 +17,15 @@ NO_TOKEN = 0
 
 @dataclass(frozen=True, slots=True)
 class Grant:
-    """A goal that holds what it was granted. inputs: defaults filled in. manager: name of the process that runs it."""
+    """A goal that holds what it was granted.
+
+    inputs: defaults filled in. manager, incarnation: name of the process that runs it, and which one of that name.
+    """
 
     skill: Skill
     inputs: Mapping[str, object]
     manager: str
+    incarnation: str
     granted: Granted
 
     @property

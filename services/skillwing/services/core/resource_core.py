@@ -7,7 +7,7 @@ nothing. `docs/semantics.md` gives the rules and their reasons.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeAlias, TypeVar
 
@@ -15,6 +15,7 @@ from skillwing.dsl.expressions import Environment, Expression, names_used
 from skillwing.dsl.model import Invariant, Skill, Skillset, UnknownNameError
 from skillwing.services.core.checks import check_goal_id, check_schema, unknown_name
 from skillwing.services.core.grants import NO_TOKEN, Grant, Ledger, Past, check_token, unknown_goal
+from skillwing.services.core.incarnations import Incarnations
 from skillwing.services.core.judge import why_not
 from skillwing.services.core.latest import LatestData
 from skillwing.services.core.refusal import RefusedError
@@ -22,6 +23,7 @@ from skillwing.services.core.resource_table import Event, ResourceTable
 from skillwing.services.core.scribe import Scribe
 from skillwing.services.core.values import fit_fields
 from skillwing.services.protocol import (
+    AttachManager,
     BeginGoal,
     DataSample,
     Ended,
@@ -63,6 +65,7 @@ class ResourceCore:
         self._scribe: Scribe[Event] = Scribe(source, new_record_id)
         self._table = ResourceTable(skillset, self._scribe)
         self._ledger = Ledger()
+        self._incarnations = Incarnations()
         self._data = LatestData(skillset, _data_in_guards(skillset))
 
     @property
@@ -147,6 +150,12 @@ class ResourceCore:
 
     # --- from skill managers -----------------------------------------------------------------------------------------
 
+    def attach_manager(self, request: AttachManager, now: float) -> Step[ResourceStates]:
+        """A manager has started. Its predecessor is gone, however short its alive token was away."""
+        self._incarnations.check(request.manager, request.incarnation)
+        self._replace(request.manager, request.incarnation, now)
+        return self._finish(self.snapshot(now))
+
     def begin(self, request: BeginGoal, now: float) -> Step[GoalVerdict]:
         """Judge the preconditions and apply the start effect. The same goal id again gets the latest verdict on it."""
         check_goal_id(request.goal_id)
@@ -156,6 +165,9 @@ class ResourceCore:
         if known is not None:
             return Step(known)
         inputs = _checked_inputs(skill, request.inputs)
+        self._incarnations.check(request.manager, request.incarnation)
+        if request.incarnation:
+            self._replace(request.manager, request.incarnation, now)
         failing = self._failing_preconditions(skill, inputs, now)
         if failing:
             return self._finish(self._refuse_readiness(request, skill, failing, now))
@@ -164,7 +176,7 @@ class ResourceCore:
         granted = Granted(
             goal_id=request.goal_id, token=self._ledger.next_token(now), revision=self.revision, record=record
         )
-        self._ledger.open(Grant(skill, inputs, request.manager, granted))
+        self._ledger.open(Grant(skill, inputs, request.manager, request.incarnation, granted))
         self._enforce_invariants(now)
         # An invariant may be false from the start, say for want of data: the goal is then over already.
         return self._finish(self._ledger.verdict(request.goal_id, skill.name) or granted)
@@ -202,10 +214,7 @@ class ResourceCore:
 
     def manager_lost(self, manager: str, now: float, reason: str = "its alive token is gone") -> Step[None]:
         """Take from a manager that is gone all goals it held: their lost effects are applied, the oldest goal first."""
-        for grant in [grant for grant in self.grants if grant.manager == manager]:
-            if self._ledger.in_force(grant.goal_id):  # and not violated by what an earlier one gave back
-                self._lose(grant, f"The manager `{manager}` was lost: {reason}.", now)
-                self._enforce_invariants(now)
+        self._lose_all([grant for grant in self.grants if grant.manager == manager], reason, now)
         return self._finish(None)
 
     # --- verdicts ----------------------------------------------------------------------------------------------------
@@ -247,6 +256,18 @@ class ResourceCore:
         ended = Ended(goal_id=request.goal_id, held=False, reason=text, revision=self.revision, record=record)
         self._ledger.remember(request.goal_id, Past(skill.name, NO_TOKEN, ended))
         return self._finish(ended)
+
+    def _replace(self, manager: str, incarnation: str, now: float) -> None:
+        """Take this incarnation for the latest; its predecessors hold nothing any more."""
+        self._incarnations.note(manager, incarnation)
+        held = [grant for grant in self.grants if grant.manager == manager and grant.incarnation != incarnation]
+        self._lose_all(held, "another process has taken its place", now)
+
+    def _lose_all(self, grants: Sequence[Grant], reason: str, now: float) -> None:
+        for grant in grants:
+            if self._ledger.in_force(grant.goal_id):  # and not violated by what an earlier one gave back
+                self._lose(grant, f"The manager `{grant.manager}` was lost: {reason}.", now)
+                self._enforce_invariants(now)
 
     def _lose(self, grant: Grant, reason: str, now: float) -> None:
         skill = grant.skill

@@ -48,13 +48,17 @@ RESOURCE_MANAGER = "resource manager"
 class SkillCore:
     """The state of one skill's manager.
 
-    source: name of the process, for grants and the timeline. new_record_id: gives each timeline record its id.
+    source: name of the process, for grants and the timeline; incarnation: which one of that name.
+    new_record_id: gives each timeline record its id.
     """
 
-    def __init__(self, skillset: Skillset, skill: str, *, source: str, new_record_id: Callable[[], str]) -> None:
+    def __init__(
+        self, skillset: Skillset, skill: str, *, source: str, new_record_id: Callable[[], str], incarnation: str = ""
+    ) -> None:
         self._skillset = skillset
         self.skill = skillset.skill(skill)
         self._source = source
+        self._incarnation = incarnation
         self._scribe: Scribe[Action] = Scribe(source, new_record_id)
         self._run: GoalRun | None = None
         self._ended: Recent[str, GoalStatus] = Recent(GOALS_REMEMBERED)
@@ -161,6 +165,7 @@ class SkillCore:
                     owner=run.client,
                     schema=self._skillset.schema_hash,
                     cause=run.record,
+                    incarnation=self._incarnation,
                 )
                 self._scribe.add(AskResources(run.begin))
         return self._actions()

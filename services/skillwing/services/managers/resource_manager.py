@@ -15,6 +15,7 @@ from skillwing.services.managers.serving import serve
 from skillwing.services.names import RESOURCE_MANAGER
 from skillwing.services.options import required
 from skillwing.services.protocol import (
+    AttachManager,
     BeginGoal,
     DataSample,
     EndGoal,
@@ -72,6 +73,7 @@ class ResourceManagerNode:
         serve(bus, keys.resource_states, QueryStates, self._answer_states)
         serve(bus, keys.resource_extern, FireExtern, self._answer_extern)
         serve(bus, keys.event("*"), FireEvent, self._answer_event)
+        serve(bus, keys.resource_attach, AttachManager, self._answer_attach)
         serve(bus, keys.resource_goal, GoalCall, self._answer_goal)
         self._alive: Handle = bus.declare_alive(keys.alive(self.name))
 
@@ -92,6 +94,10 @@ class ResourceManagerNode:
         if self._keys.event(request.event) != key:
             raise ProtocolError(f"the event `{request.event}` was fired on the key of another one, {key}")
         return self._perform(self._core.fire_event(request, self._bus.now()))
+
+    def _answer_attach(self, request: AttachManager, key: str) -> ResourceStates:
+        del key
+        return self._perform(self._core.attach_manager(request, self._bus.now()))
 
     def _answer_goal(self, call: GoalCall, key: str) -> GoalVerdict:
         del key

@@ -13,11 +13,12 @@ import msgspec
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Answer, Answered, Bus, Handle, Node, Refused, Sample
-from skillwing.services.client.asking import retry_delay
+from skillwing.services.client.asking import ask_until_answered, retry_delay
 from skillwing.services.core.skill_actions import Action, AskResources, CallHook, Hook
 from skillwing.services.core.skill_core import SkillCore
 from skillwing.services.core.values import fit_fields
 from skillwing.services.errors import InvalidOptionError
+from skillwing.services.ids import new_goal_id
 from skillwing.services.managers.alarm import Alarm
 from skillwing.services.managers.hook_bus import HookBus
 from skillwing.services.managers.hooks import Goal, SkillHooks
@@ -25,6 +26,7 @@ from skillwing.services.managers.serving import serve
 from skillwing.services.names import skill_process
 from skillwing.services.options import imported, required
 from skillwing.services.protocol import (
+    AttachManager,
     Ending,
     ErrorReply,
     GoalProgress,
@@ -76,7 +78,10 @@ class SkillManagerNode:
         self._bus = bus
         keys, skill = self._keys, self._model.name
         self._timeline = Timeline(bus, keys)
-        self._core = SkillCore(self._skillset, skill, source=self.name, new_record_id=self._timeline.new_id)
+        incarnation = new_goal_id()
+        self._core = SkillCore(
+            self._skillset, skill, source=self.name, new_record_id=self._timeline.new_id, incarnation=incarnation
+        )
         self._alarm = Alarm(bus, lambda: self._perform(self._core.tick(bus.now())))
         self._status = bus.advertise(keys.status(skill), events=True)
         self._progress = bus.advertise(keys.progress(skill))
@@ -86,6 +91,9 @@ class SkillManagerNode:
         serve(bus, keys.start(skill), StartGoal, self._answer_start)
         serve(bus, keys.interrupt(skill), InterruptGoal, self._answer_interrupt)
         serve(bus, keys.goal(skill), QueryGoal, lambda query, key: self._core.status(query.goal_id))
+        # The resource manager must not take this process for a predecessor whose token was away for a moment.
+        attach = AttachManager(manager=self.name, incarnation=incarnation)
+        ask_until_answered(bus, keys.resource_attach, encode(attach), self._on_attached)
         self._alive: Handle = bus.declare_alive(keys.alive(self.name))
 
     def detach(self) -> None:
@@ -115,6 +123,10 @@ class SkillManagerNode:
             log.warning("dropped a verdict: %s", error)
         else:
             self._perform(self._core.pushed(verdict, self._bus.now()))
+
+    def _on_attached(self, answer: Answered | Refused) -> None:
+        if isinstance(answer, Refused):
+            log.warning("the resource manager does not take us for %s: %s", self.name, answer.error.message)
 
     def _on_resources_answer(self, asked: AskResources, answer: Answer) -> None:
         reply: GoalVerdict | ErrorReply | None = None
