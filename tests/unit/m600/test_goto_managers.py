@@ -60,6 +60,13 @@ def test_is_aborted_when_guidance_gives_up(rig: RobotRig, skill: str) -> None:
     assert rig.end(rig.start(skill, target=TARGET)).label == "S_ABORTED"
 
 
+def test_a_target_outside_the_geofence_is_not_valid(rig: RobotRig, skill: str) -> None:
+    terminal = rig.end(rig.start(skill, target={"x": 300.0, "y": 0.0, "z": 4.0}))
+    assert terminal.ending is Ending.NOT_VALIDATED
+    assert "The target (300, 0, 4) lies outside the geofence. Stay between (-12, -12, 1)" in terminal.reason
+    assert rig.layer.commands == []
+
+
 def test_what_guidance_refuses_ends_with_its_sentence(rig: RobotRig, skill: str) -> None:
     rig.layer.refusal = "the target lies outside the geofence"
     terminal = rig.end(rig.start(skill, target=TARGET))

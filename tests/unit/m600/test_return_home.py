@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from robot_rig import RobotRig
 
+from skillwing.m600.geofence import refusal
 from skillwing.services.protocol import Ending
 from skillwing.sim_mujoco.topics import FlyTo, Nose
 
@@ -54,6 +55,16 @@ def test_guidance_giving_up_aborts_it(rig: RobotRig) -> None:
 
 def test_a_height_above_the_geofence_is_not_valid(rig: RobotRig) -> None:
     assert rig.end(rig.start("return_home", height=40.0)).ending is Ending.NOT_VALIDATED
+
+
+@pytest.mark.parametrize("outside", [(42.5, 8.0, 3.0), (6.0, 8.0, 30.5)])
+def test_from_just_outside_the_geofence_it_climbs_and_flies_inside(
+    rig: RobotRig, outside: tuple[float, float, float]
+) -> None:
+    rig.layer.position = outside
+    rig.run(0.5)
+    assert rig.end(rig.start("return_home", height=5.0, speed=5.0)).label == "S_ARRIVED"
+    assert [refusal(target) for target, _ in legs(rig)] == [None, None]
 
 
 def test_interrupted_on_either_leg_it_stops(rig: RobotRig) -> None:

@@ -61,7 +61,7 @@ def test_is_aborted_when_guidance_gives_up(rig: RobotRig) -> None:
 def test_a_height_above_the_geofence_is_not_valid(rig: RobotRig) -> None:
     terminal = rig.end(rig.start("takeoff", height=31.0))
     assert terminal.ending is Ending.NOT_VALIDATED
-    assert "at most 30 m" in terminal.reason
+    assert "(42, 32, 30)" in terminal.reason
     assert rig.layer.commands == []
 
 

@@ -60,8 +60,16 @@ class MappingOptions(MissionOptions, frozen=True, kw_only=True):
     height: Annotated[float, msgspec.Meta(ge=1.0, le=50.0)] | None = None
     return_height: Annotated[float, msgspec.Meta(ge=1.0, le=50.0)] = 12.0
     speed: Speed = 2.0
-    area: Area | None = None
+    area: Area | None = (-11.0, -11.0, 41.0, 31.0)
     time_limit: Annotated[float, msgspec.Meta(gt=0.0)] = 900.0
+
+    def __post_init__(self) -> None:
+        if self.area is None:
+            return
+        west, south, east, north = self.area
+        for number, (x, y, _) in enumerate(self.route, start=1):
+            if not (west <= x <= east and south <= y <= north):
+                raise ValueError(f"waypoint {number} of `route` ({x:g}, {y:g}) lies outside `area`")
 
 
 class MappingMission(Mission):

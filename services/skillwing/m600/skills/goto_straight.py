@@ -6,7 +6,8 @@ from msgspec.structs import replace
 
 from skillwing.m600.generated.managers import AbstractGotoStraightManager
 from skillwing.m600.generated.types import GotoStraightFeedback, GotoStraightInputs, GotoStraightOutputs
-from skillwing.m600.skills.motion import MotionManager
+from skillwing.m600.geofence import refusal
+from skillwing.m600.skills.motion import MotionManager, point
 from skillwing.services.managers.skill_manager import Goal
 from skillwing.sim_mujoco.topics import Nose
 
@@ -16,9 +17,11 @@ class GotoStraightManager(
 ):
     """Flies to a point with the nose, hence the camera, along the track."""
 
+    def validate(self, goal: Goal[GotoStraightInputs]) -> str | None:
+        return refusal(point(goal.inputs.target))
+
     def on_dispatch(self, goal: Goal[GotoStraightInputs]) -> None:
-        target = goal.inputs.target
-        self.fly_to(goal, (target.x, target.y, target.z), goal.inputs.speed, Nose.ALONG_TRACK)
+        self.fly_to(goal, point(goal.inputs.target), goal.inputs.speed, Nose.ALONG_TRACK)
 
     def progress(self, goal: Goal[GotoStraightInputs]) -> GotoStraightFeedback:
         return GotoStraightFeedback(distance=self.guidance.remaining)

@@ -57,3 +57,8 @@ class MotionManager(SkillHooks[I, O, F]):
                 self.aborted(goal)
             case _:
                 pass
+
+
+def point(position: Position) -> Vector3:
+    """A position of the skillset as the functional layer writes it."""
+    return position.x, position.y, position.z

@@ -6,7 +6,7 @@ from math import hypot
 
 from skillwing.m600.generated.managers import AbstractReturnHomeManager
 from skillwing.m600.generated.types import ReturnHomeFeedback, ReturnHomeInputs
-from skillwing.m600.geofence import CEILING, HOME
+from skillwing.m600.geofence import HOME, nearest_inside, refusal
 from skillwing.m600.skills.motion import MotionManager
 from skillwing.services.managers.skill_manager import Goal
 from skillwing.sim_mujoco.topics import Nose
@@ -22,16 +22,14 @@ class ReturnHomeManager(MotionManager[ReturnHomeInputs, None, ReturnHomeFeedback
     """
 
     def validate(self, goal: Goal[ReturnHomeInputs]) -> str | None:
-        if goal.inputs.height > CEILING:
-            return f"A height of {goal.inputs.height:g} m is above the geofence. Choose at most {CEILING:g} m."
-        return None
+        return refusal((*HOME, goal.inputs.height))
 
     def on_dispatch(self, goal: Goal[ReturnHomeInputs]) -> None:
         here = self.here
         self._climbing = self._distance() > OVER_HOME
         self._height = max(here.z, goal.inputs.height) if self._climbing else here.z
         above = (here.x, here.y) if self._climbing else HOME
-        self.fly_to(goal, (*above, self._height), goal.inputs.speed, Nose.FREE)
+        self.fly_to(goal, nearest_inside((*above, self._height)), goal.inputs.speed, Nose.FREE)
 
     def progress(self, goal: Goal[ReturnHomeInputs]) -> ReturnHomeFeedback:
         return ReturnHomeFeedback(distance=self._distance())
@@ -39,7 +37,7 @@ class ReturnHomeManager(MotionManager[ReturnHomeInputs, None, ReturnHomeFeedback
     def arrived(self, goal: Goal[ReturnHomeInputs]) -> None:
         if self._climbing:
             self._climbing = False
-            self.fly_to(goal, (*HOME, self._height), goal.inputs.speed, Nose.ALONG_TRACK)
+            self.fly_to(goal, nearest_inside((*HOME, self._height)), goal.inputs.speed, Nose.ALONG_TRACK)
         else:
             self.terminated_ARRIVED(goal.id)
 

@@ -6,7 +6,7 @@ import math
 
 from skillwing.m600.generated.managers import AbstractTakeoffManager
 from skillwing.m600.generated.types import TakeoffFeedback, TakeoffInputs
-from skillwing.m600.geofence import CEILING
+from skillwing.m600.geofence import HOME, refusal
 from skillwing.m600.latest import Latest
 from skillwing.m600.skills.guidance_client import Axis, GuidanceClient
 from skillwing.m600.skills.headway import Headway
@@ -28,11 +28,9 @@ class TakeoffManager(AbstractTakeoffManager):
         self.navigation = Latest(self.bus, NAVIGATION, Navigation)
 
     def validate(self, goal: Goal[TakeoffInputs]) -> str | None:
-        if goal.inputs.height > CEILING:
-            return f"A height of {goal.inputs.height:g} m is above the geofence. Choose at most {CEILING:g} m."
         if self.navigation.value is None:
             return "There is no navigation solution yet. Wait until the drone knows where it is."
-        return None
+        return refusal((*HOME, goal.inputs.height))
 
     def on_dispatch(self, goal: Goal[TakeoffInputs]) -> None:
         assert self.navigation.value is not None, "validated"
