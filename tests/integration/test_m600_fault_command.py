@@ -1,13 +1,15 @@
-"""`skillwing fault` against a simulator in a process of its own."""
+"""`skillwing fault` and `skillwing pilot` against a simulator in a process of its own."""
 
 from __future__ import annotations
 
+import json
+import math
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from skillwing.m600.commands import fault
+from skillwing.m600.commands import Handover, fault, pilot
 from skillwing.m600.robot import ROBOT, functional_layer
 from skillwing.services.commands.exit_codes import NO_SYSTEM, USAGE, exit_code_of
 from skillwing.services.errors import InvalidOptionError, SkillwingError
@@ -48,6 +50,31 @@ def test_switches_a_fault_on_and_off(capsys: pytest.CaptureFixture[str]) -> None
 def test_a_wrong_name_is_answered_with_what_exists(sensor: str, kind: str, known: str) -> None:
     with pytest.raises(InvalidOptionError, match=known) as caught:
         fault(sensor, kind=kind)
+    assert exit_code_of(caught.value) == USAGE
+
+
+@pytest.mark.usefixtures("running")
+def test_the_pilot_takes_the_authority_and_gives_it_back(capsys: pytest.CaptureFixture[str]) -> None:
+    pilot(Handover.TAKE)
+    pilot(Handover.GIVE)
+    assert capsys.readouterr().out.splitlines() == [
+        "The safety pilot has the authority.",
+        "The computer has the authority.",
+    ]
+
+
+@pytest.mark.usefixtures("running")
+def test_both_answer_in_json(capsys: pytest.CaptureFixture[str]) -> None:
+    fault("zed", off=True, as_json=True)
+    assert json.loads(capsys.readouterr().out)["on"] is False
+    pilot(Handover.GIVE, as_json=True)
+    assert json.loads(capsys.readouterr().out)["authority"] is True
+
+
+@pytest.mark.parametrize("magnitude", [math.nan, math.inf])
+def test_a_magnitude_that_is_no_number_is_refused(magnitude: float) -> None:
+    with pytest.raises(InvalidOptionError, match="finite") as caught:
+        fault("zed", kind="noise", magnitude=magnitude)
     assert exit_code_of(caught.value) == USAGE
 
 

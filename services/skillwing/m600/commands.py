@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
+import math
+from enum import StrEnum
 from typing import Annotated
 
 import typer
 
 from skillwing.m600.command import sentences
-from skillwing.services.commands.connection import RobotOption, connect
+from skillwing.services.commands.connection import JsonOption, RobotOption, connect
+from skillwing.services.commands.output import print_json
 from skillwing.services.errors import InvalidOptionError, RefusedError
 from skillwing.services.protocol import ErrorCode
-from skillwing.sim_mujoco.topics import FAULT, Done, SetFault
+from skillwing.sim_mujoco.topics import FAULT, PILOT, Done, SetFault, SetPilot
+
+
+class Handover(StrEnum):
+    """What the safety pilot does with the authority over the drone."""
+
+    TAKE = "take"
+    GIVE = "give"
 
 
 def fault(
@@ -23,8 +33,11 @@ def fault(
         float | None, typer.Option("--magnitude", help="How badly, in the fault's own unit; it has a default.")
     ] = None,
     robot: RobotOption = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Make a sensor of the simulated drone fail, or work again."""
+    if magnitude is not None and not math.isfinite(magnitude):
+        raise InvalidOptionError("magnitude", f"A magnitude of {magnitude} means nothing. Give a finite number.")
     with connect(robot) as system:
         try:
             done = system.ask(FAULT, SetFault(sensor=sensor, kind=kind, on=not off, magnitude=magnitude), Done)
@@ -32,4 +45,22 @@ def fault(
             if error.code is ErrorCode.UNKNOWN_NAME:
                 raise InvalidOptionError("fault", sentences(error.message)) from error
             raise
-    typer.echo(sentences(done.text))
+    if as_json:
+        print_json({"sensor": sensor, "kind": kind, "on": not off, "text": done.text})
+    else:
+        typer.echo(sentences(done.text))
+
+
+def pilot(
+    handover: Annotated[Handover, typer.Argument(help="Take the authority from the computer, or give it back.")],
+    robot: RobotOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Be the simulated drone's safety pilot: take the authority over it, or give it to the computer."""
+    authority = handover is Handover.GIVE
+    with connect(robot) as system:
+        done = system.ask(PILOT, SetPilot(authority=authority), Done)
+    if as_json:
+        print_json({"authority": authority, "text": done.text})
+    else:
+        typer.echo(sentences(done.text))
