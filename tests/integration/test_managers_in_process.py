@@ -21,6 +21,7 @@ from skillwing.services.managers.resource_manager import LOSS_DEBOUNCE, Resource
 from skillwing.services.managers.skill_manager import SkillManagerNode, make_skill_manager
 from skillwing.services.names import RESOURCE_MANAGER, skill_process
 from skillwing.services.protocol import (
+    MAX_MESSAGE_BYTES,
     DataSample,
     Ending,
     ErrorCode,
@@ -42,9 +43,9 @@ skillset arm {
     resource hatch { initial SHUT  extern SHUT -> OPEN  extern OPEN -> SHUT }
     event cut { guard resource=(power == ON) effect { power -> OFF } }
     skill reach {
-        progress=0.5 { left: float64 [m] }
+        progress=0.5 { left: float64 [m]  steps: int64 = 0  note: string = "" }
         input { distance: float64 [m] in 0.0..2.0 }
-        output { reached: float64 [m] }
+        output { reached: float64 [m]  steps: int64 = 0  note: string = "" }
         effect { take: joints -> USED  release: joints -> FREE }
         precondition { power: resource=(power == ON)  free: resource=(joints == FREE)  success take }
         invariant { power: resource=(power == ON) violation=release }
@@ -139,6 +140,7 @@ class System:
 
 
 REACH = {"distance": 1.0}
+UNTOLD = {"steps": 0, "note": ""}
 
 
 def test_success() -> None:
@@ -148,10 +150,10 @@ def test_success() -> None:
     assert goal.state is None
     system.until(goal, State.RUNNING)
     system.network.run_for(1.0)
-    assert goal.progress == {"left": 0.5}
+    assert goal.progress == {"left": 0.5, **UNTOLD}
     assert system.client.state("joints") == "USED"
     terminal = system.run(goal)
-    assert (terminal.label, terminal.success, terminal.output) == ("S_THERE", True, {"reached": 1.0})
+    assert (terminal.label, terminal.success, terminal.output) == ("S_THERE", True, {"reached": 1.0, **UNTOLD})
     assert system.client.states["joints"] == "FREE"
 
 
@@ -406,6 +408,51 @@ def test_an_end_from_within_a_hook_or_an_exception_after_the_end_is_fine(where: 
         hooks.terminated(goal.goal_id, "THERE")
     assert system.run(goal).label == "S_THERE"
     assert hooks.ended == ["S_THERE"]
+
+
+UNSENDABLE = [
+    ("steps", 2**70, "has to lie between"),
+    ("steps", 10**5000, "beyond all bounds"),
+    ("reached", float("nan"), "a finite number"),
+    ("note", "\ud800", "cannot be sent"),
+    ("note", "x" * MAX_MESSAGE_BYTES, "cannot be sent"),
+    ("note", object(), "unsupported"),
+]
+
+
+@pytest.mark.parametrize(("name", "value", "sentence"), UNSENDABLE, ids=range(len(UNSENDABLE)))
+def test_an_output_that_cannot_be_sent_ends_the_goal_and_the_process_lives(
+    name: str, value: object, sentence: str
+) -> None:
+    hooks = Clumsy("elsewhere")
+    system = System(hooks=hooks)
+    goal = system.client.start("reach", REACH)
+    system.until(goal, State.RUNNING)
+    output = {"reached": 1.0, "steps": 1, "note": "", name: value}
+    hooks.bus.post(lambda: hooks.terminated(goal.goal_id, "THERE", output))
+    terminal = system.run(goal)
+    assert terminal.ending is Ending.ERROR
+    assert sentence in terminal.reason
+    assert system.client.states["joints"] == "FREE"
+
+
+@pytest.mark.parametrize("value", [2**70, 10**5000], ids=["large", "beyond words"])
+def test_a_feedback_that_cannot_be_sent_is_dropped(value: int, caplog: pytest.LogCaptureFixture) -> None:
+    system = System(MockRun(delay=2.0, result="THERE", progress={"left": 0.5, "steps": value}))
+    goal = system.client.start("reach", REACH)
+    assert system.run(goal).label == "S_THERE"
+    assert goal.progress is None
+    assert "dropped a feedback" in caplog.text
+
+
+@pytest.mark.parametrize("text", ["\ud800", "x" * MAX_MESSAGE_BYTES], ids=["no encoding", "too long"])
+def test_a_reason_that_cannot_be_sent_is_made_sendable(text: str) -> None:
+    hooks = Clumsy("elsewhere")
+    system = System(hooks=hooks)
+    goal = system.client.start("reach", REACH)
+    system.until(goal, State.RUNNING)
+    hooks.bus.post(lambda: hooks.failed(goal.goal_id, text))
+    assert system.run(goal).ending is Ending.ERROR
 
 
 # --- data ------------------------------------------------------------------------------------------------------------

@@ -18,6 +18,8 @@ import msgspec
 
 PROTOCOL_VERSION = 1
 MAX_MESSAGE_BYTES = 1 << 20
+ROOM_FOR_THE_REST = 1 << 14
+"""Bytes kept free in a message for everything but the one value of a developer that it carries."""
 MAX_NESTING = 32
 """Deepest nesting of a decoded payload; deeper ones are refused before they are walked."""
 
@@ -41,8 +43,32 @@ _decoders: dict[Any, msgspec.msgpack.Decoder[Any]] = {}
 
 
 def encode(message: Message) -> bytes:
-    """The MessagePack bytes of `message`."""
-    return _encoder.encode(message)
+    """The MessagePack bytes of `message`.
+
+    Raises `ProtocolError` for what no receiver would take: values without a MessagePack form, numbers that are not
+    finite, too many bytes.
+    """
+    return _encoded(message)
+
+
+def require_sendable(value: object) -> None:
+    """Raise `ProtocolError` if no message could hold `value`, be it alone in it."""
+    _encoded(value, limit=MAX_MESSAGE_BYTES - ROOM_FOR_THE_REST)
+
+
+def _encoded(value: object, limit: int = MAX_MESSAGE_BYTES) -> bytes:
+    require_finite(value)
+    try:
+        payload = _encoder.encode(value)
+    except (TypeError, ValueError, OverflowError, RecursionError) as error:
+        raise ProtocolError(f"the message holds a value that cannot be sent: {error}") from error
+    _require_length(payload, limit)
+    return payload
+
+
+def _require_length(payload: bytes, limit: int) -> None:
+    if len(payload) > limit:
+        raise ProtocolError(f"the message has {len(payload)} bytes; at most {limit} are accepted")
 
 
 def decode(payload: bytes, kind: type[M]) -> M:
@@ -50,8 +76,7 @@ def decode(payload: bytes, kind: type[M]) -> M:
 
     Raises `ProtocolError` where the payload is anything else.
     """
-    if len(payload) > MAX_MESSAGE_BYTES:
-        raise ProtocolError(f"the message has {len(payload)} bytes; at most {MAX_MESSAGE_BYTES} are accepted")
+    _require_length(payload, MAX_MESSAGE_BYTES)
     decoder = _decoders.get(kind)
     if decoder is None:
         decoder = _decoders[kind] = msgspec.msgpack.Decoder(kind)

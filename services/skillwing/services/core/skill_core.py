@@ -16,7 +16,7 @@ from skillwing.services.core.memory import Recent
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.scribe import Scribe
 from skillwing.services.core.skill_actions import Action, AskResources, CallHook, Ending, GoalRun, Hook
-from skillwing.services.core.values import by_path, fit_fields
+from skillwing.services.core.values import by_path, fit_fields, sendable_text
 from skillwing.services.protocol import (
     BeginGoal,
     Ended,
@@ -29,11 +29,13 @@ from skillwing.services.protocol import (
     InterruptGoal,
     Lost,
     NotReady,
+    ProtocolError,
     RecordKind,
     StartGoal,
     State,
     Terminal,
     Violated,
+    require_sendable,
 )
 from skillwing.services.protocol import Ending as End
 
@@ -153,7 +155,7 @@ class SkillCore:
         run = self._run_of(goal_id)
         if run is not None and run.begin is None:
             if problem is not None:
-                self._finish(run, Terminal(ending=End.NOT_VALIDATED, reason=problem), now)
+                self._finish(run, Terminal(ending=End.NOT_VALIDATED, reason=sendable_text(problem)), now)
             elif run.state is State.INTERRUPTING:
                 self._finish(run, Terminal(ending=End.INTERRUPTED, reason=run.stop_reason), now)
             else:
@@ -182,7 +184,7 @@ class SkillCore:
         run = self._run_of(goal_id)
         reason = f"`{hook}` of the skill manager raised {text}"
         if run is not None and run.begin is None:
-            self._finish(run, Terminal(ending=End.ERROR, reason=reason), now)
+            self._finish(run, Terminal(ending=End.ERROR, reason=sendable_text(reason)), now)
         elif run is not None and run.stoppable:
             self._end(run, "error", reason)
         return self._actions()
@@ -204,6 +206,8 @@ class SkillCore:
             wrong = [problem.sentence for problem in problems if problem.kind in ("type", "unknown")]
             if wrong:
                 self._end(run, "error", f"The output of {result} does not fit the skillset: {' '.join(wrong)}")
+            elif (obstacle := _obstacle_to_sending(fitted)) is not None:
+                self._end(run, "error", f"The output of {result} cannot be sent: {obstacle}.")
             else:
                 told = fitted if output is not None else None
                 self._end(run, "result", f"The skill ended with {result}.", result=result, output=told)
@@ -359,7 +363,7 @@ class SkillCore:
             result=result,
             cause=run.record,
         )
-        run.ending = Ending(call, reason, output, forced)
+        run.ending = Ending(call, sendable_text(reason), output, forced)
         self._scribe.add(AskResources(call))
 
     def _bear_silence(self, run: GoalRun, asked: AskResources, now: float) -> None:
@@ -420,3 +424,12 @@ class SkillCore:
 
     def _actions(self) -> tuple[Action, ...]:
         return self._scribe.hand_over()
+
+
+def _obstacle_to_sending(output: Mapping[str, object]) -> str | None:
+    """Why an output of the right types cannot be sent all the same: it is too long, or no text that has an encoding."""
+    try:
+        require_sendable(output)
+    except ProtocolError as error:
+        return str(error)
+    return None

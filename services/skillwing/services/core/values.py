@@ -10,6 +10,9 @@ from typing import Literal, TypeAlias, cast
 from skillwing.dsl.model import ArrayType, EnumType, Field, ScalarType, StructType, Type
 from skillwing.dsl.suggest import closest, listed
 
+LONGEST_TEXT = 2000
+"""Characters of a developer's text that go out."""
+
 ProblemKind: TypeAlias = Literal["unknown", "missing", "type", "range"]
 
 
@@ -96,8 +99,9 @@ def _fit_scalar(value: object, kind: ScalarType, limits: Field | None, path: str
         number = cast(float, fitted)
         if (low is not None and number < low) or (high is not None and number > high):
             unit = f" {limits.unit}" if limits and limits.unit else ""
-            sentence = f"`{path}` is {number:g}{unit}; it has to lie {_interval(low, high, unit)}."
-            return fitted, [Problem(path, "range", sentence)]
+            shown = f"{number:g}" if _finite(number) else _shown(number)
+            sentence = f"`{path}` is {shown}{unit}; it has to lie {_interval(low, high, unit)}."
+            return fitted, [Problem(path, "range" if _has_form(number, kind) else "type", sentence)]
     return fitted, []
 
 
@@ -123,6 +127,12 @@ def _finite(number: int | float) -> bool:
         return math.isfinite(number)
     except OverflowError:  # an integer beyond the floats
         return False
+
+
+def _has_form(number: float, kind: ScalarType) -> bool:
+    """Whether the scalar type has room for the number, whatever the field allows."""
+    low, high = kind.bounds or (-math.inf, math.inf)
+    return low <= number <= high
 
 
 def _bounds(kind: ScalarType, limits: Field | None) -> tuple[float | None, float | None]:
@@ -152,7 +162,10 @@ def _mismatch(path: str, kind: Type, value: object) -> Problem:
 
 
 def _shown(value: object) -> str:
-    text = repr(value)
+    try:
+        text = repr(value)
+    except ValueError:  # an integer of thousands of digits
+        return "a number beyond all bounds"
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
@@ -176,6 +189,12 @@ def type_text(kind: Type) -> str:
             return f"a list of {length or 'any length'}: each {type_text(element)}"
         case StructType(fields=fields):
             return f"a structure with the fields {listed(item.name for item in fields)}"
+
+
+def sendable_text(text: str) -> str:
+    """A developer's text as a message takes it: nothing without an encoding in it, and of bounded length."""
+    plain = text.encode("utf-8", errors="replace").decode("utf-8")
+    return plain if len(plain) <= LONGEST_TEXT else f"{plain[:LONGEST_TEXT]}..."
 
 
 def by_path(problems: list[Problem]) -> dict[str, str]:

@@ -23,7 +23,7 @@ def serve(bus: Bus, key_expression: str, kind: type[M] | Any, answer: Callable[[
 
     def on_request(request: Request) -> None:
         try:
-            reply = encode(answer(decode(request.payload, kind), request.key))
+            reply = answer(decode(request.payload, kind), request.key)
         except ProtocolError as error:
             request.refuse(
                 ErrorReply(
@@ -34,12 +34,20 @@ def serve(bus: Bus, key_expression: str, kind: type[M] | Any, answer: Callable[[
             )
         except RefusedError as error:
             request.refuse(error.reply)
-        except Exception as error:
-            log.exception("could not answer a query on %s", request.key)
-            text = f"`{bus.name}` failed on this request: {error!r}."
-            request.refuse(ErrorReply(code=ErrorCode.INTERNAL, message=text, help="Its log tells more."))
+        except Exception as error:  # noqa: BLE001 - `fail` logs it
+            fail(request, error)
         else:
-            request.reply(reply)
+            try:
+                payload = encode(reply)
+            except ProtocolError as error:
+                fail(request, error)
+            else:
+                request.reply(payload)
+
+    def fail(request: Request, error: Exception) -> None:
+        log.error("could not answer a query on %s", request.key, exc_info=error)
+        text = f"`{bus.name}` failed on this request: {error!r}."
+        request.refuse(ErrorReply(code=ErrorCode.INTERNAL, message=text, help="Its log tells more."))
 
     return bus.serve(key_expression, on_request)
 

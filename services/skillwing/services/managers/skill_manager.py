@@ -271,7 +271,10 @@ class SkillManagerNode:
         feedback, _ = self._guarded("progress", goal.id, lambda: self._feedback(goal))
         if feedback is not None:
             message = GoalProgress(goal_id=goal.id, skill=self._model.name, t=self._bus.now(), feedback=feedback)
-            self._progress.put(encode(message))
+            try:
+                self._progress.put(encode(message))
+            except ProtocolError as error:
+                log.warning("dropped a feedback of %s: %s", self.name, error)
 
     def _feedback(self, goal: Goal[Any]) -> dict[str, Any] | None:
         told = msgspec.to_builtins(self._hooks.progress(goal))
