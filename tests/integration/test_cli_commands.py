@@ -245,8 +245,7 @@ def test_without_a_system_commands_say_how_to_start_one(
 
 def test_up_and_down_leave_nothing_behind(skillwing: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
-    monkeypatch.setattr("sys.argv", [])
-    said = skillwing("up", "--mock", "--detach", "--run-dir", str(tmp_path / "run"))
+    said = skillwing("up", "--mock", "-dr", "m600", "--run-dir", str(tmp_path / "run"))
     assert said.code == OK, said.error
     state = read_run_state("m600")
     assert state is not None

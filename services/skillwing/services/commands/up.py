@@ -27,9 +27,7 @@ from skillwing.services.robot import ClockKind, ProcessSpec, Robot, find_robot
 
 def up(
     robot: Annotated[str, typer.Option("--robot", "-r", metavar="NAME", help="Robot to run.")] = "m600",
-    speed: Annotated[
-        float, typer.Option(metavar="FACTOR", min=0.0, help="Robot seconds per second; 0: as fast as possible.")
-    ] = 1.0,
+    speed: Annotated[float, typer.Option(metavar="FACTOR", min=0.05, help="Robot seconds per second.")] = 1.0,
     seed: Annotated[int, typer.Option(metavar="N", min=0, help="Seed of the simulated world.")] = 1,
     mock: Annotated[bool, typer.Option("--mock", help="No robot: mocked skills that end well after a second.")] = False,
     detach: Annotated[bool, typer.Option("--detach", "-d", help="Return once it runs; `down` stops it.")] = False,
@@ -48,7 +46,9 @@ def up(
         raise SkillwingError(f"`{robot}` runs already (process {running.pid}). Stop it first with `skillwing down`.")
     directory = (run_dir or Path("runs") / f"{datetime.now().astimezone():%Y%m%d-%H%M%S}-up").absolute()
     if detach:
-        _detach(robot, directory)
+        # Not the words we were called with: any of them, such as `-dr`, might say --detach once more.
+        words = ["--robot", robot, "--speed", str(speed), "--seed", str(seed), "--listen", listen]
+        _detach(robot, [*words, *(["--mock"] if mock else [])], directory)
         return
     options = {"seed": seed, "speed": speed, "run_dir": str(directory)}
     clock: ClockKind = "wall" if mock else table.clock
@@ -92,14 +92,13 @@ def _watch(console: Console, deaths: SimpleQueue[Death], essential: set[str]) ->
             return FAILED
 
 
-def _detach(robot: str, run_dir: Path) -> None:
-    """Run this very command once more, without --detach, in a session of its own; return when the system is up."""
-    arguments = [word for word in sys.argv[1:] if word not in ("--detach", "-d")]
+def _detach(robot: str, options: list[str], run_dir: Path) -> None:
+    """Run `up` with these options in a session of its own; return when the system is up."""
     log = run_dir / "logs" / "up.log"
     log.parent.mkdir(parents=True, exist_ok=True)
     with log.open("ab") as file:
         process = subprocess.Popen(
-            [sys.executable, "-m", "skillwing.services.cli", *arguments, "--run-dir", str(run_dir)],
+            [sys.executable, "-m", "skillwing.services.cli", "up", *options, "--run-dir", str(run_dir)],
             stdin=subprocess.DEVNULL,
             stdout=file,
             stderr=subprocess.STDOUT,

@@ -1,0 +1,58 @@
+"""What `skillwing up` makes of its options."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.main import get_command
+
+from skillwing.services import cli
+from skillwing.services.commands.exit_codes import USAGE
+
+
+class LaunchedError(Exception):
+    """Instead of a process: its command."""
+
+
+@pytest.fixture
+def launched(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Any:
+    """Calls a command line and returns the words of the process that it launches."""
+
+    def popen(command: list[str], **options: Any) -> None:
+        raise LaunchedError(command)
+
+    def call(*words: str) -> list[str]:
+        monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+        monkeypatch.setattr(subprocess, "Popen", popen)
+        monkeypatch.setattr("sys.argv", ["skillwing", *words])
+        with pytest.raises(LaunchedError) as caught:
+            cli.main()
+        return caught.value.args[0]
+
+    return call
+
+
+@pytest.mark.parametrize("flags", [["-dr", "m600"], ["-d"], ["--detach", "-r", "m600"], ["-r", "m600", "-d"]])
+def test_the_detached_process_does_not_detach(launched: Any, tmp_path: Path, flags: list[str]) -> None:
+    command = launched("up", *flags, "--mock", "--seed", "7", "--speed", "2", "--run-dir", str(tmp_path / "run"))
+    module = command.index("skillwing.services.cli")
+    assert command[module + 1] == "up"
+    up = cli.LazyGroup.get_command(get_command(cli.app), None, "up")  # pyright: ignore[reportArgumentType]
+    given = up.make_context("up", command[module + 2 :]).params
+    assert given["detach"] is False
+    assert (given["robot"], given["mock"], given["seed"], given["speed"]) == ("m600", True, 7, 2.0)
+    assert given["run_dir"] == tmp_path / "run"
+
+
+@pytest.mark.parametrize("speed", ["0", "0.01", "-1", "nan"])
+def test_a_speed_that_no_clock_keeps_is_refused(
+    speed: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("sys.argv", ["skillwing", "up", "--speed", speed])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert ended.value.code == USAGE
+    assert "speed" in capsys.readouterr().err
