@@ -6,20 +6,25 @@ import json
 import os
 import subprocess
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import psutil
 import pytest
 
 from skillwing.m600.robot import ROBOT
 from skillwing.services import cli
+from skillwing.services.bus import Sample
+from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.commands.exit_codes import FAILED, NO_SYSTEM, OK, REFUSED, USAGE
 from skillwing.services.processes.launcher import Launcher
 from skillwing.services.processes.mock_host import mock_processes
 from skillwing.services.processes.run_state import RunState, read_run_state, started, write_run_state
+from skillwing.services.protocol import FireExtern, Keys, ResourceChange, decode, encode
 
 pytestmark = pytest.mark.slow
 
@@ -206,6 +211,36 @@ def test_a_transition_that_only_skills_may_take_is_refused(ready: Command) -> No
     said = ready("trigger", "axes_authority", "USED")
     assert said.code == REFUSED
     assert "no extern transition" in said.error
+
+
+def test_a_transition_that_the_robot_takes_back_is_no_success(ready: Command, system: Launcher) -> None:
+    def put_back(sample: Sample) -> None:
+        if decode(sample.payload, ResourceChange).after == "UNAVAILABLE":
+            report = FireExtern(resource="SDK_authority", target="AVAILABLE", source="bridge")
+            bridge.ask(keys.resource_extern, encode(report), lambda answer: None)
+
+    state = read_run_state("m600")
+    assert state is not None
+    keys = Keys("m600")
+    bridge = ZenohBus("bridge", "m600", system.endpoint)
+    bridge.subscribe(keys.resource("SDK_authority"), put_back, events=True)
+    over = threading.Event()
+    robot = threading.Thread(target=bridge.run_until, args=(over.is_set,))
+    robot.start()
+    write_run_state(msgspec.structs.replace(state, mock=False))
+    try:
+        said = ready("trigger", "SDK_authority", "UNAVAILABLE")
+        kept = ready("trigger", "homepoint_status", "INVALID")
+    finally:
+        write_run_state(state)
+        over.set()
+        bridge.post(lambda: None)
+        robot.join()
+        bridge.close()
+    assert said.code == REFUSED
+    assert "the robot reports AVAILABLE" in said.error
+    assert said.out == ""
+    assert kept.code == OK
 
 
 @pytest.mark.parametrize(

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import time
 from typing import Annotated
 
 import typer
 
 from skillwing.dsl import UnknownNameError
-from skillwing.services.commands.connection import JsonOption, RobotOption, connect
+from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.commands.output import print_json
-from skillwing.services.protocol import FireExtern, ResourceStates
+from skillwing.services.errors import RefusedError
+from skillwing.services.protocol import ErrorCode, FireExtern, QueryStates, ResourceStates
+
+SECOND_THOUGHTS = 1.0
+"""Wall time in seconds that the functional layer gets to contradict."""
+READ_PERIOD = 0.1
 
 
 def trigger(
@@ -18,14 +24,35 @@ def trigger(
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Bring a resource to a state, as the functional layer or an operator may."""
+    """Bring a resource to a state, as the functional layer or an operator may.
+
+    What the robot itself reports counts for more: it puts such a resource back at once, and the exit code is 4.
+    """
     with connect(robot, wait_for_clock=False) as system:
         model = system.skillset.resource(resource)
         if state not in model.states:
             raise UnknownNameError(f"state of {resource}", state, model.states)
         request = FireExtern(resource=resource, target=state, source="cli")
         answer = system.ask(system.keys.resource_extern, request, ResourceStates)
+        if not system.target.mock:  # nobody else drives the resources of a mock
+            answer = _read_back(system, resource, answer)
+        if answer.states[resource] != state:
+            raise RefusedError(
+                ErrorCode.NOT_ALLOWED,
+                f"{resource} was {state} for a moment: the robot reports {answer.states[resource]}.",
+                help="Change what it reports, at the robot itself.",
+            )
         if as_json:
             print_json({"revision": answer.revision, "t": answer.t, "states": answer.states})
         else:
             typer.echo(f"{resource} is {answer.states[resource]}.")
+
+
+def _read_back(system: System, resource: str, triggered: ResourceStates) -> ResourceStates:
+    """The states once the functional layer has put the resource back, or has had the time to."""
+    deadline = time.monotonic() + SECOND_THOUGHTS
+    states = triggered
+    while states.states[resource] == triggered.states[resource] and time.monotonic() < deadline:
+        system.bus.run_until(lambda: False, READ_PERIOD)
+        states = system.ask(system.keys.resource_states, QueryStates(), ResourceStates)
+    return states
