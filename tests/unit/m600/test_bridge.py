@@ -41,6 +41,13 @@ def test_a_resource_that_was_moved_elsewhere_comes_back(rig: RobotRig) -> None:
     assert rig.interface.state("zed_status") == "OK"
 
 
+def test_a_change_while_a_request_is_under_way_is_passed_on_with_its_answer(rig: RobotRig) -> None:
+    rig.layer.report_health("zed", SensorStatus.FAILED, "health-1")
+    rig.layer.report_health("zed", SensorStatus.UNKNOWN, "health-2")
+    rig.run(0.1)
+    assert rig.interface.state("zed_status") == "UNKNOWN", "long before the next comparison"
+
+
 def test_a_restarted_bridge_finds_out_again(rig: RobotRig) -> None:
     rig.bridge_bus.close()
     rig.layer.report_health("zed", SensorStatus.FAILED, "health-1")

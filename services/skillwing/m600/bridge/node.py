@@ -150,6 +150,9 @@ class RobotBridge:
         if isinstance(answer, Refused) and answer.error.message not in self._complaints:
             self._complaints.add(answer.error.message)
             _log.warning("%s -> %s was refused: %s", level.resource, level.state, answer.error.message)
+        if self._levels.wanted(level.resource) != level.state:
+            # The robot has moved on meanwhile. Asking for the same again has to wait: it may be refused for ever.
+            self._follow()
 
     def _on_verdict(self, sample: Sample) -> None:
         try:
