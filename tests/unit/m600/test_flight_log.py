@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from skillwing.m600.judge.flight_log import FlightLog, read_flight, read_map
 from skillwing.services.bus import Bus, Request
@@ -62,6 +63,26 @@ def test_at_the_end_the_whole_map_is_fetched(tmp_path: Path) -> None:
     drone.advertise(Keys("m600").mission_status, events=True).put(encode(over))
     network.run_for(1.0)
     assert kept(tmp_path) == sorted([A, C])
+    flight_log.close()
+
+
+@pytest.mark.parametrize(
+    ("payload", "attachment"),
+    [
+        (b"", b"\xc1"),
+        (b"too short", encode(MapHeader(t=0.0, voxel_size=0.4, count=2, complete=True))),
+    ],
+)
+def test_a_whole_map_that_cannot_be_read_leaves_what_is_known(
+    tmp_path: Path, payload: bytes, attachment: bytes
+) -> None:
+    network, flight_log, drone = opened(tmp_path)
+    drone.serve(MAP_SNAPSHOT, lambda request: request.reply(payload, attachment))
+    put_map(drone, A, B)
+    over = MissionStatus(mission="mapping", phase="SUCCEEDED", t=0.0, text="done")
+    drone.advertise(Keys("m600").mission_status, events=True).put(encode(over))
+    network.run_for(1.0)
+    assert kept(tmp_path) == sorted([A, B])
     flight_log.close()
 
 

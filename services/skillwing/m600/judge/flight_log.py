@@ -6,6 +6,7 @@ flight that ends badly can be judged up to its end.
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skillwing.services.bus import Answer, Answered, Bus
-from skillwing.services.protocol import Keys, MissionStatus, decode, encode
+from skillwing.services.protocol import Keys, MissionStatus, ProtocolError, decode, encode
 from skillwing.services.telemetry.history import OVER
 from skillwing.services.telemetry.journal import JsonLines, read_lines
 from skillwing.services.telemetry.reading import message_reader, stream_reader
@@ -31,6 +32,8 @@ from skillwing.sim_mujoco.topics import (
 FLIGHT_FILE = "flight.jsonl"
 MAP_FILE = "map.npz"
 SAVE_PERIOD = 10.0
+_CENTRE_BYTES = 12
+_log = logging.getLogger("skillwing.recorder")
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,10 +70,14 @@ class FlightLog:
         self._flight.close()
 
     def _on_map(self, header: MapHeader, payload: bytes) -> None:
+        """Take a map, or what was added to it. Raises ValueError for bytes that are not what the header says."""
+        if len(payload) != _CENTRE_BYTES * header.count:
+            raise ValueError(f"{header.count} centres cannot come in {len(payload)} bytes")
         if header.complete:
             self._centres.clear()
         # A centre's bytes are its name: the mapping node computes them from the voxel's indices.
-        self._centres.update((payload[start : start + 12], None) for start in range(0, 12 * header.count, 12))
+        starts = range(0, len(payload), _CENTRE_BYTES)
+        self._centres.update((payload[start : start + _CENTRE_BYTES], None) for start in starts)
         self._voxel_size = header.voxel_size
         self._saved = False
 
@@ -83,9 +90,13 @@ class FlightLog:
             self._bus.ask(MAP_SNAPSHOT, encode(Empty()), self._on_snapshot)
 
     def _on_snapshot(self, answer: Answer) -> None:
-        if isinstance(answer, Answered):
+        if not isinstance(answer, Answered):
+            return
+        try:
             self._on_map(decode(answer.attachment, MapHeader), answer.payload)
-            self._save()
+        except (ProtocolError, ValueError) as error:
+            _log.warning("Left out the whole map at the end: %s", error)
+        self._save()
 
     def _save(self) -> None:
         if self._saved:
