@@ -5,6 +5,9 @@ from __future__ import annotations
 from skillwing.services.protocol import ErrorCode, ErrorReply
 from skillwing.sim_mujoco.topics import AxisStatus, MotionState
 
+REMEMBERED = 100
+"""Revocations that an axis keeps while nobody takes it."""
+
 
 class RefusedError(Exception):
     """A command was not taken; `reply` says why and what to do."""
@@ -44,10 +47,15 @@ class Axis:
     def take(self, goal: str, token: int) -> None:
         """Make `goal` the holder."""
         self.goal, self._newest = goal, max(token, self._newest)
+        # What is older than the newest token is stale by that alone.
+        self._revoked = {other: last for other, last in self._revoked.items() if last >= self._newest}
 
     def revoke(self, goal: str, token: int) -> bool:
         """Commands of this goal up to this token no longer count. True if the goal holds the axis."""
-        self._revoked[goal] = max(token, self._revoked.get(goal, -1))
+        if token >= self._newest:
+            self._revoked[goal] = max(token, self._revoked.pop(goal, -1))
+        if len(self._revoked) > REMEMBERED:
+            del self._revoked[next(iter(self._revoked))]
         return goal == self.goal and token >= self._newest
 
     def become(self, state: MotionState, text: str = "") -> None:
