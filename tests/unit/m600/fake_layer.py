@@ -64,6 +64,7 @@ class FakeLayer:
         self.heading = 0.0
         self.on_ground = True
         self.authority = True
+        self.rotors_run_on = False
         self.percent = 100.0
         self.drift = 0.0
         self.stuck = False
@@ -240,7 +241,7 @@ class FakeLayer:
             topics.FlightState(
                 t=now,
                 on_ground=self.on_ground,
-                rotors_on=not self.on_ground,
+                rotors_on=self.rotors_run_on or not self.on_ground,
                 home_valid=True,
                 authority=self.authority,
             ),

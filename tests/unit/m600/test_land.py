@@ -14,11 +14,13 @@ def rig() -> RobotRig:
 
 
 def test_has_landed_when_the_rotors_are_off(rig: RobotRig) -> None:
+    rig.layer.rotors_run_on = True
     goal = rig.start("land", speed=1.0)
-    rig.run(4.0)
-    assert not goal.done
-    assert rig.end(goal).label == "S_LANDED"
+    rig.run(6.0)
     assert rig.layer.on_ground
+    assert not goal.done
+    rig.layer.rotors_run_on = False
+    assert rig.end(goal, within=1.0).label == "S_LANDED"
     assert rig.interface.state("flight_status") == "ON_GROUND"
 
 

@@ -85,7 +85,7 @@ class Rig:
             FlightState(
                 t=t,
                 on_ground=autopilot.on_ground,
-                rotors_on=not autopilot.on_ground,
+                rotors_on=self.sim.rotors_on,
                 home_valid=self.sim.home_valid,
                 authority=autopilot.authority,
                 failsafe=autopilot.failsafe,

@@ -68,6 +68,8 @@ def test_without_setpoints_it_holds_position_then_lands_and_cuts_the_rotors() ->
     assert abs(rig.sim.motion.position[0] - x) < 0.2
     assert rig.fly(3.0, lambda: rig.sim.autopilot.mode is Mode.LAND)
     assert rig.fly(10.0, lambda: rig.sim.autopilot.mode is Mode.OFF)
+    assert rig.sim.rotors_on, "they run down"
+    assert rig.fly(1.0, lambda: not rig.sim.rotors_on)
     assert rig.sim.collisions == 0
 
 

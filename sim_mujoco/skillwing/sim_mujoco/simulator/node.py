@@ -133,7 +133,7 @@ class SimNode:
         state = topics.FlightState(
             t=self._epoch + t,
             on_ground=autopilot.on_ground,
-            rotors_on=not autopilot.on_ground,
+            rotors_on=self._sim.rotors_on,
             home_valid=self._sim.home_valid,
             authority=autopilot.authority,
             failsafe=autopilot.failsafe,

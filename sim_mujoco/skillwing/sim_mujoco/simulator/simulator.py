@@ -43,6 +43,8 @@ TICK = 0.01
 _STEPS = round(TICK / Physics.dt)
 _IMU_STEPS = 2
 _CLEARANCE_TICKS = 20
+IDLE_THRUST = 1.0
+"""Total thrust below which the rotors count as off; hovering takes more than a hundred times as much [N]."""
 _HOME_FIX = 1.0
 _RANGE_VALID = 0.3
 _CHANNELS = {
@@ -107,6 +109,11 @@ class Simulator:
     def motion(self) -> Motion:
         """True motion now: for judges and tests, not for the robot."""
         return self._physics.motion
+
+    @property
+    def rotors_on(self) -> bool:
+        """Whether the rotors turn fast enough to be felt; after touchdown they take a moment to run down."""
+        return self._physics.thrust > IDLE_THRUST
 
     @property
     def collisions(self) -> int:
