@@ -147,10 +147,10 @@ def test_not_ready_names_every_failing_precondition(ready: Command) -> None:
     assert "homepoint_status is INVALID" in said.out
 
 
-def test_a_skill_whose_manager_does_not_run_is_lost(ready: Command) -> None:
+def test_a_skill_whose_manager_does_not_run_is_not_started(ready: Command) -> None:
     said = ready("start", "hover", "duration=1")
     assert said.code == FAILED
-    assert "LOST" in said.out
+    assert "No manager of `hover` runs." in said.error
 
 
 def test_an_invariant_ends_a_goal_that_is_followed(ready: Command, system: Launcher) -> None:

@@ -84,6 +84,10 @@ def main() -> None:
     except (SkillwingError, RefusedError, SkillsetError, UnknownNameError) as error:
         sys.stderr.write(f"{error}\n")
         sys.exit(exit_code_of(error))
+    except OSError as error:
+        where = f"`{error.filename}`" if error.filename is not None else "A file or connection"
+        sys.stderr.write(f"{where} cannot be used: {error.strerror or error}. Name one that can.\n")
+        sys.exit(exit_code_of(error))
     except KeyboardInterrupt:
         sys.exit(INTERRUPTED)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ import pytest
 from typer.main import get_command
 
 from skillwing.services import cli
+from skillwing.services.commands.ending import ended_by_signals
 from skillwing.services.commands.exit_codes import USAGE
 
 
@@ -56,3 +58,30 @@ def test_a_speed_that_no_clock_keeps_is_refused(
         cli.main()
     assert ended.value.code == USAGE
     assert "speed" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("flags", [[], ["--detach"]])
+def test_a_directory_that_cannot_be_made_gets_a_sentence(
+    flags: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    directory = str(tmp_path / "file" / "run")
+    monkeypatch.setattr("sys.argv", ["skillwing", "up", "--mock", *flags, "--run-dir", directory])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    said = capsys.readouterr().err
+    assert ended.value.code == USAGE
+    assert directory in said
+    assert len(said.splitlines()) == 1
+
+
+def test_a_process_that_was_told_to_ignore_the_end_of_its_terminal_does() -> None:
+    previous = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with ended_by_signals():
+            assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+            assert signal.getsignal(signal.SIGTERM) is signal.default_int_handler
+        assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGHUP, previous)

@@ -10,7 +10,7 @@ OK = 0
 FAILED = 1
 """It was done, and did not succeed: a goal ended in failure, a process died, nobody answered."""
 USAGE = 2
-"""It was not done: an unknown name, a malformed value, a broken file."""
+"""It was not done: an unknown name, a malformed value, a broken file, a place where nothing can be written."""
 NO_SYSTEM = 3
 """No system is running."""
 REFUSED = 4
@@ -30,7 +30,7 @@ def exit_code_of(error: Exception) -> int:
             return NO_SYSTEM
         case RefusedError():
             return REFUSED
-        case UnknownNameError() | InvalidInputError() | InvalidOptionError() | SkillsetError():
+        case UnknownNameError() | InvalidInputError() | InvalidOptionError() | SkillsetError() | OSError():
             return USAGE
         case _:
             return FAILED

@@ -15,6 +15,8 @@ from skillwing.services.commands.connection import JsonOption, RobotOption, Syst
 from skillwing.services.commands.exit_codes import OK, exit_code_of_end
 from skillwing.services.commands.inputs import parse_inputs
 from skillwing.services.commands.output import end_text, make_console, print_json, value_text
+from skillwing.services.errors import SkillwingError
+from skillwing.services.names import skill_process
 from skillwing.services.protocol import State
 
 DOUBLE_TIME = 0.5
@@ -36,11 +38,13 @@ def start(
 ) -> None:
     """Start a skill and wait until it runs, or with --follow until it has ended.
 
-    Exit codes: 0 it runs (with --follow: it succeeded), 1 it ended otherwise, 2 unknown name or malformed value,
-    3 no system is running, 4 the robot refused: not validated, not ready, or busy.
+    Exit codes: 0 it runs (with --follow: it succeeded), 1 it ended otherwise or has no manager, 2 unknown name
+    or malformed value, 3 no system is running, 4 the robot refused: not validated, not ready, or busy.
     """
     with connect(robot) as system:
         values = parse_inputs(system.skillset.skill(skill), inputs or [])
+        if skill_process(skill) not in system.alive():
+            raise SkillwingError(f"No manager of `{skill}` runs. See with `skillwing status` which do.")
         interface = system.make_interface()
         goal = interface.start(skill, values)
         console = make_console()

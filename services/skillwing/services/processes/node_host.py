@@ -69,10 +69,14 @@ def main(arguments: list[str] | None = None) -> int:
 def make_node(spec: ProcessSpec) -> Node:
     """Call the factory that the spec names.
 
-    Raises InvalidOptionError where there is no such factory, or a package that it needs is not installed.
+    Raises InvalidOptionError where there is no such factory, a package that it needs is not installed, or an option
+    means nothing to it.
     """
     factory = imported({"factory": spec.factory}, "factory")
-    return factory(spec.options)
+    try:
+        return factory(spec.options)
+    except ValueError as error:
+        raise InvalidOptionError("options", f"`{spec.factory}` cannot use its options: {error}") from error
 
 
 def make_clock(node: Node, kind: ClockKind, options: dict[str, Any]) -> Clock:
