@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import pytest
 from fake_interface import SKILLSET, FakeMission
 from py_trees.behaviour import Behaviour
+from py_trees.behaviours import Success
 from py_trees.common import Status
 
 from skillwing.bt_missions.leaves.conditions import DataCompare, ResourceIs
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.running.preflight import preflight
-from skillwing.bt_missions.subtrees.composites import in_order
+from skillwing.bt_missions.subtrees.composites import alongside, first_that_works, in_order
 
 
 def problems(*leaves: Behaviour) -> list[str]:
@@ -54,3 +56,31 @@ def test_all_problems_are_listed_at_once(mission: FakeMission) -> None:
 def test_the_needs_of_a_mission_are_checked_too() -> None:
     found = preflight([], SKILLSET, {"camera": ("OK",), "axes": ("IDLE",), "wings": ("OUT",)})
     assert len(found) == 2
+
+
+def test_a_branch_after_one_that_cannot_fail_is_never_reached(mission: FakeMission) -> None:
+    go, turn = (SkillAction(skill, mission.context, skill) for skill in ("go", "turn"))
+    found = problems(first_that_works("choose", in_order("always", Success("yes")), go, turn))
+    assert found == ["Branch `go` of `choose` is never reached: `always` cannot fail."]
+
+
+def test_a_step_after_one_that_cannot_succeed_is_never_reached(mission: FakeMission) -> None:
+    look, go = (SkillAction(skill, mission.context, skill) for skill in ("look", "go"))
+    assert problems(look, go) == ["Branch `go` of `tree` is never reached: `look` cannot succeed."]
+
+
+def test_outcomes_decide_what_a_skill_can_end_with(mission: FakeMission) -> None:
+    look = SkillAction("look", mission.context, "look", outcomes={"S_NO_DATA": Status.SUCCESS})
+    assert not problems(look, SkillAction("go", mission.context, "go"))
+
+
+@pytest.mark.parametrize("wrapped", [False, True])
+def test_a_resource_that_is_taken_twice_in_parallel_is_told(mission: FakeMission, wrapped: bool) -> None:
+    go, turn = (SkillAction(skill, mission.context, skill) for skill in ("go", "turn"))
+    found = problems(alongside("both", go, until=in_order("later", turn) if wrapped else turn))
+    assert found == ["Under `both` both `go` and `turn` take axes, at the same time."]
+
+
+def test_skills_that_share_nothing_may_run_in_parallel(mission: FakeMission) -> None:
+    look, go = (SkillAction(skill, mission.context, skill) for skill in ("look", "go"))
+    assert not problems(alongside("both", look, until=go))

@@ -8,6 +8,7 @@ from py_trees.behaviour import Behaviour
 
 from skillwing.bt_missions.leaves.conditions import DataCompare, ResourceIs
 from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.running.tree_check import shape_problems
 from skillwing.dsl.model import Skill, Skillset, UnknownNameError
 from skillwing.services.core.values import fit_fields
 from skillwing.services.protocol import Ending
@@ -24,6 +25,7 @@ def preflight(
     for resource, states in (needs or {}).items():
         problems.extend(f"The mission's needs: {problem}" for problem in _resource_problems(skillset, resource, states))
     for root in trees:
+        problems.extend(shape_problems(root, skillset))
         for leaf in _leaves(root):
             problems.extend(f"Leaf `{leaf.name}`: {problem}" for problem in _leaf_problems(leaf, skillset))
     return list(dict.fromkeys(problems))
