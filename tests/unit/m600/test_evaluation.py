@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
+from skillwing.bt_missions.missions.mapping import MappingOptions
+from skillwing.m600.geofence import HOME
 from skillwing.m600.judge.evaluation import MAP_PICTURE, TIMELINE_PICTURE, evaluate, map_scene
 from skillwing.m600.judge.flight_log import FLIGHT_FILE, MAP_FILE, SavedMap
 from skillwing.m600.robot import ROBOT
@@ -17,6 +19,7 @@ from skillwing.services.telemetry.history import History
 from skillwing.services.telemetry.journal import GOALS_FILE, TIMELINE_FILE, JsonLines
 from skillwing.services.telemetry.report import REPORT_FILE, Coverage
 from skillwing.sim_mujoco.topics import Truth
+from skillwing.sim_mujoco.world.world import make_world
 
 SKILLSET = ROBOT.load_skillset()
 ROUTE = ((0.0, 0.0, 4.0), (10.0, 0.0, 4.0))
@@ -123,3 +126,11 @@ def test_the_path_is_cut_where_the_depth_map_changes_hands_and_has_no_gaps() -> 
     assert [stretch.branch for stretch in stretches] == ["zed", "lidar"]
     assert np.array_equal(stretches[0].path[-1], stretches[1].path[0])
     assert scene.obstacles_met == [pytest.approx((4.0, 0.0, 4.0), abs=0.11)]
+
+
+def test_the_route_that_is_judged_is_the_one_that_the_mission_flies() -> None:
+    """Coverage is judged along the world's route, which begins where the take-off ends."""
+    options = MappingOptions()
+    above_home, *waypoints = make_world(1).route
+    assert tuple(waypoints) == options.route
+    assert above_home == (*HOME, options.height or options.route[0][2])
