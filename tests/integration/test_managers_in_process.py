@@ -13,6 +13,8 @@ from skillwing.dsl.model import UnknownNameError
 from skillwing.services.bus import Answer, Answered, Refused
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.client.interface import GoalHandle, SkillsetInterface
+from skillwing.services.core.refusal import RefusedError
+from skillwing.services.core.skill_core import SkillCore
 from skillwing.services.errors import InvalidInputError, InvalidOptionError
 from skillwing.services.managers.data_manager import make_data_manager
 from skillwing.services.managers.hooks import Goal, SkillHooks
@@ -26,6 +28,7 @@ from skillwing.services.protocol import (
     Ending,
     ErrorCode,
     GoalStatus,
+    InterruptGoal,
     Keys,
     QueryData,
     Record,
@@ -579,6 +582,30 @@ def test_a_tree_is_woken_by_changes_until_it_no_longer_listens() -> None:
     listening.cancel()
     system.trigger("power", "ON")
     assert len(calls) == 1
+
+
+def test_following_a_goal_that_nobody_knows_ends() -> None:
+    system = System()
+    terminal = system.run(system.client.follow("reach", "nobody's"), 5.0)
+    assert terminal.ending is Ending.ERROR
+    assert "knows of no goal nobody's" in terminal.reason
+
+
+def test_a_refused_interrupt_is_asked_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    system = System(MockRun(delay=30.0, result="THERE"))
+    goal = system.client.start("reach", REACH)
+    system.until(goal, State.RUNNING)
+    interrupt, refusals = SkillCore.interrupt, [RefusedError(ErrorCode.UNAVAILABLE, "Not now.")]
+
+    def refuse_once(core: SkillCore, request: InterruptGoal, now: float) -> Any:
+        if refusals:
+            raise refusals.pop()
+        return interrupt(core, request, now)
+
+    monkeypatch.setattr(SkillCore, "interrupt", refuse_once)
+    system.client.interrupt(goal)
+    assert system.run(goal, 10.0).ending is Ending.INTERRUPTED
+    assert refusals == []
 
 
 def test_a_goal_of_somebody_else_can_be_followed() -> None:

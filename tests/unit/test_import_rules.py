@@ -1,4 +1,4 @@
-"""Who may import whom (DESIGN section 1), and which packages stay out of small images.
+"""Who may import whom (CONTRIBUTING.md), and which packages stay out of small images.
 
 Every import of every file is looked at, also those inside functions and under TYPE_CHECKING.
 """

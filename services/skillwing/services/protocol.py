@@ -12,7 +12,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeAlias, TypeVar
 
 import msgspec
 
@@ -29,6 +29,10 @@ CLOCK_KEY = "fl/clock"
 
 class ProtocolError(Exception):
     """A payload that is not a valid message; `str()` is a sentence for people."""
+
+
+Label: TypeAlias = Annotated[str, msgspec.Meta(max_length=200)]
+"""An id or a name that its receiver remembers or repeats, hence of bounded length."""
 
 
 class Message(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -123,7 +127,7 @@ class State(StrEnum):
 
 
 class Ending(StrEnum):
-    """How a goal ended (DESIGN section 3)."""
+    """How a goal ended (docs/semantics.md)."""
 
     NOT_VALIDATED = "NV"
     NOT_READY = "NR"
@@ -192,18 +196,18 @@ class StartGoal(Message, frozen=True, kw_only=True):
     `deadline` (robot time) makes a delayed request harmless: after it the manager refuses to start.
     """
 
-    goal_id: str
+    goal_id: Label
     inputs: dict[str, Any]
-    client: str
+    client: Label
     schema: str
     deadline: float | None = None
-    cause: str | None = None
+    cause: Label | None = None
 
 
 class InterruptGoal(Message, frozen=True, kw_only=True):
-    goal_id: str
-    client: str
-    cause: str | None = None
+    goal_id: Label
+    client: Label
+    cause: Label | None = None
 
 
 class QueryGoal(Message, frozen=True, kw_only=True):
@@ -240,14 +244,14 @@ class FireExtern(Message, frozen=True, kw_only=True):
 
     resource: str
     target: str
-    source: str
-    cause: str | None = None
+    source: Label
+    cause: Label | None = None
 
 
 class FireEvent(Message, frozen=True, kw_only=True):
     event: str
-    source: str
-    cause: str | None = None
+    source: Label
+    cause: Label | None = None
 
 
 class AttachManager(Message, frozen=True, kw_only=True):
@@ -256,8 +260,8 @@ class AttachManager(Message, frozen=True, kw_only=True):
     `incarnation` tells processes of one name apart; a manager draws it anew each time it starts.
     """
 
-    manager: str
-    incarnation: str
+    manager: Label
+    incarnation: Label
 
 
 class BeginGoal(Message, frozen=True, kw_only=True, tag="begin"):
@@ -266,14 +270,14 @@ class BeginGoal(Message, frozen=True, kw_only=True, tag="begin"):
     `incarnation` as in `AttachManager`; empty if the manager does not tell.
     """
 
-    goal_id: str
+    goal_id: Label
     skill: str
     inputs: dict[str, Any]
-    manager: str
-    owner: str
+    manager: Label
+    owner: Label
     schema: str
-    cause: str | None = None
-    incarnation: str = ""
+    cause: Label | None = None
+    incarnation: Label = ""
 
 
 class EndGoal(Message, frozen=True, kw_only=True, tag="end"):

@@ -6,7 +6,15 @@ from typing import Any
 
 import pytest
 
-from skillwing.services.protocol import MAX_MESSAGE_BYTES, MAX_NESTING, DataSample, ProtocolError, decode, encode
+from skillwing.services.protocol import (
+    MAX_MESSAGE_BYTES,
+    MAX_NESTING,
+    DataSample,
+    InterruptGoal,
+    ProtocolError,
+    decode,
+    encode,
+)
 
 
 def nested(levels: int) -> Any:
@@ -27,3 +35,8 @@ def test_what_no_receiver_would_take_is_not_sent(value: object) -> None:
 def test_what_is_sent_is_received(value: object) -> None:
     sample = DataSample(name="load", value=value, t=0.0)
     assert decode(encode(sample), DataSample) == sample
+
+
+def test_names_that_are_remembered_are_short() -> None:
+    with pytest.raises(ProtocolError):
+        decode(encode(InterruptGoal(goal_id="g", client="c" * 1000)), InterruptGoal)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from skillwing.services.bus import Answered, Bus, Refused
-from skillwing.services.client.asking import ask_until_answered
+from skillwing.services.client.asking import LONGEST_DELAY, ask_until_answered
 from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.protocol import (
     Ending,
@@ -57,6 +57,7 @@ class GoalPursuit:
         self._on_change = on_change
         self._interrupting = False
         self._probing = False
+        self._has_to_exist = False
 
     def start(self, request: StartGoal) -> None:
         ask_until_answered(
@@ -78,10 +79,15 @@ class GoalPursuit:
             self._bus,
             self._keys.interrupt(self.handle.skill),
             encode(request),
-            self._answered,
+            lambda answer: self._interrupt_answered(answer, cause),
             keep_asking=self._keep_asking,
             on_silence=self._lose_to_silence,
         )
+
+    def follow(self) -> None:
+        """Ask for a goal that somebody else has started."""
+        self._has_to_exist = True
+        self.probe()
 
     def probe(self) -> None:
         """Ask how the goal is doing, in case news of it was lost or its manager is."""
@@ -115,6 +121,14 @@ class GoalPursuit:
         else:
             self._answered(answer)
 
+    def _interrupt_answered(self, answer: Answered | Refused, cause: str | None) -> None:
+        if isinstance(answer, Refused) and answer.error.code is not ErrorCode.UNKNOWN_GOAL:
+            # It was not carried out, and somebody wants the goal to end.
+            self._interrupting = False
+            self._bus.after(LONGEST_DELAY, lambda: self.interrupt(cause), wall=True)
+        else:
+            self._answered(answer)
+
     def _probe_answered(self, answer: Answered | Refused) -> None:
         self._probing = False
         self._answered(answer)
@@ -128,6 +142,8 @@ class GoalPursuit:
         elif answer.error.code is ErrorCode.UNKNOWN_GOAL and self.handle.state is not None:
             # It knew the goal once. As long as it never answered, the start may simply not have arrived yet.
             self._lose(f"The manager of `{self.handle.skill}` was replaced and no longer knows the goal.")
+        elif answer.error.code is ErrorCode.UNKNOWN_GOAL and self._has_to_exist:
+            self._end(Terminal(ending=Ending.ERROR, reason=answer.error.message, detected_by="client"))
 
     def _lose_to_silence(self) -> None:
         self._probing = False

@@ -123,7 +123,7 @@ class SkillsetInterface:
     def follow(self, skill: str, goal_id: str) -> GoalHandle:
         """A handle on a goal that somebody else started. Raises UnknownNameError for an unknown skill."""
         pursuit = self._pursue(self.skillset.skill(skill).name, goal_id)
-        pursuit.probe()
+        pursuit.follow()
         return pursuit.handle
 
     def interrupt(self, goal: GoalHandle, *, cause: str | None = None) -> None:

@@ -64,8 +64,8 @@ class SkillCore:
         self._scribe: Scribe[Action] = Scribe(source, new_record_id)
         self._run: GoalRun | None = None
         self._ended: Recent[str, GoalStatus] = Recent(GOALS_REMEMBERED)
-        # Interrupts that came before the start of their goal, with their causes.
-        self._interrupted_early: Recent[str, InterruptGoal] = Recent(GOALS_REMEMBERED)
+        # Ids of goals whose interrupt came before their start.
+        self._interrupted_early: Recent[str, None] = Recent(GOALS_REMEMBERED)
         self.dropped_calls = 0
         """Terminations and confirmations for goals that were over, or not to be ended."""
 
@@ -111,11 +111,9 @@ class SkillCore:
             )
         inputs, problems = fit_fields(self.skill.inputs, request.inputs)
         run = GoalRun(request.goal_id, inputs, request.client, now, record=request.cause)
-        early = self._interrupted_early.pop(run.goal_id)
-        if early is not None:
-            run.record = early.cause or run.record
-            reason = f"{early.client} interrupted it before it started."
-            self._finish(run, Terminal(ending=End.INTERRUPTED, reason=reason), now)
+        if run.goal_id in self._interrupted_early:
+            self._interrupted_early.pop(run.goal_id)
+            self._finish(run, Terminal(ending=End.INTERRUPTED, reason="It was interrupted before it started."), now)
         elif self._run is not None:
             other = self._run.goal_id
             reason = f"`{self.skill.name}` is busy with goal {other}."
@@ -140,7 +138,7 @@ class SkillCore:
         if run is not None:
             self._stop(run, f"{request.client} interrupted it.", request.cause, now)
         elif request.goal_id not in self._ended:
-            self._interrupted_early[request.goal_id] = request
+            self._interrupted_early[request.goal_id] = None
             raise RefusedError(
                 ErrorCode.UNKNOWN_GOAL,
                 f"`{self.skill.name}` knows of no goal {request.goal_id}.",
