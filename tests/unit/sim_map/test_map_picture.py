@@ -35,3 +35,12 @@ def test_a_run_that_never_took_off_leaves_a_picture_too(tmp_path: Path) -> None:
     nothing = np.empty((0, 3), dtype=np.float32)
     draw_map(tmp_path / "map.png", MapScene(nothing, 0.4, ROUTE, []), "Nothing flown")
     assert imread(tmp_path / "map.png").shape[2] == 4
+
+
+def test_the_legend_stands_clear_of_the_axis_label(tmp_path: Path) -> None:
+    nothing = np.empty((0, 3), dtype=np.float32)
+    draw_map(tmp_path / "map.png", MapScene(nothing, 0.4, ROUTE, []), "Nothing flown")
+    left_half = np.array_split(imread(tmp_path / "map.png")[:, :, :3], 2, axis=1)[0]
+    inked = np.flatnonzero((left_half < 0.98).any(axis=(1, 2)))
+    legend_top = inked[np.flatnonzero(np.diff(inked) > 1)[-1] + 1]
+    assert legend_top - inked[inked < legend_top].max() > 15, "white rows between them"

@@ -13,6 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
@@ -25,6 +26,8 @@ _ELSEWHERE, _ROUTE, _INK = "#3d3d3d", "#6b6b6b", "#1a1a1a"
 _HEIGHTS = LinearSegmentedColormap.from_list("heights", ["#ece7dc", "#c3cfae", "#82ab96", "#4c7485", "#2b3350"])
 _MARGIN = 8.0
 _MOST_CUBES = 16_000
+_PADDING = 0.14
+"""Above and below what is drawn, so that the axis label stands clear of the legend [inch]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +57,7 @@ def draw_map(file: Path, scene: MapScene, title: str) -> None:
     centres = scene.centres[((scene.centres[:, :2] >= low) & (scene.centres[:, :2] <= high)).all(axis=1)]
     bottom, top = np.quantile(centres[:, 2], (0.02, 0.995)) if len(centres) else (0.0, 1.0)
     heights = Normalize(vmin=float(bottom), vmax=float(top))
-    figure = Figure(figsize=(15.0, 6.4), dpi=110, layout="constrained")
+    figure = Figure(figsize=(15.0, 6.4), dpi=110, layout=ConstrainedLayoutEngine(h_pad=_PADDING))
     FigureCanvasAgg(figure)
     figure.suptitle(title, x=0.01, ha="left", fontsize=14, color=_INK)
     grid = figure.add_gridspec(1, 2, width_ratios=(1.0, 1.15))
