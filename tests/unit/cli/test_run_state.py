@@ -7,10 +7,12 @@ import pytest
 
 from skillwing.services.commands.connection import find_target
 from skillwing.services.commands.exit_codes import NoSystemError
+from skillwing.services.errors import SkillwingError
 from skillwing.services.processes.run_state import (
     RunState,
     read_run_state,
     remove_run_state,
+    reserved,
     running_systems,
     runtime_dir,
     started,
@@ -73,3 +75,13 @@ def test_of_several_systems_one_has_to_be_chosen() -> None:
     assert find_target("b").robot == "b"
     with pytest.raises(NoSystemError, match="`c`"):
         find_target("c")
+
+
+def test_a_robot_is_run_by_one_process_at_a_time() -> None:
+    with reserved("m600"):
+        with pytest.raises(SkillwingError, match="runs already"), reserved("m600"):
+            pass
+        with reserved("another"):
+            pass
+    with reserved("m600"):
+        pass

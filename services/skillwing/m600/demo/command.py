@@ -29,7 +29,7 @@ from skillwing.services.commands.exit_codes import FAILED, OK
 from skillwing.services.commands.output import make_console
 from skillwing.services.errors import InvalidOptionError, SkillwingError
 from skillwing.services.processes.launcher import ROUTER, Death, Launcher, StartError
-from skillwing.services.processes.run_state import announced, read_run_state
+from skillwing.services.processes.run_state import announced, reserved
 from skillwing.services.protocol import Keys
 from skillwing.services.robot import ProcessSpec
 from skillwing.services.telemetry.journal import TIMELINE_FILE
@@ -115,25 +115,24 @@ def demo(
     not or was cut short, 2 it cannot be flown with these options.
     """
     console = make_console()
-    if read_run_state(ROBOT.name) is not None:
-        raise SkillwingError(f"A system of `{ROBOT.name}` runs already. Stop it first with `skillwing down`.")
-    directory = _make_run_dir(run_dir or Path("runs") / f"{datetime.now().astimezone():%Y%m%d-%H%M%S}-{MISSION}")
-    faults = [] if no_fault else [{"sensor": "zed", "kind": "blackout", "at": fault_at}]
-    options: dict[str, Any] = {"seed": seed, "speed": speed, "faults": faults, "run_dir": str(directory)}
-    wants_viewer = has_screen() if viewer is None else viewer
-    try:
-        with ended_by_signals(), _viewer(directory, console) if wants_viewer else nullcontext() as window:
-            if window is not None:
-                options["viewer_url"] = window.url
-            flight = _fly(options, directory, console, _title(seed, None if no_fault else fault_at))
-            code = _judge(flight, directory, seed, console)
-            if window is not None and window.is_open and sys.stdin.isatty() and not flight.ended_by:
-                console.print("Close the viewer's window, or press Ctrl-C, to end.")
-                _wait_for(window)
-    except KeyboardInterrupt:
-        console.print(f"{CALLED_OFF} There is no report; what was recorded is in {_shown(directory)}.", style="red")
-        code = FAILED
-    raise typer.Exit(code)
+    with reserved(ROBOT.name):
+        directory = _make_run_dir(run_dir or Path("runs") / f"{datetime.now().astimezone():%Y%m%d-%H%M%S}-{MISSION}")
+        faults = [] if no_fault else [{"sensor": "zed", "kind": "blackout", "at": fault_at}]
+        options: dict[str, Any] = {"seed": seed, "speed": speed, "faults": faults, "run_dir": str(directory)}
+        wants_viewer = has_screen() if viewer is None else viewer
+        try:
+            with ended_by_signals(), _viewer(directory, console) if wants_viewer else nullcontext() as window:
+                if window is not None:
+                    options["viewer_url"] = window.url
+                flight = _fly(options, directory, console, _title(seed, None if no_fault else fault_at))
+                code = _judge(flight, directory, seed, console)
+                if window is not None and window.is_open and sys.stdin.isatty() and not flight.ended_by:
+                    console.print("Close the viewer's window, or press Ctrl-C, to end.")
+                    _wait_for(window)
+        except KeyboardInterrupt:
+            console.print(f"{CALLED_OFF} There is no report; what was recorded is in {_shown(directory)}.", style="red")
+            code = FAILED
+        raise typer.Exit(code)
 
 
 def _title(seed: int, fault_at: float | None) -> str:

@@ -21,7 +21,7 @@ from skillwing.services.errors import SkillwingError
 from skillwing.services.processes.launcher import ROUTER, ROUTER_TIMEOUT, START_TIMEOUT, Death, Launcher
 from skillwing.services.processes.mock_host import mock_processes
 from skillwing.services.processes.router import LOOPBACK
-from skillwing.services.processes.run_state import announced, read_run_state
+from skillwing.services.processes.run_state import announced, read_run_state, reserved
 from skillwing.services.robot import ClockKind, ProcessSpec, Robot, find_robot
 
 
@@ -53,7 +53,7 @@ def up(
     options = {"seed": seed, "speed": speed, "run_dir": str(directory)}
     clock: ClockKind = "wall" if mock else table.clock
     specs = mock_processes(table) if mock else (*table.functional_layer(options), *table.managers())
-    with ended_by_signals():
+    with ended_by_signals(), reserved(robot):
         code = _run(table, specs, directory, clock, listen, mock)
     raise typer.Exit(code)
 

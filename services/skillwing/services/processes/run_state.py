@@ -6,6 +6,7 @@ belongs to another process, counts for nothing and is removed.
 
 from __future__ import annotations
 
+import fcntl
 import os
 import tempfile
 from collections.abc import Iterator
@@ -14,6 +15,7 @@ from pathlib import Path
 
 import msgspec
 
+from skillwing.services.errors import SkillwingError
 from skillwing.services.robot import ClockKind, Robot
 
 
@@ -78,6 +80,20 @@ def read_run_state(robot: str) -> RunState | None:
 def remove_run_state(robot: str) -> None:
     """A system has stopped."""
     _path(robot).unlink(missing_ok=True)
+
+
+@contextmanager
+def reserved(robot: str) -> Iterator[None]:
+    """Be the only process of this user that runs the robot; raises SkillwingError if another one does.
+
+    The kernel gives the lock back when this process ends, however it ends.
+    """
+    with (runtime_dir() / f"{robot}.lock").open("w", encoding="utf-8") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise SkillwingError(f"A system of `{robot}` runs already. Stop it first with `skillwing down`.") from error
+        yield
 
 
 @contextmanager
