@@ -79,6 +79,9 @@ class MappingMission(Mission):
         "SDK_authority": ("AVAILABLE",),
         "homepoint_status": ("VALID",),
         "flight_status": ("ON_GROUND",),
+        # On the ground a landing may not have let go of them yet.
+        "axes_authority": ("AVAILABLE",),
+        "heading_authority": ("AVAILABLE",),
         "zed_status": ("OK", "FAILED"),
         "lidar_status": ("OK",),
         "battery_status": ("NORMAL",),
