@@ -14,8 +14,8 @@ import typer
 from skillwing.dsl.checker import Checked
 from skillwing.dsl.checker import check as check_source
 from skillwing.dsl.diagnostics import Diagnostic, render, summary
+from skillwing.dsl.generator import foreign, outdated, write
 from skillwing.dsl.generator import generate as generate_modules
-from skillwing.dsl.generator import outdated, write
 
 PROBLEMS = 1
 MISUSE = 2
@@ -57,6 +57,8 @@ def generate(
     modules = generate_modules(outcome.skillset, file.name)
     if not check_only:
         try:
+            if theirs := foreign(modules, output):
+                _misuse(f"`{theirs[0]}` was not generated and would be overwritten. Choose another directory.")
             write(modules, output)
         except OSError as error:
             _misuse(f"`{output}` cannot be written: {error.strerror}.")

@@ -15,11 +15,13 @@ from skillwing.dsl.types import bounds_text
 _INDENT = "    "
 _OPTIONS = ("goal_id", "cause")
 _LINE_LENGTH = 120
+MARK = "# Generated from"
+"""How every generated file begins."""
 
 
 def generate(skillset: Skillset, source: str) -> Mapping[str, str]:
     """Return the generated package by file name. source: the skillset's file name, for the headers."""
-    header = f"# Generated from {source} by `skillwing generate`. Do not edit: change the skillset instead.\n"
+    header = f"{MARK} {source} by `skillwing generate`. Do not edit: change the skillset instead.\n"
     modules = {
         "__init__.py": _package(skillset),
         "interface.py": _interface(skillset),
@@ -34,6 +36,12 @@ def write(modules: Mapping[str, str], directory: Path) -> None:
     directory.mkdir(parents=True, exist_ok=True)
     for name, text in modules.items():
         (directory / name).write_text(text, encoding="utf-8")
+
+
+def foreign(modules: Mapping[str, str], directory: Path) -> tuple[Path, ...]:
+    """The files in the directory that would be overwritten and were not generated."""
+    paths = [directory / name for name in modules]
+    return tuple(path for path in paths if path.is_file() and not path.read_text("utf-8").startswith(MARK))
 
 
 def outdated(modules: Mapping[str, str], directory: Path) -> tuple[Path, ...]:

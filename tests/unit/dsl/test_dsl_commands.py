@@ -85,3 +85,13 @@ def test_generate_refuses_a_skillset_with_errors(app: typer.Typer, tmp_path: Pat
     assert result.exit_code == 1
     assert "nothing was generated" in result.output
     assert not (tmp_path / "generated").exists()
+
+
+def test_generate_never_overwrites_what_somebody_wrote(app: typer.Typer, tmp_path: Path) -> None:
+    own = tmp_path / "types.py"
+    own.write_text("MINE = 1\n")
+    refused = CliRunner().invoke(app, ["generate", GOOD, "-o", str(tmp_path)])
+    assert refused.exit_code == 2
+    assert "types.py" in refused.stderr
+    assert own.read_text() == "MINE = 1\n"
+    assert list(tmp_path.iterdir()) == [own]
