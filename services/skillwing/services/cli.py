@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import sys
 from importlib.metadata import EntryPoint, entry_points
-from typing import Any, NoReturn
+from typing import Annotated, Any, NoReturn
 
 import typer
 from typer.core import TyperGroup
@@ -41,22 +41,25 @@ class LazyGroup(TyperGroup):
 
 def _command(entry: EntryPoint) -> Any:
     """The command that an entry point names, or one that says which package it lacks."""
+    settings: dict[str, Any] = {}
     try:
         target = entry.load()
     except ImportError as error:
-        target = _unavailable(entry.name, error)
+        # It takes any words, to be able to say what is wrong.
+        target, settings = _unavailable(entry.name, error), {"ignore_unknown_options": True}
     if isinstance(target, typer.Typer):
         command = get_command(target)
     else:
         single = typer.Typer(add_completion=False)
-        single.command(entry.name)(target)
+        single.command(entry.name, context_settings=settings)(target)
         command = get_command(single)
     command.name = entry.name
     return command
 
 
 def _unavailable(name: str, error: ImportError) -> Any:
-    def explain() -> NoReturn:
+    def explain(words: Annotated[list[str] | None, typer.Argument(hidden=True)] = None) -> NoReturn:
+        del words
         raise SkillwingError(f"`skillwing {name}` cannot be loaded: {error}. Install `skillwing[all]`.")
 
     explain.__doc__ = f"(not available here: {error})"
