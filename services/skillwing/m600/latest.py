@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
-from skillwing.services.bus import Bus, Sample
-from skillwing.services.protocol import Message, ProtocolError, decode
+from skillwing.services.bus import Bus
+from skillwing.services.bus.reading import message_reader
+from skillwing.services.protocol import Message
 
 M = TypeVar("M", bound=Message)
-_log = logging.getLogger(__name__)
 
 
 class Latest(Generic[M]):
@@ -31,19 +30,14 @@ class Latest(Generic[M]):
     ) -> None:
         self.value: M | None = None
         self.received_at: float | None = None
-        self._bus, self._kind, self._on_message = bus, kind, on_message
-        bus.subscribe(key, self._receive, events=events, latest_only=not events)
+        self._bus, self._on_message = bus, on_message
+        bus.subscribe(key, message_reader(kind, self._receive), events=events, latest_only=not events)
 
     def is_fresh(self, limit: float) -> bool:
         """Tell whether the latest message came in less than `limit` seconds ago."""
         return self.received_at is not None and self._bus.now() - self.received_at < limit
 
-    def _receive(self, sample: Sample) -> None:
-        try:
-            self.value = decode(sample.payload, self._kind)
-        except ProtocolError as error:
-            _log.warning("dropped a message on %s: %s", sample.key, error)
-            return
-        self.received_at = self._bus.now()
+    def _receive(self, message: M) -> None:
+        self.value, self.received_at = message, self._bus.now()
         if self._on_message is not None:
-            self._on_message(self.value)
+            self._on_message(message)

@@ -16,11 +16,6 @@ S = TypeVar("S")
 _log = logging.getLogger(__name__)
 
 
-def reader(kind: type[M], use: Callable[[M], object]) -> Callable[[Sample], None]:
-    """A subscriber that passes on messages of a kind. What it cannot read is logged and counts as not sent."""
-    return stream_reader(lambda payload, _: decode(payload, kind), use)
-
-
 def stream_reader(read: Callable[[bytes, bytes], S], use: Callable[[S], object]) -> Callable[[Sample], None]:
     """A subscriber for payloads with attachments; `read` makes something of the two or raises ProtocolError."""
 

@@ -18,10 +18,10 @@ from skillwing.m600.dashboard.depth_png import depth_png
 from skillwing.m600.dashboard.geometry import DEPTH_LEVELS, DEPTH_STEP, Throttle, by_height, depth_levels, scan_points
 from skillwing.m600.dashboard.voxel_pieces import VoxelPieces
 from skillwing.services.bus import Bus
+from skillwing.services.bus.reading import message_reader, stream_reader
 from skillwing.services.protocol import Keys, Message, MissionStatus, Record, RecordKind
 from skillwing.services.telemetry import palette
 from skillwing.services.telemetry.mission_view import MissionPanels, at, trailing
-from skillwing.services.telemetry.reading import message_reader, stream_reader
 from skillwing.services.telemetry.recording import framed
 from skillwing.sim_mujoco import topics
 from skillwing.sim_mujoco.sensors.directions import lidar_directions

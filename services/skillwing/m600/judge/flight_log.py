@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skillwing.services.bus import Answer, Answered, Bus
+from skillwing.services.bus.reading import message_reader, stream_reader
 from skillwing.services.protocol import Keys, MissionStatus, ProtocolError, decode, encode
 from skillwing.services.telemetry.history import OVER
 from skillwing.services.telemetry.journal import JsonLines, read_lines
-from skillwing.services.telemetry.reading import message_reader, stream_reader
 from skillwing.sim_mujoco.topics import (
     MAP,
     MAP_SNAPSHOT,

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any, Protocol
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Bus
+from skillwing.services.bus.reading import message_reader
 from skillwing.services.protocol import GoalStatus, Keys, MissionStatus, Record, TreeSnapshot
 from skillwing.services.telemetry.history import History
 from skillwing.services.telemetry.journal import GOALS_FILE, TIMELINE_FILE, JsonLines
-from skillwing.services.telemetry.reading import message_reader
 from skillwing.services.telemetry.recorder_options import RecorderOptions, part, read_options
 
 if TYPE_CHECKING:

@@ -8,11 +8,12 @@ from typing import Any, TypeVar
 import msgspec
 
 from skillwing.services.bus import Bus, Publisher
+from skillwing.services.bus.reading import message_reader
 from skillwing.services.protocol import Message, encode
 from skillwing.sim_mujoco import topics
 from skillwing.sim_mujoco.geofence import COURTYARD_FENCE, Box
 from skillwing.sim_mujoco.guidance.core import GuidanceCore
-from skillwing.sim_mujoco.messaging import answer_with, reader
+from skillwing.sim_mujoco.messaging import answer_with
 from skillwing.sim_mujoco.options import read_options
 from skillwing.sim_mujoco.topics import Vector3
 
@@ -42,7 +43,7 @@ class GuidanceNode:
         self._follow(topics.RANGE, topics.Range, lambda seen: core.range(seen.t, seen.distance))
         self._follow(topics.OBSTACLE_STATUS, topics.ObstacleStatus, core.obstacles)
         self._follow(topics.NAVIGATION, topics.Navigation, self._on_navigation)
-        revoke = reader(topics.Revoked, lambda revoked: core.revoke(revoked, bus.now()))
+        revoke = message_reader(topics.Revoked, lambda revoked: core.revoke(revoked, bus.now()))
         bus.subscribe(topics.AUTHORITY, revoke, events=True)
         bus.serve(topics.GUIDANCE_COMMAND, answer_with(topics.GuidanceCommand, self._on_command))
         bus.every(STATUS_PERIOD, self._publish_status)
@@ -52,7 +53,7 @@ class GuidanceNode:
 
     def _follow(self, key: str, kind: type[M], use: Callable[[M], object]) -> None:
         assert self._bus is not None
-        self._bus.subscribe(key, reader(kind, use), latest_only=True)
+        self._bus.subscribe(key, message_reader(kind, use), latest_only=True)
 
     def _on_navigation(self, navigation: topics.Navigation) -> None:
         self._core.navigation(navigation)

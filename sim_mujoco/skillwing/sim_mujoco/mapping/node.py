@@ -8,13 +8,14 @@ import msgspec
 import numpy as np
 
 from skillwing.services.bus import Bus, Publisher, Request
+from skillwing.services.bus.reading import message_reader
 from skillwing.services.protocol import ErrorCode, ErrorReply, ProtocolError, decode, encode
 from skillwing.sim_mujoco import topics
 from skillwing.sim_mujoco.axis import Axis
 from skillwing.sim_mujoco.frames.pose_history import PoseHistory
 from skillwing.sim_mujoco.mapping.mapper import REACH, Mapper
 from skillwing.sim_mujoco.mapping.occupancy import OccupancyGrid, Voxels, grid_shape
-from skillwing.sim_mujoco.messaging import answer_with, reader, stream_reader
+from skillwing.sim_mujoco.messaging import answer_with, stream_reader
 from skillwing.sim_mujoco.options import OptionsError
 from skillwing.sim_mujoco.sensors.scans import LidarScan
 
@@ -43,9 +44,9 @@ class MappingNode:
         self._bus = bus
         self._status = bus.advertise(topics.MAPPING_STATUS)
         self._map = bus.advertise(topics.MAP)
-        bus.subscribe(topics.NAVIGATION, reader(topics.Navigation, self._on_navigation))
+        bus.subscribe(topics.NAVIGATION, message_reader(topics.Navigation, self._on_navigation))
         bus.subscribe(topics.LIDAR, stream_reader(LidarScan.decode, self._on_scan), latest_only=True)
-        bus.subscribe(topics.AUTHORITY, reader(topics.Revoked, self._on_revoked), events=True)
+        bus.subscribe(topics.AUTHORITY, message_reader(topics.Revoked, self._on_revoked), events=True)
         bus.serve(topics.MAPPING_COMMAND, answer_with(topics.ControlMapping, self._on_command))
         bus.serve(topics.MAP_SNAPSHOT, self._on_snapshot)
         bus.every(STATUS_PERIOD, self._publish_status)

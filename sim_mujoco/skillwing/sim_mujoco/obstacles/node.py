@@ -6,11 +6,12 @@ from collections.abc import Callable
 from typing import Any
 
 from skillwing.services.bus import Bus, Handle, Publisher
+from skillwing.services.bus.reading import message_reader
 from skillwing.services.protocol import encode
 from skillwing.sim_mujoco import topics
 from skillwing.sim_mujoco.axis import Axis
 from skillwing.sim_mujoco.frames.pose_history import PoseHistory
-from skillwing.sim_mujoco.messaging import answer_with, reader, stream_reader
+from skillwing.sim_mujoco.messaging import answer_with, stream_reader
 from skillwing.sim_mujoco.obstacles.free_space import STALE, CameraView, FreeSpace, RingView, Sighting, View
 from skillwing.sim_mujoco.options import OptionsError
 from skillwing.sim_mujoco.sensors.scans import DepthPicture, LidarScan
@@ -40,9 +41,11 @@ class ObstaclesNode:
     def attach(self, bus: Bus) -> None:
         self._bus = bus
         self._status = bus.advertise(topics.OBSTACLE_STATUS)
-        bus.subscribe(topics.NAVIGATION, reader(topics.Navigation, self._on_navigation))
-        bus.subscribe(topics.GUIDANCE_STATUS, reader(topics.GuidanceStatus, self._on_guidance), latest_only=True)
-        bus.subscribe(topics.AUTHORITY, reader(topics.Revoked, self._on_revoked), events=True)
+        bus.subscribe(topics.NAVIGATION, message_reader(topics.Navigation, self._on_navigation))
+        bus.subscribe(
+            topics.GUIDANCE_STATUS, message_reader(topics.GuidanceStatus, self._on_guidance), latest_only=True
+        )
+        bus.subscribe(topics.AUTHORITY, message_reader(topics.Revoked, self._on_revoked), events=True)
         bus.serve(topics.OBSTACLE_COMMAND, answer_with(topics.SelectObstacleSource, self._on_command))
         bus.every(PERIOD, self._publish)
 

@@ -8,11 +8,12 @@ import msgspec
 import numpy as np
 
 from skillwing.services.bus import Bus, Publisher
+from skillwing.services.bus.reading import message_reader
 from skillwing.services.protocol import ClockTick, ErrorCode, Message, encode
 from skillwing.sim_mujoco import topics
 from skillwing.sim_mujoco.axis import RefusedError
 from skillwing.sim_mujoco.frames.vectors import heading_of
-from skillwing.sim_mujoco.messaging import answer_with, reader
+from skillwing.sim_mujoco.messaging import answer_with
 from skillwing.sim_mujoco.options import OptionsError, read_options
 from skillwing.sim_mujoco.sensors import lidar
 from skillwing.sim_mujoco.sensors.cadence import Cadence
@@ -54,7 +55,7 @@ class SimNode:
         for key in map(topics.health_key, SENSORS):
             self._out[key] = bus.advertise(key, events=True)
         # A setpoint that cannot be read is no setpoint: then the failsafe decides.
-        setpoints = reader(topics.AutopilotSetpoint, self._on_setpoint)
+        setpoints = message_reader(topics.AutopilotSetpoint, self._on_setpoint)
         bus.subscribe(topics.AUTOPILOT_SETPOINT, setpoints, latest_only=True)
         bus.serve(topics.FAULT, answer_with(topics.SetFault, self._set_fault))
         bus.serve(topics.PILOT, answer_with(topics.SetPilot, self._set_pilot))

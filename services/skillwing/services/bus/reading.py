@@ -11,10 +11,10 @@ from skillwing.services.protocol import Message, ProtocolError, decode
 
 M = TypeVar("M", bound=Message)
 
-log = logging.getLogger("skillwing.recorder")
+log = logging.getLogger(__name__)
 
 
-def message_reader(kind: type[M], act: Callable[[M], None]) -> Callable[[Sample], None]:
+def message_reader(kind: type[M], act: Callable[[M], object]) -> Callable[[Sample], None]:
     """A subscriber that calls `act` with each message of `kind`."""
 
     def read(sample: Sample) -> None:
