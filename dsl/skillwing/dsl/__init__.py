@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from skillwing.dsl.diagnostics import Diagnostic, SkillsetError
+from skillwing.dsl.diagnostics.diagnostic import Diagnostic, SkillsetError
 from skillwing.dsl.model import Skillset, UnknownNameError
 
 __all__ = ["Diagnostic", "Skillset", "SkillsetError", "UnknownNameError", "load", "parse"]
@@ -21,7 +21,7 @@ def load(path: str | Path) -> Skillset:
 
 def parse(text: str, file: str = "<text>") -> Skillset:
     """Turn source text into a skillset; `file` is the name shown in diagnostics. Raises SkillsetError on errors."""
-    from skillwing.dsl.checker import check  # noqa: PLC0415 - who only needs the model does not pay for the parser
+    from skillwing.dsl.checking.checker import check  # noqa: PLC0415 - who only needs the model does not pay for the parser
 
     checked = check(text, file)
     if checked.skillset is None:

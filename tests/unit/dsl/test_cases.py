@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from skillwing.dsl.checker import check
-from skillwing.dsl.codes import CODES
+from skillwing.dsl.checking.checker import check
+from skillwing.dsl.diagnostics.codes import CODES
 
 CASES = Path(__file__).parent / "cases"
 FILES = sorted(CASES.glob("*/*.skillset"))

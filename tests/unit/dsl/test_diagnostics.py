@@ -5,8 +5,8 @@ import re
 import pytest
 
 from skillwing.dsl import SkillsetError, parse
-from skillwing.dsl.checker import check
-from skillwing.dsl.diagnostics import render
+from skillwing.dsl.checking.checker import check
+from skillwing.dsl.diagnostics.diagnostic import render
 
 SOURCE = """\
 skillset s {

@@ -7,7 +7,8 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from skillwing.dsl import commands
+from skillwing.dsl.commands.check import check
+from skillwing.dsl.commands.generate import generate
 
 CASES = Path(__file__).parent / "cases"
 GOOD = str(CASES / "valid" / "everything.skillset")
@@ -18,8 +19,8 @@ BAD = str(CASES / "invalid" / "unknown_names.skillset")
 @pytest.fixture
 def app() -> typer.Typer:
     application = typer.Typer()
-    application.command("check")(commands.check)
-    application.command("generate")(commands.generate)
+    application.command("check")(check)
+    application.command("generate")(generate)
     return application
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skillwing.dsl import syntax
 from skillwing.dsl.expressions import (
     And,
     Comparison,
@@ -22,7 +21,8 @@ from skillwing.dsl.expressions import (
     names_used,
     to_text,
 )
-from skillwing.dsl.parser import parse_file
+from skillwing.dsl.reading import syntax
+from skillwing.dsl.reading.parser import parse_file
 
 numbers = st.integers(-(10**9), 10**9) | st.floats(-1e99, 1e99)
 states = st.sampled_from(["FREE", "USED", "BROKEN"])

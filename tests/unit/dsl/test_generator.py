@@ -10,7 +10,7 @@ import pytest
 
 from skillwing import m600
 from skillwing.dsl import load, parse
-from skillwing.dsl.generator import generate, outdated, write
+from skillwing.dsl.generating.package import generate, outdated, write
 
 CASES = Path(__file__).parent / "cases" / "valid"
 M600 = Path(m600.__path__[0])

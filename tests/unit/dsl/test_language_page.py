@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from skillwing.dsl.checker import check
-from skillwing.dsl.codes import CODES
+from skillwing.dsl.checking.checker import check
+from skillwing.dsl.diagnostics.codes import CODES
 
 PAGE = (Path(__file__).parents[3] / "docs" / "language.md").read_text()
 EXAMPLES = re.findall(r"^```skillset\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)

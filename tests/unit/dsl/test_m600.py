@@ -8,7 +8,7 @@ import pytest
 
 from skillwing import m600
 from skillwing.dsl import Skillset
-from skillwing.dsl.checker import check
+from skillwing.dsl.checking.checker import check
 
 FILE = Path(m600.__path__[0]) / "m600.skillset"
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from skillwing.dsl.checker import check
-from skillwing.dsl.diagnostics import has_errors, render_all
+from skillwing.dsl.checking.checker import check
+from skillwing.dsl.diagnostics.diagnostic import has_errors, render_all
 
 SOURCE = (Path(__file__).parent / "cases" / "valid" / "paper.skillset").read_text()
 RICH = (Path(__file__).parent / "cases" / "valid" / "everything.skillset").read_text()

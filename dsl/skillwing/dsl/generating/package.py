@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
+from skillwing.dsl.checking.types import bounds_text
 from skillwing.dsl.model import ArrayType, EnumType, Field, Result, Skill, Skillset, StructType, Type
 from skillwing.dsl.naming import class_name
-from skillwing.dsl.types import bounds_text
 
 _INDENT = "    "
 _OPTIONS = ("goal_id", "cause")

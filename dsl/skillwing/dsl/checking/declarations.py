@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from skillwing.dsl import syntax
+from skillwing.dsl.checking.predicates import Predicates, Vocabulary
+from skillwing.dsl.checking.types import Types
+from skillwing.dsl.diagnostics.report import Report
 from skillwing.dsl.model import DataItem, Effect, Field, Resource, Transition
-from skillwing.dsl.predicates import Predicates, Vocabulary
-from skillwing.dsl.report import Report
+from skillwing.dsl.reading import syntax
+from skillwing.dsl.reading.syntax import Word
 from skillwing.dsl.spans import Span
-from skillwing.dsl.syntax import Word
-from skillwing.dsl.types import Types
 
 _ANY = "*"
 

@@ -8,13 +8,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TypeVar
 
-from skillwing.dsl import syntax
-from skillwing.dsl.declarations import Declarations
+from skillwing.dsl.checking.declarations import Declarations
+from skillwing.dsl.checking.skill_resolver import resolve_skill
+from skillwing.dsl.diagnostics.report import Report
 from skillwing.dsl.model import Event, Skill, Skillset
 from skillwing.dsl.naming import class_name
-from skillwing.dsl.report import Report
-from skillwing.dsl.skill_resolver import resolve_skill
-from skillwing.dsl.syntax import Word
+from skillwing.dsl.reading import syntax
+from skillwing.dsl.reading.syntax import Word
 
 _Element = TypeVar("_Element")
 

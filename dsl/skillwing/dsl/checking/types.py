@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 
-from skillwing.dsl import syntax
+from skillwing.dsl.diagnostics.report import Report
 from skillwing.dsl.expressions import Literal, Symbol, literal_text
 from skillwing.dsl.model import ArrayType, EnumType, Field, ScalarType, StructType, Type, Value
-from skillwing.dsl.report import Report
+from skillwing.dsl.reading import syntax
+from skillwing.dsl.reading.syntax import Word
 from skillwing.dsl.suggest import closest, listed
-from skillwing.dsl.syntax import Word
 
 SCALARS: Mapping[str, ScalarType] = {
     name: ScalarType(name)

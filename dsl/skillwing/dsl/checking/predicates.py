@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+from skillwing.dsl.checking.types import type_text
+from skillwing.dsl.diagnostics.report import Report
 from skillwing.dsl.expressions import (
     And,
     Comparison,
@@ -21,10 +23,8 @@ from skillwing.dsl.expressions import (
     literal_text,
 )
 from skillwing.dsl.model import DataItem, EnumType, Field, Resource, ScalarType, StructType, Type
-from skillwing.dsl.report import Report
+from skillwing.dsl.reading.syntax import PredicateSyntax, Word
 from skillwing.dsl.spans import Span
-from skillwing.dsl.syntax import PredicateSyntax, Word
-from skillwing.dsl.types import type_text
 
 _BOOL = ScalarType("bool")
 _TEXT = ScalarType("string")

@@ -16,10 +16,8 @@ from typing import Any, Protocol
 from lark import Token, UnexpectedToken
 from lark.parsers.lalr_analysis import Shift
 
-from skillwing.dsl.diagnostics import Diagnostic
-from skillwing.dsl.spans import Span
-from skillwing.dsl.suggest import closest
-from skillwing.dsl.terminals import (
+from skillwing.dsl.diagnostics.diagnostic import Diagnostic
+from skillwing.dsl.reading.terminals import (
     BROKEN,
     CLOSERS,
     END,
@@ -35,6 +33,8 @@ from skillwing.dsl.terminals import (
     may_be_name,
     token_text,
 )
+from skillwing.dsl.spans import Span
+from skillwing.dsl.suggest import closest
 
 _LOOKAHEAD = 3  # words behind a repair that the parser has to be able to read
 _MOST_PROBLEMS = 100

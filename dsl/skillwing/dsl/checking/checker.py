@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from skillwing.dsl import syntax
-from skillwing.dsl.analysis import analyse
-from skillwing.dsl.diagnostics import Diagnostic, has_errors, in_file_order
+from skillwing.dsl.checking.analysis import analyse
+from skillwing.dsl.checking.resolver import resolve
+from skillwing.dsl.diagnostics.diagnostic import Diagnostic, has_errors, in_file_order
+from skillwing.dsl.diagnostics.report import Report
 from skillwing.dsl.model import Skillset
-from skillwing.dsl.parser import ParsedFile, parse_file
-from skillwing.dsl.report import Report
-from skillwing.dsl.resolver import resolve
+from skillwing.dsl.reading import syntax
+from skillwing.dsl.reading.parser import ParsedFile, parse_file
 from skillwing.dsl.spans import Span
 
 _UNKNOWN_NAMES = frozenset({"SW010", "SW011", "SW012", "SW013", "SW014", "SW015"})

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from skillwing.dsl.diagnostics import Diagnostic
+from skillwing.dsl.diagnostics.diagnostic import Diagnostic
 from skillwing.dsl.naming import is_usable
+from skillwing.dsl.reading.syntax import Word
 from skillwing.dsl.spans import Span
 from skillwing.dsl.suggest import closest, listed
-from skillwing.dsl.syntax import Word
 
 
 class Report:

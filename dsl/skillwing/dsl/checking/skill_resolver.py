@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from skillwing.dsl import syntax
-from skillwing.dsl.declarations import Declarations
+from skillwing.dsl.checking.declarations import Declarations
+from skillwing.dsl.diagnostics.report import Report
 from skillwing.dsl.model import (
     DEFAULT_DISPATCH_TIMEOUT,
     DEFAULT_INTERRUPT_TIMEOUT,
@@ -17,8 +17,8 @@ from skillwing.dsl.model import (
     Result,
     Skill,
 )
-from skillwing.dsl.report import Report
-from skillwing.dsl.syntax import Word
+from skillwing.dsl.reading import syntax
+from skillwing.dsl.reading.syntax import Word
 
 
 def resolve_skill(declaration: syntax.SkillSyntax, declarations: Declarations) -> Skill:

@@ -14,12 +14,12 @@ from typing import Any, TypeVar, cast
 
 from lark import Lark, Token
 
-from skillwing.dsl import syntax
-from skillwing.dsl.diagnostics import Diagnostic
+from skillwing.dsl.diagnostics.diagnostic import Diagnostic
 from skillwing.dsl.expressions import And, Comparison, Expression, Implies, Literal, Name, Not, Operator, Or, Symbol
-from skillwing.dsl.recovery import ParserState, Recovery
+from skillwing.dsl.reading import syntax
+from skillwing.dsl.reading.recovery import ParserState, Recovery
+from skillwing.dsl.reading.syntax import Word
 from skillwing.dsl.spans import Span
-from skillwing.dsl.syntax import Word
 
 _T = TypeVar("_T")
 _Children = list[object]
@@ -58,7 +58,7 @@ def parse_file(text: str, file: str) -> ParsedFile:
 def _machinery() -> tuple[Lark, _Builder, threading.Lock]:
     """The tables and the builder they call. Lark ties the two together once, hence the lock around their use."""
     builder = _Builder()
-    grammar = files("skillwing.dsl").joinpath("skillset.lark").read_text(encoding="utf-8")
+    grammar = files("skillwing.dsl.reading").joinpath("skillset.lark").read_text(encoding="utf-8")
     lark = Lark(
         grammar,
         parser="lalr",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from skillwing.dsl.codes import CODES, Severity
+from skillwing.dsl.diagnostics.codes import CODES, Severity
 from skillwing.dsl.spans import Span
 
 _TAB_WIDTH = 4

@@ -8,12 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from skillwing.dsl.expressions import And, Expression, Implies, Not, Or
-from skillwing.dsl.leaks import report_leaks
-from skillwing.dsl.model import Effect, Event, Invariant, Predicate, Resource, Skill, Skillset
-from skillwing.dsl.report import Report
-from skillwing.dsl.spans import Span
-from skillwing.dsl.statespace import (
+from skillwing.dsl.checking.leaks import report_leaks
+from skillwing.dsl.checking.statespace import (
     Possible,
     StateSpace,
     about_resources,
@@ -23,6 +19,10 @@ from skillwing.dsl.statespace import (
     satisfiable,
     start_applies,
 )
+from skillwing.dsl.diagnostics.report import Report
+from skillwing.dsl.expressions import And, Expression, Implies, Not, Or
+from skillwing.dsl.model import Effect, Event, Invariant, Predicate, Resource, Skill, Skillset
+from skillwing.dsl.spans import Span
 from skillwing.dsl.suggest import listed
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from skillwing.dsl.checking.statespace import StateSpace, about_resources, holds, resources_of, start_applies
+from skillwing.dsl.diagnostics.report import Report
 from skillwing.dsl.model import Skill, Skillset
-from skillwing.dsl.report import Report
-from skillwing.dsl.statespace import StateSpace, about_resources, holds, resources_of, start_applies
 
 
 def report_leaks(skillset: Skillset, space: StateSpace, report: Report) -> None:

@@ -1,0 +1,1 @@
+"""The language's commands, one file each. Exit codes: see `source.py`."""

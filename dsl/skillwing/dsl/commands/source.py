@@ -1,0 +1,38 @@
+"""What every command on a skillset file does: read it, show what is wrong with it.
+
+Exit codes: 0 all is well, 1 problems were found, 2 the command itself was wrong (no such file, for instance).
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NoReturn
+
+import typer
+
+from skillwing.dsl.checking.checker import Checked
+from skillwing.dsl.diagnostics.diagnostic import render
+
+PROBLEMS = 1
+MISUSE = 2
+
+
+def read(file: Path) -> str:
+    try:
+        return file.read_text(encoding="utf-8")
+    except UnicodeDecodeError:
+        misuse(f"`{file}` is not a text file in UTF-8.")
+    except OSError as error:
+        misuse(f"`{file}` cannot be read: {error.strerror}.")
+
+
+def misuse(sentence: str) -> NoReturn:
+    typer.echo(sentence, err=True)
+    raise typer.Exit(MISUSE)
+
+
+def show(outcome: Checked, source: str) -> None:
+    for diagnostic in outcome.diagnostics:
+        headline, _, rest = render(diagnostic, source).partition("\n")
+        typer.secho(headline, fg="red" if diagnostic.severity == "error" else "yellow", bold=True)
+        typer.echo(f"{rest}\n")
