@@ -57,13 +57,21 @@ class Step(Generic[R]):
 class ResourceCore:
     """States of all resources, the grants, and the latest values of the data that guards name.
 
-    source: name of the process, for the timeline. new_record_id: gives each timeline record its id.
+    source: name of the process, for the timeline. new_record_id: gives each timeline record its id. found: states in
+    which resources are found at the start instead of their initial ones.
     """
 
-    def __init__(self, skillset: Skillset, *, source: str, new_record_id: Callable[[], str]) -> None:
+    def __init__(
+        self,
+        skillset: Skillset,
+        *,
+        source: str,
+        new_record_id: Callable[[], str],
+        found: Mapping[str, str] | None = None,
+    ) -> None:
         self._skillset = skillset
         self._scribe: Scribe[Event] = Scribe(source, new_record_id)
-        self._table = ResourceTable(skillset, self._scribe)
+        self._table = ResourceTable(skillset, self._scribe, found)
         self._ledger = Ledger()
         self._incarnations = Incarnations()
         self._data = LatestData(skillset, _data_in_guards(skillset))

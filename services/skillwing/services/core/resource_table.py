@@ -16,11 +16,11 @@ Transitions: TypeAlias = Iterable[tuple[str, str]]
 
 
 class ResourceTable:
-    """State of each resource of a skillset, at first its initial one. Changes go to the scribe."""
+    """State of each resource of a skillset, at first that in `found`, else its initial one. Changes go to the scribe."""
 
-    def __init__(self, skillset: Skillset, scribe: Scribe[Event]) -> None:
+    def __init__(self, skillset: Skillset, scribe: Scribe[Event], found: Mapping[str, str] | None = None) -> None:
         self._resources = {resource.name: resource for resource in skillset.resources}
-        self._states = {resource.name: resource.initial for resource in skillset.resources}
+        self._states = {resource.name: resource.initial for resource in skillset.resources} | dict(found or {})
         self._scribe = scribe
         self._last_change: dict[str, tuple[int, str]] = {}
         self.revision = 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Mapping
 from typing import Any, TypeVar
 
 from skillwing.dsl import load
@@ -44,13 +45,14 @@ LOSS_DEBOUNCE = 1.0
 
 
 class ResourceManagerNode:
-    """Shell of `ResourceCore`."""
+    """Shell of `ResourceCore`. found: states in which resources are found at the start instead of their initial ones."""
 
     name = RESOURCE_MANAGER
     owns_clock = False
 
-    def __init__(self, skillset: Skillset) -> None:
+    def __init__(self, skillset: Skillset, found: Mapping[str, str] | None = None) -> None:
         self._skillset = skillset
+        self._found = found
         self._keys = Keys(skillset.name)
         self._missing: dict[str, Handle] = {}
 
@@ -58,7 +60,9 @@ class ResourceManagerNode:
         self._bus = bus
         keys = self._keys
         self._timeline = Timeline(bus, keys)
-        self._core = ResourceCore(self._skillset, source=self.name, new_record_id=self._timeline.new_id)
+        self._core = ResourceCore(
+            self._skillset, source=self.name, new_record_id=self._timeline.new_id, found=self._found
+        )
         self._alarm = Alarm(bus, lambda: self._perform(self._core.tick(bus.now())))
         self._changes: dict[str, Publisher] = {
             resource.name: bus.advertise(keys.resource(resource.name), events=True)
