@@ -23,7 +23,7 @@ from skillwing.dsl.expressions import (
     literal_text,
 )
 from skillwing.dsl.model import DataItem, EnumType, Field, Resource, ScalarType, StructType, Type
-from skillwing.dsl.reading.syntax import PredicateSyntax, Word
+from skillwing.dsl.reading.syntax import CoinedWord, PredicateSyntax
 from skillwing.dsl.spans import Span
 
 _BOOL = ScalarType("bool")
@@ -205,7 +205,7 @@ class Predicates:
             if field not in types:
                 if not quiet:
                     kind = f"field of `{type_text(declared)}`"
-                    self._report.unknown("SW015", Word(field, _span(name)), kind, types)
+                    self._report.unknown("SW015", CoinedWord(field, _span(name)), kind, types)
                 return None
             declared = types[field]
         return declared
@@ -217,7 +217,7 @@ class Predicates:
             self._report.add("SW027", name.span, message, advice)
             return
         known = (*self._known.inputs, *self._known.data)
-        self._report.unknown("SW014", Word(name.root, _span(name)), "datum or input", known)
+        self._report.unknown("SW014", CoinedWord(name.root, _span(name)), "datum or input", known)
 
     # --- without comparison
 
@@ -270,8 +270,8 @@ def _text(operand: Operand) -> str:
             return literal_text(value)
 
 
-def _word(operand: Operand) -> Word:
-    return Word(_text(operand), _span(operand))
+def _word(operand: Operand) -> CoinedWord:
+    return CoinedWord(_text(operand), _span(operand))
 
 
 def _span(operand: Operand) -> Span:

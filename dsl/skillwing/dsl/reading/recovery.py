@@ -8,46 +8,21 @@ element and the parser goes on behind it, as with yacc's `error` token.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import islice
-from typing import Any, Protocol
-
-from lark import Token, UnexpectedToken
-from lark.parsers.lalr_analysis import Shift
 
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic
-from skillwing.dsl.reading.terminals import (
-    BROKEN,
-    CLOSERS,
-    END,
-    NAMED_BLOCKS,
-    NO_WORDS,
-    SIGNS,
-    TOP_LEVEL,
-    UNREADABLE,
-    block_title,
-    capitalised,
-    either,
-    kind_text,
-    may_be_name,
-    token_text,
-)
+from skillwing.dsl.reading.dialect import Dialect
+from skillwing.dsl.reading.lexemes import Lexeme, Source
+from skillwing.dsl.reading.machine import Machine
+from skillwing.dsl.reading.tables import END
+from skillwing.dsl.reading.terminals import BROKEN, CLOSERS, UNREADABLE, capitalised, either
 from skillwing.dsl.spans import Span
 from skillwing.dsl.suggest import closest
 
 _LOOKAHEAD = 3  # words behind a repair that the parser has to be able to read
 _MOST_PROBLEMS = 100
-
-
-class ParserState(Protocol):
-    """What is used of Lark's LALR parser state, which has no types of its own."""
-
-    state_stack: list[int]
-    value_stack: list[object]
-    parse_conf: Any
-
-    def feed_token(self, token: Token, is_end: bool = False) -> object: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,38 +37,31 @@ class _Block:
 class Recovery:
     """One parse of one file. After `run`, `diagnostics` holds its problems."""
 
-    def __init__(self, state: ParserState, tokens: Sequence[Token], file: str) -> None:
+    def __init__(self, dialect: Dialect, lexemes: Iterable[Lexeme], source: Source) -> None:
         self.diagnostics: list[Diagnostic] = []
         self.elements_lost = False
-        self._state = state
-        self._table: Mapping[int, Mapping[str, tuple[object, Any]]] = state.parse_conf.parse_table.states
-        self._end_state: int = state.parse_conf.end_state
-        self._file = file
-        self._tokens = [*tokens, Token(END, "")]
+        self._words = dialect.vocabulary
+        self._machine = Machine(dialect.tables)
+        self._source = source
+        self._lexemes = list(lexemes)
+        end = self._lexemes[-1].end if self._lexemes else 0
+        self._lexemes.append(Lexeme(END, "", end, end, source))
         self._at = 0
-        self._last_line = tokens[-1].end_line or 1 if tokens else 1
-        self._last_column = tokens[-1].end_column or 1 if tokens else 1
 
     def run(self) -> object:
         """Parse to the end; return the root node, or None if the file could not be read as a skillset at all."""
-        if self._type_at(0) == END:
-            self._report("SW006", self._tokens[0], "The file is empty.", "Write `skillset NAME { ... }`.")
+        if len(self._lexemes) == 1:
+            self._report("SW006", self._lexemes[0], "The file is empty.", "Write `skillset NAME { ... }`.")
             return None
-        while True:
-            token = self._tokens[self._at]
-            try:
-                root = self._state.feed_token(token, token.type == END)
-            except UnexpectedToken:
-                if len(self.diagnostics) >= _MOST_PROBLEMS or not self._mend(token):
-                    return None
-                continue
-            if token.type == END:
-                return root
-            self._at += 1
+        while (at := self._machine.run(self._lexemes, self._at)) < len(self._lexemes):
+            self._at = at
+            if len(self.diagnostics) >= _MOST_PROBLEMS or not self._mend(self._lexemes[at]):
+                return None
+        return self._machine.values[0]
 
     # --- the mistakes, the likeliest first
 
-    def _mend(self, token: Token) -> bool:
+    def _mend(self, token: Lexeme) -> bool:
         """Change the words ahead, or the parser's state, so that the parse can go on; False if it cannot."""
         return (
             self._word_as_name(token)
@@ -110,60 +78,64 @@ class Recovery:
             or self._give_up_element(token)
         )
 
-    def _word_as_name(self, token: Token) -> bool:
+    def _word_as_name(self, token: Lexeme) -> bool:
         """A word of the language may also be a name, where only a name fits."""
-        if token.type == "NAME" or not may_be_name(token.type, self._type_at(1)) or not self._reads(["NAME"]):
+        if (
+            token.kind == "NAME"
+            or not self._words.may_be_name(token.kind, self._kind_at(1))
+            or not self._reads(["NAME"])
+        ):
             return False
-        self._tokens[self._at] = Token.new_borrow_pos("NAME", str(token), token)
+        self._lexemes[self._at] = token.supposed("NAME", token.text)
         return True
 
-    def _unreadable(self, token: Token) -> bool:
-        match token.type:
+    def _unreadable(self, token: Lexeme) -> bool:
+        match token.kind:
             case "UNCLOSED_COMMENT":
                 self._report("SW004", token, "This comment is never closed.", "Close it with `*/`.", first_line=True)
             case "UNCLOSED_STRING":
                 self._report("SW004", token, "This string is never closed.", 'Close it with `"` on the same line.')
             case "OVERSIZED_NUMBER":
                 self._report("SW004", token, "This number is too large.", "Write one that a computer can count with.")
-                self._tokens[self._at] = Token.new_borrow_pos("NUMBER", "1", token)
+                self._lexemes[self._at] = token.supposed("NUMBER", "1")
                 return True
             case "UNCLOSED_BRACKET":
-                self._report("SW004", token, "This bracket is never closed.", f"Write `{token.strip()}]`.")
+                self._report("SW004", token, "This bracket is never closed.", f"Write `{token.text.strip()}]`.")
             case "UNKNOWN_CHARACTER":
-                message = f"The language has no character `{token}`."
-                advice = "Elements need no separator between them." if token in {",", ";"} else "Remove it."
+                message = f"The language has no character `{token.text}`."
+                advice = "Elements need no separator between them." if token.text in {",", ";"} else "Remove it."
                 self._report("SW004", token, message, advice)
                 # One report for a run of them.
-                while self._type_at(1) == "UNKNOWN_CHARACTER":
-                    del self._tokens[self._at]
+                while self._kind_at(1) == "UNKNOWN_CHARACTER":
+                    del self._lexemes[self._at]
             case _:
                 return False
-        del self._tokens[self._at]
+        del self._lexemes[self._at]
         return True
 
-    def _no_header(self, token: Token) -> bool:
-        if self._at > 0 or token.type not in TOP_LEVEL:
+    def _no_header(self, token: Lexeme) -> bool:
+        if self._at > 0 or token.kind not in self._words.elements:
             return False
         self._report(
             "SW006",
             token,
-            f"`{token}` stands outside a skillset.",
+            f"`{token.text}` stands outside a skillset.",
             "Put everything into one `skillset NAME { ... }`.",
         )
         header = [("SKILLSET", "skillset"), ("NAME", "unnamed"), ("OPEN", "{")]
-        self._tokens[:0] = [Token.new_borrow_pos(kind, text, token) for kind, text in header]
-        self._tokens.insert(-1, Token.new_borrow_pos("CLOSE", "}", self._tokens[-2]))
+        self._lexemes[:0] = [token.supposed(kind, text) for kind, text in header]
+        self._lexemes.insert(-1, self._lexemes[-2].supposed("CLOSE", "}"))
         return True
 
-    def _second_skillset(self, token: Token) -> bool:
-        if token.type != "SKILLSET" or self._acceptable() != [END]:
+    def _second_skillset(self, token: Lexeme) -> bool:
+        if token.kind != "SKILLSET" or self._acceptable() != [END]:
             return False
         self._report("SW006", token, "A file holds one skillset.", "Move this one into a file of its own.")
-        del self._tokens[self._at : -1]
+        del self._lexemes[self._at : -1]
         return True
 
-    def _misspelt(self, token: Token) -> bool:
-        word = self._meant_word(token, self._state.state_stack, 1)
+    def _misspelt(self, token: Lexeme) -> bool:
+        word = self._meant_word(token, self._machine.states, 1)
         if word is None:
             return False
         self._replace_misspelt(token, word)
@@ -171,9 +143,9 @@ class Recovery:
 
     def _misspelt_before(self) -> bool:
         """The word before was read as a name, and was meant as a word of the language: `intial A`."""
-        values, stack = self._state.value_stack, self._state.state_stack
+        values, stack = self._machine.values, self._machine.states
         token = values[-1] if values else None
-        if not isinstance(token, Token) or token is not self._tokens[self._at - 1]:
+        if not isinstance(token, Lexeme) or token is not self._lexemes[self._at - 1]:
             return False
         word = self._meant_word(token, stack[:-1], 0)
         if word is None:
@@ -184,29 +156,29 @@ class Recovery:
         self._replace_misspelt(token, word)
         return True
 
-    def _meant_word(self, token: Token, stack: Sequence[int], behind: int) -> str | None:
+    def _meant_word(self, token: Lexeme, stack: Sequence[int], behind: int) -> str | None:
         """The word of the language that a name resembles and that the parser could read there, with what follows."""
-        if token.type != "NAME":
+        if token.kind != "NAME":
             return None
-        words = [kind.lower() for kind in self._acceptable(stack) if kind not in NO_WORDS]
-        word = closest(token, words)
-        return word if word and self._reads([word.upper(), *self._types_from(behind)], stack) else None
+        words = [kind.lower() for kind in self._acceptable(stack) if self._words.is_word(kind)]
+        word = closest(token.text, words)
+        return word if word and self._reads([word.upper(), *self._kinds_from(behind)], stack) else None
 
-    def _replace_misspelt(self, token: Token, word: str) -> None:
-        self._report("SW003", token, f"`{token}` is no word of the language.", f"Did you mean `{word}`?")
-        self._tokens[self._at] = Token.new_borrow_pos(word.upper(), word, token)
+    def _replace_misspelt(self, token: Lexeme, word: str) -> None:
+        self._report("SW003", token, f"`{token.text}` is no word of the language.", f"Did you mean `{word}`?")
+        self._lexemes[self._at] = token.supposed(word.upper(), word)
 
-    def _nameless(self, token: Token) -> bool:
-        keyword = self._tokens[self._at - 1] if self._at else token
-        if keyword.type not in NAMED_BLOCKS or not self._reads(["NAME", *self._types_from(0)]):
+    def _nameless(self, token: Lexeme) -> bool:
+        keyword = self._lexemes[self._at - 1] if self._at else token
+        if keyword.kind not in self._words.named_blocks or not self._reads(["NAME", *self._kinds_from(0)]):
             return False
-        self._report("SW005", token, f"This {keyword} has no name.", f"Write `{keyword} NAME {{ ... }}`.")
-        self._tokens.insert(self._at, Token.new_borrow_pos("NAME", "", token))
+        self._report("SW005", token, f"This {keyword.text} has no name.", f"Write `{keyword.text} NAME {{ ... }}`.")
+        self._lexemes.insert(self._at, token.supposed("NAME", ""))
         return True
 
-    def _unclosed(self, token: Token) -> bool:
+    def _unclosed(self, token: Lexeme) -> bool:
         """A closing bracket is missing: the words read on once the innermost open blocks are closed."""
-        if token.type != END and token.type in SIGNS and token.type != "CLOSE":
+        if token.kind != END and token.kind in self._words.signs and token.kind != "CLOSE":
             return False
         blocks = self._open_blocks()
         closers: list[str] = []
@@ -214,106 +186,93 @@ class Recovery:
             closers.append(block.sign)
             if not self._reads(closers):
                 return False
-            if self._reads([*closers, *self._types_from(0)]):
+            if self._reads([*closers, *self._kinds_from(0)]):
                 break
         else:
             return False
         unclosed = blocks[len(blocks) - len(closers) :]
         titles = ", ".join(f"{block.title} (line {block.line})" for block in unclosed)
         verb = "is" if len(unclosed) == 1 else "are"
-        texts = [SIGNS[sign] for sign in closers]
-        place = "at the end of the file" if token.type == END else f"before `{token}`"
+        texts = [self._words.signs[sign] for sign in closers]
+        place = "at the end of the file" if token.kind == END else f"before `{token.text}`"
         self._report(
             "SW001",
             self._gap(),
             f"Missing `{' '.join(texts)}` {place}: {titles} {verb} never closed.",
             f"Add `{' '.join(texts)}` here.",
         )
-        self._tokens[self._at : self._at] = [
-            Token.new_borrow_pos(sign, text, self._anchor()) for sign, text in zip(closers, texts, strict=True)
+        self._lexemes[self._at : self._at] = [
+            self._anchor().supposed(sign, text) for sign, text in zip(closers, texts, strict=True)
         ]
         return True
 
-    def _missing_sign(self, token: Token) -> bool:
-        for sign, text in SIGNS.items():
-            if sign != "CLOSE" and self._reads([sign, *self._types_from(0)]):
+    def _missing_sign(self, token: Lexeme) -> bool:
+        for sign, text in self._words.signs.items():
+            if sign != "CLOSE" and self._reads([sign, *self._kinds_from(0)]):
                 message = f"Missing `{text}` {self._before(token)}."
                 self._report("SW005", self._gap(), message, f"Write `{text}` here.")
-                self._tokens.insert(self._at, Token.new_borrow_pos(sign, text, self._anchor()))
+                self._lexemes.insert(self._at, self._anchor().supposed(sign, text))
                 return True
         return False
 
-    def _wrong_sign(self, token: Token) -> bool:
-        if token.type not in SIGNS:
+    def _wrong_sign(self, token: Lexeme) -> bool:
+        if token.kind not in self._words.signs:
             return False
-        for sign, text in SIGNS.items():
-            if self._reads([sign, *self._types_from(1)]):
-                self._report("SW005", token, f"`{token}` stands where `{text}` belongs.", f"Write `{text}`.")
-                self._tokens[self._at] = Token.new_borrow_pos(sign, text, token)
+        for sign, text in self._words.signs.items():
+            if self._reads([sign, *self._kinds_from(1)]):
+                self._report("SW005", token, f"`{token.text}` stands where `{text}` belongs.", f"Write `{text}`.")
+                self._lexemes[self._at] = token.supposed(sign, text)
                 return True
         return False
 
-    def _superfluous(self, token: Token) -> bool:
-        if token.type == END or not self._reads(self._types_from(1)):
+    def _superfluous(self, token: Lexeme) -> bool:
+        if token.kind == END or not self._reads(self._kinds_from(1)):
             return False
         self._report_unexpected(token)
-        del self._tokens[self._at]
+        del self._lexemes[self._at]
         return True
 
-    def _give_up_element(self, token: Token) -> bool:
+    def _give_up_element(self, token: Lexeme) -> bool:
         """Drop the element under way, and the words up to where its block can go on."""
-        stack, values = self._state.state_stack, self._state.value_stack
+        stack, values = self._machine.states, self._machine.values
         depth = next((depth for depth in range(len(stack), 0, -1) if self._reads([BROKEN], stack[:depth])), None)
         self._report_unexpected(token)
         if depth is None:
             return False
         del stack[depth:], values[depth - 1 :]
-        self._state.feed_token(Token(BROKEN, ""))
+        self._machine.run([token.supposed(BROKEN, "")])
         self.elements_lost |= len(self._open_blocks()) <= 1 or self._inside_declarations()
         opened = 0
-        while self._type_at(0) != END:
-            if opened == 0 and self._reads(self._types_from(0, 2)):
+        while self._kind_at(0) != END:
+            if opened == 0 and self._reads(self._kinds_from(0, 2)):
                 return True
-            opened += {"OPEN": 1, "CLOSE": -1 if opened else 0}.get(self._type_at(0), 0)
+            opened += {"OPEN": 1, "CLOSE": -1 if opened else 0}.get(self._kind_at(0), 0)
             self._at += 1
         return True
 
     # --- looking ahead
 
-    def _type_at(self, offset: int) -> str:
+    def _kind_at(self, offset: int) -> str:
         index = self._at + offset
-        return self._tokens[index].type if index < len(self._tokens) else END
+        return self._lexemes[index].kind if index < len(self._lexemes) else END
 
-    def _types_from(self, offset: int, count: int = _LOOKAHEAD) -> list[str]:
+    def _kinds_from(self, offset: int, count: int = _LOOKAHEAD) -> list[str]:
         """The words ahead, without the unreadable ones, which are reported when their turn comes."""
-        words = islice(self._tokens, self._at + offset, self._at + offset + count + _LOOKAHEAD)
-        return [token.type for token in words if token.type not in UNREADABLE][:count]
+        words = islice(self._lexemes, self._at + offset, self._at + offset + count + _LOOKAHEAD)
+        return [token.kind for token in words if token.kind not in UNREADABLE][:count]
 
     def _reads(self, kinds: Sequence[str], stack: Sequence[int] | None = None) -> bool:
         """Tell whether the parser could shift these words from here, by walking its tables without building."""
-        states = list(self._state.state_stack if stack is None else stack)
+        states = list(self._machine.states if stack is None else stack)
         for kind, follower in zip(kinds, [*kinds[1:], ""], strict=True):
-            as_name = kind not in self._table[states[-1]] and may_be_name(kind, follower)
-            if not self._advance(states, "NAME" if as_name else kind):
+            as_name = kind not in self._machine.actions[states[-1]] and self._words.may_be_name(kind, follower)
+            if not self._machine.advance(states, "NAME" if as_name else kind):
                 return False
         return True
 
-    def _advance(self, states: list[int], kind: str) -> bool:
-        """Shift one word on a stack of states, reducing before it as the table says."""
-        while kind in self._table[states[-1]]:
-            action, argument = self._table[states[-1]][kind]
-            if action is Shift:
-                states.append(argument)
-                return True
-            del states[len(states) - len(argument.expansion) :]
-            states.append(self._table[states[-1]][argument.origin.name][1])
-            if kind == END and states[-1] == self._end_state:
-                return True
-        return False
-
     def _acceptable(self, stack: Sequence[int] | None = None) -> list[str]:
-        states = self._state.state_stack if stack is None else stack
-        actions = self._table[states[-1]]
+        states = self._machine.states if stack is None else stack
+        actions = self._machine.actions[states[-1]]
         return sorted(
             kind
             for kind in actions
@@ -322,13 +281,13 @@ class Recovery:
 
     def _open_blocks(self) -> list[_Block]:
         """The brackets that the parser has open, outermost first: they wait on its stack for their rule's end."""
-        values = self._state.value_stack
+        values = self._machine.values
         blocks: list[_Block] = []
         for index, value in enumerate(values):
-            if isinstance(value, Token) and value.type in CLOSERS.values():
+            if isinstance(value, Lexeme) and value.kind in CLOSERS.values():
                 blocks.pop()  # closed, and only waiting for the word behind it
-            elif isinstance(value, Token) and value.type in CLOSERS:
-                blocks.append(_Block(block_title(values[:index]), value.line or 1, CLOSERS[value.type]))
+            elif isinstance(value, Lexeme) and value.kind in CLOSERS:
+                blocks.append(_Block(self._words.block_title(values[:index]), value.span.line, CLOSERS[value.kind]))
         return blocks
 
     def _inside_declarations(self) -> bool:
@@ -337,42 +296,39 @@ class Recovery:
 
     # --- reporting
 
-    def _anchor(self) -> Token:
+    def _anchor(self) -> Lexeme:
         """A token whose position a supposed token borrows."""
-        return self._tokens[self._at - 1] if self._at else self._tokens[0]
+        return self._lexemes[self._at - 1] if self._at else self._lexemes[0]
 
     def _gap(self) -> Span:
         """The place right behind the last word that was read."""
-        if not self._at:
-            return Span(self._file, 1, 1, 1, 1)
-        last = self._tokens[self._at - 1]
-        line, column = last.end_line or 1, last.end_column or 1
-        return Span(self._file, line, column, line, column + 1)
+        return self._character(self._lexemes[self._at - 1].end if self._at else 0)
 
-    def _before(self, token: Token) -> str:
-        return "at the end of the file" if token.type == END else f"before `{token}`"
+    def _character(self, offset: int) -> Span:
+        line, column = self._source.place(offset)
+        return Span(self._source.file, line, column, line, column + 1)
 
-    def _span(self, token: Token) -> Span:
-        if token.type == END:
-            return Span(self._file, self._last_line, self._last_column, self._last_line, self._last_column + 1)
-        line, column = token.line or 1, token.column or 1
-        return Span(self._file, line, column, token.end_line or line, token.end_column or column + 1)
+    def _before(self, token: Lexeme) -> str:
+        return "at the end of the file" if token.kind == END else f"before `{token.text}`"
 
-    def _report(self, code: str, place: Token | Span, message: str, advice: str, first_line: bool = False) -> None:
-        span = self._span(place) if isinstance(place, Token) else place
+    def _span(self, token: Lexeme) -> Span:
+        return token.span if token.end > token.start else self._character(token.end)
+
+    def _report(self, code: str, place: Lexeme | Span, message: str, advice: str, first_line: bool = False) -> None:
+        span = self._span(place) if isinstance(place, Lexeme) else place
         if first_line:
             span = Span(span.file, span.line, span.column, span.line, span.column + 2)
         self.diagnostics.append(Diagnostic(code, span, message, advice))
 
-    def _report_unexpected(self, token: Token) -> None:
+    def _report_unexpected(self, token: Lexeme) -> None:
         blocks = self._open_blocks()
         acceptable = self._acceptable()
         if acceptable == [END]:
-            message = f"{capitalised(token_text(token))} stands behind the end of the skillset."
+            message = f"{capitalised(self._words.lexeme_text(token))} stands behind the end of the skillset."
             advice = "A `}` before it is one too many, or it belongs into a file of its own."
             self._report("SW006", token, message, advice)
             return
         where = f" in {blocks[-1].title}" if blocks else ""
-        options = [kind_text(kind) for kind in acceptable]
-        message = f"{capitalised(token_text(token))} has no place here{where}."
+        options = [self._words.kind_text(kind) for kind in acceptable]
+        message = f"{capitalised(self._words.lexeme_text(token))} has no place here{where}."
         self._report("SW002", token, message, f"Here may stand {either(options)}.")

@@ -11,15 +11,20 @@ from typing import TypeAlias
 
 from skillwing.dsl.expressions import Expression, Literal, Symbol
 from skillwing.dsl.model import PredicateKind
+from skillwing.dsl.reading.lexemes import Lexeme
 from skillwing.dsl.spans import Span
 
 
 @dataclass(frozen=True, slots=True)
-class Word:
-    """A name, a unit or another single word of the source."""
+class CoinedWord:
+    """A word that the source does not hold in this form; `span` is what it was made of."""
 
     text: str
     span: Span
+
+
+# A name, a unit or another single word. Both have `text` and `span`.
+Word: TypeAlias = Lexeme | CoinedWord
 
 
 @dataclass(frozen=True, slots=True)

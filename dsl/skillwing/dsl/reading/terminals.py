@@ -1,65 +1,69 @@
-"""The terminals of the grammar, by kind and in words for the reader."""
+"""The terminals of a dialect, by kind and in words for the reader; what recovery from mistakes needs to know."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
-from lark import Token
+from skillwing.dsl.reading.lexemes import Lexeme
+from skillwing.dsl.reading.tables import END
 
-END = "$END"
-BROKEN = "BROKEN"
-
-SIGNS = {
-    "COLON": ":",
-    "EQUALS": "=",
-    "OPEN_PAREN": "(",
-    "CLOSE_PAREN": ")",
-    "ARROW": "->",
-    "OPEN": "{",
-    "UP_TO": "..",
-    "COMPARATOR": "==",
-    "IMPLIES": "=>",
-    "CLOSE": "}",
-}
-OTHERS = {
-    END: "the end of the file",
-    "NAME": "a name",
-    "NUMBER": "a number",
-    "STRING": "a string",
-    "UNIT": "a unit such as `[m]`",
-    "ARRAY": "`[]`",
-    "DOT": "`.`",
-    "STAR": "`*`",
-}
+BROKEN = "_BROKEN"  # stands in the grammar where an element was given up
 UNREADABLE = frozenset({"UNCLOSED_COMMENT", "UNCLOSED_STRING", "UNCLOSED_BRACKET", "UNKNOWN_CHARACTER"})
-NO_WORDS = frozenset({*SIGNS, *OTHERS, *UNREADABLE, "OVERSIZED_NUMBER", BROKEN})
-TOP_LEVEL = frozenset({"SKILL", "RESOURCE", "DATA", "TYPE", "ENUM", "EVENT"})
-NAMED_BLOCKS = TOP_LEVEL | {"SKILLSET"}
+_NO_WORDS = UNREADABLE | {"OVERSIZED_NUMBER", BROKEN, END}
 CLOSERS = {"OPEN": "CLOSE", "OPEN_PAREN": "CLOSE_PAREN"}
 
 
-def may_be_name(kind: str, follower: str) -> bool:
-    """A word of the language is read as a name where it fits as one and does not begin a block or an element."""
-    return kind not in NO_WORDS and follower not in {"OPEN", "NAME"}
+@dataclass(frozen=True)
+class Vocabulary:
+    """What the terminals of a dialect mean to its reader. Every other terminal is a word, `SKILL` for `skill`.
 
+    signs: terminals of punctuation with the text to write, in the order in which a missing one is supposed. Blocks
+    are between OPEN and CLOSE, parentheses between OPEN_PAREN and CLOSE_PAREN. others: terminals without a text of
+    their own, in words. elements: the words that begin an element of a skillset. named_blocks: the words that a name
+    and a block follow.
+    """
 
-def block_title(heading: Sequence[object]) -> str:
-    """Name a block by the words in front of its bracket."""
-    match heading[-2:]:
-        case [Token(type=kind) as keyword, Token(type="NAME") as name] if kind in NAMED_BLOCKS:
-            return f"{keyword} `{name}`"
-        case [Token(type="EQUALS"), Token(type="NUMBER")]:
-            return "`progress`"
-        case [Token() as word, Token(type="EQUALS")]:
-            return f"`{word}=(`"
-        case [*_, Token() as word] if word.type not in SIGNS:
-            return f"`{word}`"
-        case _:
-            return "the parenthesis"
+    signs: Mapping[str, str]
+    others: Mapping[str, str]
+    elements: frozenset[str]
+    named_blocks: frozenset[str]
+    _no_words: frozenset[str] = field(init=False)
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_no_words", _NO_WORDS | self.signs.keys() | self.others.keys())
 
-def token_text(token: Token) -> str:
-    return OTHERS[END] if token.type == END else f"`{_shortened(token)}`"
+    def is_word(self, kind: str) -> bool:
+        """Tell whether a terminal is a word of the language."""
+        return kind not in self._no_words
+
+    def may_be_name(self, kind: str, follower: str) -> bool:
+        """A word of the language is read as a name where it fits as one and does not begin a block or an element."""
+        return self.is_word(kind) and follower not in {"OPEN", "NAME"}
+
+    def block_title(self, heading: Sequence[object]) -> str:
+        """Name a block by the words in front of its bracket."""
+        match heading[-2:]:
+            case [Lexeme(kind=kind) as keyword, Lexeme(kind="NAME") as name] if kind in self.named_blocks:
+                return f"{keyword.text} `{name.text}`"
+            case [Lexeme(kind="EQUALS"), Lexeme(kind="NUMBER")]:
+                return "`progress`"
+            case [Lexeme() as word, Lexeme(kind="EQUALS")]:
+                return f"`{word.text}=(`"
+            case [*_, Lexeme() as word] if word.kind not in self.signs:
+                return f"`{word.text}`"
+            case _:
+                return "the parenthesis"
+
+    def kind_text(self, kind: str) -> str:
+        """A terminal in words."""
+        if kind == END:
+            return "the end of the file"
+        return f"`{self.signs[kind]}`" if kind in self.signs else self.others.get(kind, f"`{kind.lower()}`")
+
+    def lexeme_text(self, lexeme: Lexeme) -> str:
+        """A lexeme in words, cut to what fits into a sentence."""
+        return self.kind_text(END) if lexeme.kind == END else f"`{_shortened(lexeme.text)}`"
 
 
 def _shortened(text: str) -> str:
@@ -69,10 +73,6 @@ def _shortened(text: str) -> str:
 
 def capitalised(text: str) -> str:
     return text[0].upper() + text[1:]
-
-
-def kind_text(kind: str) -> str:
-    return f"`{SIGNS[kind]}`" if kind in SIGNS else OTHERS.get(kind, f"`{kind.lower()}`")
 
 
 def either(options: Sequence[str]) -> str:

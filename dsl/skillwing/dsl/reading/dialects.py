@@ -1,0 +1,20 @@
+"""The dialects that are read, by file extension."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from skillwing.dsl.reading.dialect import Dialect
+
+
+def dialect_of(file: str) -> Dialect:
+    """The dialect in which a file of that name is written: `.skillset` unless its extension says another."""
+    return _skillset()
+
+
+@cache
+def _skillset() -> Dialect:
+    from skillwing.dsl.reading.skillset_builder import SkillsetBuilder  # noqa: PLC0415 - each dialect when first read
+    from skillwing.dsl.reading.skillset_words import SKILLSET_WORDS  # noqa: PLC0415
+
+    return Dialect("skillset.lark", SkillsetBuilder(), SKILLSET_WORDS)

@@ -1,0 +1,60 @@
+"""Cutting a source text into lexemes with one regular expression, made of the terminals of a grammar."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+from lark.lexer import PatternStr, TerminalDef
+
+from skillwing.dsl.reading.lexemes import Lexeme, Source
+
+WHITE_SPACE = "WHITE_SPACE"
+BYTE_ORDER_MARK = "\ufeff"
+
+
+class Scanner:
+    """Cuts texts of one dialect into lexemes.
+
+    Where several terminals match, the one of higher priority wins, then the one that can be longest, as in Lark. What
+    has a fixed text (keywords and signs) is told from names by that text.
+    """
+
+    def __init__(self, terminals: Iterable[TerminalDef]) -> None:
+        ordered = sorted(
+            (terminal for terminal in terminals if terminal.name != WHITE_SPACE),
+            key=lambda terminal: (
+                -terminal.priority,
+                -terminal.pattern.max_width,
+                -len(terminal.pattern.value),
+                terminal.name,
+            ),
+        )
+        fixed = {
+            terminal.name: terminal.pattern.value for terminal in ordered if isinstance(terminal.pattern, PatternStr)
+        }
+        self._kinds = {text: kind for kind, text in fixed.items()}
+        # A word of letters is matched as a NAME, and then found among the fixed texts.
+        self._pattern = re.compile(
+            "|".join(
+                re.escape(fixed[terminal.name])
+                if terminal.name in fixed
+                else f"(?P<{terminal.name}>{terminal.pattern.to_regexp()})"
+                for terminal in ordered
+                if not fixed.get(terminal.name, "").isidentifier()
+            )
+        )
+
+    def scan(self, source: Source) -> tuple[Lexeme, ...]:
+        """Cut the text; every character of it is in a lexeme, or is white space or a byte order mark at the start.
+
+        White space is what no terminal matches, which the search skips.
+        """
+        text = source.text
+        kind_of = self._kinds.get
+        return tuple(
+            [
+                Lexeme(kind_of(found := match[0]) or match.lastgroup or "", found, match.start(), match.end(), source)
+                for match in self._pattern.finditer(text, text.startswith(BYTE_ORDER_MARK))
+            ]
+        )

@@ -1,0 +1,33 @@
+"""The terminals of the `.skillset` dialect in words."""
+
+from __future__ import annotations
+
+from skillwing.dsl.reading.terminals import Vocabulary
+
+_ELEMENTS = frozenset({"SKILL", "RESOURCE", "DATA", "TYPE", "ENUM", "EVENT"})
+
+SKILLSET_WORDS = Vocabulary(
+    signs={
+        "COLON": ":",
+        "EQUALS": "=",
+        "OPEN_PAREN": "(",
+        "CLOSE_PAREN": ")",
+        "ARROW": "->",
+        "OPEN": "{",
+        "UP_TO": "..",
+        "COMPARATOR": "==",
+        "IMPLIES": "=>",
+        "CLOSE": "}",
+    },
+    others={
+        "NAME": "a name",
+        "NUMBER": "a number",
+        "STRING": "a string",
+        "UNIT": "a unit such as `[m]`",
+        "ARRAY": "`[]`",
+        "DOT": "`.`",
+        "STAR": "`*`",
+    },
+    elements=_ELEMENTS,
+    named_blocks=_ELEMENTS | {"SKILLSET"},
+)
