@@ -8,7 +8,15 @@ from types import MappingProxyType
 
 from skillwing.services.core.refusal import RefusedError
 
-__all__ = ["InvalidInputError", "InvalidOptionError", "RefusedError", "SkillwingError"]
+__all__ = [
+    "InvalidInputError",
+    "InvalidOptionError",
+    "NoSystemError",
+    "RefusedError",
+    "SkillwingError",
+    "TimedOutError",
+    "UnansweredError",
+]
 
 
 class SkillwingError(Exception):
@@ -33,3 +41,24 @@ class InvalidOptionError(SkillwingError):
     def __init__(self, option: str, message: str) -> None:
         self.option = option
         super().__init__(message)
+
+
+class NoSystemError(SkillwingError):
+    """There is no running system to talk to."""
+
+
+class UnansweredError(SkillwingError):
+    """A process of the system does not answer. key: what was asked."""
+
+    def __init__(self, key: str) -> None:
+        self.key = key
+        super().__init__(f"Nobody answers at `{key}`. See what is running with `skillwing status`.")
+
+
+class TimedOutError(SkillwingError, TimeoutError):
+    """What was waited for did not come in time. awaited: what; timeout: in seconds."""
+
+    def __init__(self, awaited: str, timeout: float) -> None:
+        self.awaited = awaited
+        self.timeout = timeout
+        super().__init__(f"{awaited} did not come within {timeout:g} s. Wait longer, or see with `skillwing status`.")

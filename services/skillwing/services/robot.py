@@ -1,23 +1,29 @@
 """The table of a robot: its skillset, the processes that make it up, and who manages which skill.
 
-A robot package declares one `Robot` under the entry-point group `skillwing.robots`; launcher, command line and
-containers read everything about it from there.
+A robot package declares one `Robot`, called `ROBOT` in its `robot.py` and installed under the entry-point group
+`skillwing.robots`; launcher, command line and containers read everything about it from there.
 """
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from importlib import import_module
 from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any, Literal
 
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset, UnknownNameError
+from skillwing.dsl.packages import import_name, name_problem
+from skillwing.services.errors import InvalidOptionError
 from skillwing.services.names import DATA_MANAGER, RESOURCE_MANAGER, skill_process
 
 ROBOTS = "skillwing.robots"
 MANAGERS = "skillwing.services.managers"
+TABLE = "robot.py"
 
 ClockKind = Literal["wall", "robot"]
 
@@ -47,16 +53,17 @@ def _nothing(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
 class Robot:
     """What a robot is made of.
 
-    skillset: its `.skillset` file. functional_layer: from run options (`seed`, `speed`, `faults`, `run_dir`) to the
-    processes below the managers. hooks: for each skill with a manager, the developer's class (`package.module:Class`).
+    skillset: its file, called after the skillset in it. hooks: for each skill with a manager, the developer's class
+    (`package.module:Class`). functional_layer: from run options (`seed`, `speed`, `faults`, `run_dir`) to the processes
+    below the managers; none by default.
     clock: `robot` where one process of the functional layer owns the time, `wall` where the robot lives in ours.
     observers: like `functional_layer`, for processes that only look on, such as the recorder; they start on request.
     """
 
     name: str
     skillset: Path
-    functional_layer: Callable[[dict[str, Any]], tuple[ProcessSpec, ...]]
     hooks: Mapping[str, str]
+    functional_layer: Callable[[dict[str, Any]], tuple[ProcessSpec, ...]] = _nothing
     clock: ClockKind = "robot"
     observers: Callable[[dict[str, Any]], tuple[ProcessSpec, ...]] = _nothing
 
@@ -98,9 +105,53 @@ def robot_names() -> tuple[str, ...]:
     return tuple(sorted(entry_points(group=ROBOTS).names))
 
 
-def find_robot(name: str) -> Robot:
-    """The installed robot of that name; raises UnknownNameError, which says what is installed."""
-    found = entry_points(group=ROBOTS, name=name)
-    if not found:
-        raise UnknownNameError("robot", name, robot_names())
-    return next(iter(found)).load()
+def find_robot(reference: str) -> Robot:
+    """A robot by its name, if it is installed, by its package folder, or as `package.module:ROBOT`.
+
+    A folder is made importable, in this process and in those that it starts. Raises UnknownNameError, which says what
+    is installed, and InvalidOptionError where there is no table or it cannot be loaded.
+    """
+    found = entry_points(group=ROBOTS, name=reference)
+    if found:
+        return next(iter(found)).load()
+    folder = Path(reference)
+    if folder.is_dir():
+        return _in_folder(folder)
+    if ":" in reference:
+        return _loaded(reference)
+    if len(folder.parts) > 1:
+        raise InvalidOptionError("robot", f"There is no folder `{reference}`. Name that of a robot package.")
+    raise UnknownNameError("robot", reference, robot_names())
+
+
+def _in_folder(folder: Path) -> Robot:
+    if not (folder / TABLE).is_file():
+        sentence = f"`{folder}` holds no {TABLE}. Make a robot package with `skillwing generate FILE -o {folder}`."
+        raise InvalidOptionError("robot", sentence)
+    if problem := name_problem(folder):
+        raise InvalidOptionError("robot", problem)
+    package, root = import_name(folder)
+    if str(root) not in sys.path:
+        sys.path.append(str(root))
+        inherited = os.environ.get("PYTHONPATH")
+        os.environ["PYTHONPATH"] = os.pathsep.join([*([inherited] if inherited else []), str(root)])
+    robot = _loaded(f"{package}.{Path(TABLE).stem}:ROBOT")
+    module = sys.modules[f"{package}.{Path(TABLE).stem}"]
+    if Path(module.__file__ or "").resolve() != (folder / TABLE).resolve():
+        sentence = f"`{package}` is imported from {module.__file__}, not from `{folder}`. Rename the folder."
+        raise InvalidOptionError("robot", sentence)
+    return robot
+
+
+def _loaded(path: str) -> Robot:
+    module, _, attribute = path.partition(":")
+    try:
+        robot = getattr(import_module(module), attribute)
+    except Exception as error:  # a package that somebody else writes may fail in any way
+        sentence = (
+            f"The robot `{path}` cannot be loaded: {type(error).__name__}: {error}. Mend its module."
+        )
+        raise InvalidOptionError("robot", sentence) from error
+    if not isinstance(robot, Robot):
+        raise InvalidOptionError("robot", f"`{path}` is no `Robot`. Name the table of a robot: `package.robot:ROBOT`.")
+    return robot

@@ -5,9 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from skillwing.services.commands.connection import find_target
-from skillwing.services.commands.exit_codes import NoSystemError
-from skillwing.services.errors import SkillwingError
+from skillwing.services.client.connection import find_target
+from skillwing.services.errors import NoSystemError, SkillwingError
 from skillwing.services.processes.run_state import (
     RunState,
     read_run_state,

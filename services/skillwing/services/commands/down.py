@@ -8,8 +8,9 @@ import time
 
 import typer
 
-from skillwing.services.commands.connection import RobotOption, find_target
-from skillwing.services.commands.exit_codes import NoSystemError
+from skillwing.services.client.connection import find_target
+from skillwing.services.commands.connection import RobotOption
+from skillwing.services.errors import NoSystemError
 from skillwing.services.processes.launcher import STOP_TIMEOUT
 from skillwing.services.processes.run_state import read_run_state, remove_run_state, started
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from skillwing.dsl import SkillsetError, UnknownNameError
-from skillwing.services.errors import InvalidInputError, InvalidOptionError, RefusedError, SkillwingError
+from skillwing.services.errors import InvalidInputError, InvalidOptionError, NoSystemError, RefusedError
 from skillwing.services.protocol import Ending, Terminal
 
 OK = 0
@@ -17,10 +17,6 @@ REFUSED = 4
 """The robot said no: not validated, not ready, busy, or a transition that is not allowed."""
 
 _REFUSALS = (Ending.NOT_VALIDATED, Ending.NOT_READY, Ending.BUSY)
-
-
-class NoSystemError(SkillwingError):
-    """There is no running system to talk to."""
 
 
 def exit_code_of(error: Exception) -> int:

@@ -6,9 +6,10 @@ from rich.console import Console
 from rich.text import Text
 
 from skillwing.dsl import UnknownNameError
-from skillwing.services.commands.connection import JsonOption, RobotOption, System, Target, UnansweredError, connect
+from skillwing.services.client.connection import Target
+from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.commands.output import end_text, make_console, print_json, print_table, state_text
-from skillwing.services.errors import RefusedError
+from skillwing.services.errors import RefusedError, UnansweredError
 from skillwing.services.processes.mock_host import mock_processes
 from skillwing.services.protocol import GoalStatus, QueryStates, ResourceStates
 from skillwing.services.robot import find_robot

@@ -52,10 +52,10 @@ def main(arguments: list[str] | None = None) -> int:
     )
     sys.setswitchinterval(SWITCH_INTERVAL)
     try:
-        spec, clock_kind, alive_key = _resolve(options)
+        robot, spec, clock_kind, alive_key = _resolve(options)
         node = make_node(spec)
         clock = make_clock(node, clock_kind, spec.options)
-        bus = ZenohBus(spec.name, options.robot, options.connect, clock)
+        bus = ZenohBus(spec.name, robot, options.connect, clock)
     except RouterUnreachableError as error:
         return _give_up(error, EXIT_UNREACHABLE)
     except (SkillwingError, SkillsetError, UnknownNameError, OSError) as error:
@@ -132,7 +132,7 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--options", metavar="JSON", default="{}", help="what the factory is called with")
     parser.add_argument("--connect", metavar="tcp/HOST:PORT", default=environment("SKILLWING_CONNECT"))
     parser.add_argument(
-        "--robot", default=environment("SKILLWING_ROBOT"), help="the robot, whose name is its namespace"
+        "--robot", default=environment("SKILLWING_ROBOT"), help="the robot: name, folder, package.module:ROBOT"
     )
     parser.add_argument("--clock", choices=("wall", "robot"), help="default: wall, or as the table says")
     parser.add_argument("--alive", metavar="KEY", help="liveliness token to hold while the node runs")
@@ -146,14 +146,16 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
     return options
 
 
-def _resolve(options: argparse.Namespace) -> tuple[ProcessSpec, ClockKind, str | None]:
-    """What to run, by which clock, and its liveliness key."""
+def _resolve(options: argparse.Namespace) -> tuple[str, ProcessSpec, ClockKind, str | None]:
+    """In whose namespace to run what, by which clock, and its liveliness key."""
     if options.process:
         robot = find_robot(options.robot)
         spec = robot.process(options.process, run_options(os.environ))
         # The skillset's file is called after it; reading the file for its name would cost every process a parser.
-        return spec, options.clock or robot.clock, options.alive or Keys(robot.skillset.stem).alive(spec.name)
+        alive_key = options.alive or Keys(robot.skillset.stem).alive(spec.name)
+        return robot.name, spec, options.clock or robot.clock, alive_key
     return (
+        options.robot,
         ProcessSpec(options.name, options.factory, _json_object(options.options)),
         options.clock or "wall",
         options.alive,

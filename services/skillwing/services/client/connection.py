@@ -1,0 +1,140 @@
+"""Finding a running system and connecting to it, for whoever is no part of it: a script or a command."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from itertools import count
+from pathlib import Path
+
+from skillwing.dsl import load
+from skillwing.dsl.model import Skillset
+from skillwing.services.bus import Answer, Answered, Refused
+from skillwing.services.bus.clock import FollowedClock, WallClock
+from skillwing.services.bus.zenoh_bus import ZenohBus
+from skillwing.services.bus.zenoh_session import RouterUnreachableError
+from skillwing.services.client.interface import SkillsetInterface
+from skillwing.services.errors import NoSystemError, RefusedError, SkillwingError, UnansweredError
+from skillwing.services.processes.run_state import RunState, read_run_state, running_systems
+from skillwing.services.protocol import Keys, M, Message, decode, encode
+from skillwing.services.robot import ClockKind, find_robot
+
+CONNECT_TIMEOUT = 3.0
+ANSWER_TIMEOUT = 2.0
+READY_TIMEOUT = 5.0
+DEFAULT_ROBOT = "m600"
+_numbers = count(1)
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """A system to talk to. Where it was not found by its run state, pid and run_dir are None."""
+
+    robot: str
+    endpoint: str
+    skillset: Path
+    clock: ClockKind
+    pid: int | None = None
+    run_dir: Path | None = None
+    mock: bool = False
+
+
+def find_target(robot: str | None = None, *, endpoint: str | None = None, table: str | None = None) -> Target:
+    """The system at an endpoint, else at SKILLWING_CONNECT, else the one that runs here.
+
+    robot: its name, which for a system that runs here may be left out if there is only one. table: of what robot the
+    system at an endpoint is, as `find_robot` takes it; SKILLWING_ROBOT unless given. Raises NoSystemError, and as
+    `find_robot` does.
+    """
+    endpoint = endpoint or os.environ.get("SKILLWING_CONNECT")
+    if endpoint:
+        known = find_robot(table or robot or os.environ.get("SKILLWING_ROBOT") or DEFAULT_ROBOT)
+        return Target(robot if table and robot else known.name, endpoint, known.skillset, known.clock)
+    systems = running_systems() if robot is None else tuple(filter(None, [read_run_state(robot)]))
+    match systems:
+        case ():
+            which = f" of `{robot}`" if robot else ""
+            raise NoSystemError(f"No system{which} is running. Start one with `skillwing up`.")
+        case (state,):
+            return _target(state)
+        case _:
+            names = ", ".join(f"`{state.robot}`" for state in systems)
+            raise NoSystemError(f"Several systems are running: {names}. Choose one with --robot NAME.")
+
+
+def _target(state: RunState) -> Target:
+    return Target(
+        state.robot,
+        state.endpoint,
+        Path(state.skillset),
+        state.clock,
+        pid=state.pid,
+        run_dir=Path(state.run_dir),
+        mock=state.mock,
+    )
+
+
+@dataclass
+class Connection:
+    """A system that this process is connected to."""
+
+    target: Target
+    bus: ZenohBus
+    skillset: Skillset
+    keys: Keys = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.keys = Keys(self.skillset.name)
+
+    def ask(self, key: str, message: Message, reply: type[M]) -> M:
+        """Ask and wait for the reply. Raises RefusedError, or UnansweredError if there is none."""
+        return decode(self.wait_for_answer(key, lambda take: self.bus.ask(key, encode(message), take)).payload, reply)
+
+    def wait_for_answer(self, key: str, ask: Callable[[Callable[[Answer], None]], None]) -> Answered:
+        """Call `ask` with a callback and wait until that is called. Raises as `ask` does; `key` is for the error."""
+        answers: list[Answer] = []
+        ask(answers.append)
+        self.bus.run_until(lambda: bool(answers), 2 * ANSWER_TIMEOUT)
+        return accepted(answers[0] if answers else None, key)
+
+    def make_interface(self, client: str) -> SkillsetInterface:
+        """The skillset's interface, its resource states known. Raises UnansweredError."""
+        interface = SkillsetInterface(self.bus, self.skillset, client=client)
+        if not self.bus.run_until(lambda: interface.ready, READY_TIMEOUT):
+            raise UnansweredError(self.keys.resource_states)
+        return interface
+
+
+def accepted(answer: Answer | None, key: str) -> Answered:
+    """The answer to what was asked at a key. Raises RefusedError if it is a refusal, UnansweredError for none."""
+    match answer:
+        case Answered():
+            return answer
+        case Refused(error):
+            raise RefusedError(error.code, error.message, help=error.help, known=error.known)
+        case _:
+            raise UnansweredError(key)
+
+
+@contextmanager
+def open_connection(target: Target, *, client: str, wait_for_clock: bool = True) -> Iterator[Connection]:
+    """Connect to a system. client: what this process does there, part of the name of its node.
+
+    Raises NoSystemError where there is none. With `wait_for_clock` its time is known then, and a SkillwingError says
+    so if its clock is silent.
+    """
+    skillset = load(target.skillset)
+    clock = FollowedClock() if target.clock == "robot" else WallClock()
+    name = f"{client}-{os.getpid()}-{next(_numbers)}"
+    try:
+        bus = ZenohBus(name, target.robot, target.endpoint, clock, CONNECT_TIMEOUT)
+    except RouterUnreachableError as error:
+        raise NoSystemError(str(error)) from error
+    try:
+        if wait_for_clock and isinstance(clock, FollowedClock) and not bus.run_until(clock.has_started, READY_TIMEOUT):
+            raise SkillwingError("Robot time does not pass: nobody publishes the clock. Look at `skillwing status`.")
+        yield Connection(target, bus, skillset)
+    finally:
+        bus.close()
