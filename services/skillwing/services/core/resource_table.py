@@ -16,7 +16,7 @@ Transitions: TypeAlias = Iterable[tuple[str, str]]
 
 
 class ResourceTable:
-    """State of each resource of a skillset, at first that in `found`, else its initial one. Changes go to the scribe."""
+    """State of each resource of a skillset, at first that in `found`, else its initial one; changes go to a scribe."""
 
     def __init__(self, skillset: Skillset, scribe: Scribe[Event], found: Mapping[str, str] | None = None) -> None:
         self._resources = {resource.name: resource for resource in skillset.resources}

@@ -45,7 +45,7 @@ LOSS_DEBOUNCE = 1.0
 
 
 class ResourceManagerNode:
-    """Shell of `ResourceCore`. found: states in which resources are found at the start instead of their initial ones."""
+    """Shell of `ResourceCore`. found: states in which resources are found at the start, not their initial ones."""
 
     name = RESOURCE_MANAGER
     owns_clock = False
