@@ -1,9 +1,10 @@
-"""Names of the manager processes, by which their alive tokens are known."""
+"""Names of the manager processes and of what a mock has instead of a robot, by which their alive tokens are known."""
 
 from __future__ import annotations
 
 RESOURCE_MANAGER = "resource_manager"
 DATA_MANAGER = "data_manager"
+MOCKED_WORLD = "mocked_world"
 
 
 def skill_process(skill: str) -> str:

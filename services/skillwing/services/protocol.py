@@ -12,7 +12,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Annotated, Any, TypeAlias, TypeVar
+from typing import Annotated, Any, Literal, TypeAlias, TypeVar
 
 import msgspec
 
@@ -458,6 +458,63 @@ class ClockTick(Message, frozen=True, kw_only=True):
     factor: float = 1.0
 
 
+# --- mocks -------------------------------------------------------------------------------------------------
+
+
+class MockedGoal(Message, frozen=True, kw_only=True):
+    """A mocked skill has dispatched a goal with these inputs; the mocked world takes values from them."""
+
+    skill: str
+    goal_id: str
+    inputs: dict[str, Any]
+
+
+class DirectMock(Message, frozen=True, kw_only=True, tag="direct"):
+    """Tell a mocked skill how a goal goes: a run as a mock script writes it. Answered by `MockPlan`.
+
+    `when`: `next` goal, `always` from now on, or `now`, the goal that is running.
+    """
+
+    run: dict[str, Any]
+    when: Literal["now", "next", "always"] = "next"
+
+
+class ResetMock(Message, frozen=True, kw_only=True, tag="reset"):
+    """Start the script of a mocked skill, or of the mocked world's data, anew. Answered as `QueryMock` is."""
+
+
+class QueryMock(Message, frozen=True, kw_only=True, tag="query"):
+    """Ask a mocked skill for its `MockPlan`, or the mocked world for its `MockedData`."""
+
+
+class SetMockedData(Message, frozen=True, kw_only=True, tag="set"):
+    """Have the mocked world publish other values, as a mock script writes them. Answered by `MockedData`."""
+
+    data: dict[str, Any]
+
+
+MockCall = DirectMock | ResetMock | QueryMock
+MockedWorldCall = SetMockedData | ResetMock | QueryMock
+
+
+class MockPlan(Message, frozen=True, kw_only=True):
+    """How the goals of a mocked skill go: those in `given`, then those in `script`, the last of which repeats.
+
+    `drawn`: each goal's run is drawn from `script` by weight instead.
+    """
+
+    skill: str
+    given: tuple[dict[str, Any], ...]
+    script: tuple[dict[str, Any], ...]
+    drawn: bool = False
+
+
+class MockedData(Message, frozen=True, kw_only=True):
+    """What the mocked world publishes now."""
+
+    values: dict[str, Any]
+
+
 # --- errors ------------------------------------------------------------------------------------------------
 
 
@@ -543,6 +600,19 @@ class Keys:
     @property
     def timeline(self) -> str:
         return f"{self.skillset}/timeline"
+
+    def mocked_goal(self, skill: str) -> str:
+        """Publications of a mocked skill's goals; `"*"` for all."""
+        return f"{self.skillset}/mock/goal/{skill}"
+
+    def mocked_skill(self, skill: str) -> str:
+        """Query that directs a mocked skill."""
+        return f"{self.skillset}/mock/skill/{skill}"
+
+    @property
+    def mocked_world(self) -> str:
+        """Query that directs the mocked world."""
+        return f"{self.skillset}/mock/world"
 
     @property
     def mission_tree(self) -> str:

@@ -1,0 +1,105 @@
+"""Who plays a skill: which of the script's runs each goal takes. Pure; randomness comes from the script's seed."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from random import Random
+from typing import Any
+
+from skillwing.dsl.model import Skill
+from skillwing.services.mocking.defaults import default_fields
+from skillwing.services.mocking.fitting import FittedRun, FittedRuns
+from skillwing.services.mocking.signals import Moment, value_at
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedRun:
+    """How one goal goes, its delay drawn."""
+
+    run: FittedRun
+    delay: float
+
+
+class SkillPlayer:
+    """The runs of one skill's goals.
+
+    A run that was given for the next goal comes first, then the script's. A run is used up by the goal that it is
+    dispatched for or refuses; a goal that was not ready leaves it to the next one.
+    """
+
+    def __init__(self, skill: Skill, runs: FittedRuns, seed: int) -> None:
+        self._skill = skill
+        self._script = runs
+        self._runs = runs
+        self._used = 0
+        self._next: deque[FittedRun] = deque()
+        # Each skill draws by itself, so that what one does changes nothing for another.
+        self._random = Random(f"{seed}/{skill.name}")
+        self._planned: PlannedRun | None = None
+
+    def peek(self) -> PlannedRun:
+        """The run of the next goal; the same until it is taken."""
+        if self._planned is None:
+            run = self._next[0] if self._next else self._drawn()
+            self._planned = PlannedRun(run, self._random.uniform(*run.delay))
+        return self._planned
+
+    def take(self) -> PlannedRun:
+        """Use the next goal's run up."""
+        planned, self._planned = self.peek(), None
+        if self._next:
+            self._next.popleft()
+        else:
+            self._used += 1
+        return planned
+
+    def give_next(self, run: FittedRun) -> None:
+        """Let the next goal go so, or the one after those that have been given before."""
+        if not self._next:
+            self._planned = None
+        self._next.append(run)
+
+    def give_always(self, run: FittedRun) -> None:
+        """Let every goal from now on go so."""
+        self._start(FittedRuns((run,)))
+
+    def reset(self) -> None:
+        """Start the script anew."""
+        self._start(self._script)
+
+    @property
+    def given(self) -> tuple[FittedRun, ...]:
+        """The runs that were given for the next goals."""
+        return tuple(self._next)
+
+    @property
+    def rest(self) -> FittedRuns:
+        """What comes after those: the runs that the script has left, or those that it draws from."""
+        if self._runs.drawn:
+            return self._runs
+        return FittedRuns(self._runs.runs[min(self._used, len(self._runs.runs) - 1) :])
+
+    def output(self, run: FittedRun, inputs: dict[str, Any]) -> dict[str, Any] | None:
+        """The output of a goal with these inputs; None if the skill has none."""
+        if not self._skill.outputs:
+            return None
+        return value_at(run.output, Moment(default_fields(self._skill.outputs), inputs=inputs, span=0.0))
+
+    def feedback(self, planned: PlannedRun, inputs: dict[str, Any], elapsed: float, number: int) -> dict[str, Any]:
+        """The feedback with that number, from 0, `elapsed` seconds after the dispatch."""
+        before = default_fields(self._skill.feedback)
+        moment = Moment(before, elapsed=elapsed, sample=number, inputs=inputs, span=planned.delay)
+        return value_at(planned.run.progress, moment)
+
+    def _drawn(self) -> FittedRun:
+        runs = self._runs.runs
+        if self._runs.drawn:
+            return self._random.choices(runs, [run.weight for run in runs])[0]
+        return runs[min(self._used, len(runs) - 1)]
+
+    def _start(self, runs: FittedRuns) -> None:
+        self._runs = runs
+        self._used = 0
+        self._next.clear()
+        self._planned = None

@@ -1,0 +1,99 @@
+"""The processes of a mocked robot: its managers, with mocks for its skills, and a world below them."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Collection
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from skillwing.dsl import load
+from skillwing.dsl.model import Skillset
+from skillwing.services.bus import Node
+from skillwing.services.managers.data_manager import DataManagerNode
+from skillwing.services.managers.resource_manager import ResourceManagerNode
+from skillwing.services.mocking.fitting import fit_script
+from skillwing.services.mocking.script import MockScript
+from skillwing.services.mocking.script_file import load_script
+from skillwing.services.mocking.skill import MockSkillNode
+from skillwing.services.mocking.world import MockWorld
+from skillwing.services.names import DATA_MANAGER, MOCKED_WORLD, RESOURCE_MANAGER, skill_process
+from skillwing.services.options import required
+from skillwing.services.robot import ProcessSpec, Robot
+
+FACTORIES = "skillwing.services.mocking.system"
+
+
+def script_beside(skillset: Path) -> Path | None:
+    """The script that belongs to a skillset file: `m600.mock.toml` for `m600.skillset`, if there is one."""
+    path = skillset.with_suffix(".mock.toml")
+    return path if path.is_file() else None
+
+
+# --- in one process --------------------------------------------------------------------------------------------------
+
+
+def make_mock_skill(skillset: Skillset, skill: str, script: MockScript | None = None) -> MockSkillNode:
+    """The mocked manager of one skill. Raises ScriptError, and UnknownNameError for a skill that there is not."""
+    skillset.skill(skill)
+    return MockSkillNode(skillset, skill, fit_script(script or MockScript(), skillset))
+
+
+def make_mock_managers(skillset: Skillset, script: MockScript | None = None) -> list[Node]:
+    """The data manager, the resource manager, and a mock of each skill's manager. Raises ScriptError."""
+    fitted = fit_script(script or MockScript(), skillset)
+    mocks = [MockSkillNode(skillset, skill.name, fitted) for skill in skillset.skills]
+    return [DataManagerNode(skillset), ResourceManagerNode(skillset), *mocks]
+
+
+# --- as processes ----------------------------------------------------------------------------------------------------
+
+
+def mock_processes(
+    robot: Robot, *, script: Path | None = None, seed: int | None = None, skills: Collection[str] | None = None
+) -> tuple[ProcessSpec, ...]:
+    """The processes of a robot with mocks: all skills of its skillset and the world, or only these skills.
+
+    With `skills` the other skills keep their managers; what is below all of them is for the caller to add. script: a
+    file; seed: instead of the one in it.
+    """
+    options: dict[str, Any] = {"skillset": str(robot.skillset)}
+    options |= {} if script is None else {"script": str(script.absolute())}
+    options |= {} if seed is None else {"seed": seed}
+    managers = {spec.name: spec for spec in robot.managers()}
+    names = [skill.name for skill in robot.load_skillset().skills] if skills is None else list(skills)
+    mocks = {
+        skill_process(name): ProcessSpec(
+            skill_process(name), f"{FACTORIES}:make_mock_skill_process", {**options, "skill": name}, essential=False
+        )
+        for name in names
+    }
+    if skills is not None:
+        return tuple((managers | mocks).values())
+    world = ProcessSpec(MOCKED_WORLD, f"{FACTORIES}:make_mock_world_process", options, essential=False)
+    return (managers[DATA_MANAGER], managers[RESOURCE_MANAGER], *mocks.values(), world)
+
+
+def make_mock_skill_process(options: dict[str, Any]) -> Node:
+    """Options: `skillset`, the path of the skillset file; `skill`, which one to play; `script` and `seed`, if any."""
+    skillset, script = _skillset_and_script(options)
+    return MockSkillNode(skillset, required(options, "skill"), fit_script(script, skillset), crash=_kill_this_process)
+
+
+def make_mock_world_process(options: dict[str, Any]) -> Node:
+    """Options: `skillset`, the path of the skillset file; `script` and `seed`, if any."""
+    return MockWorld(*_skillset_and_script(options))
+
+
+def _skillset_and_script(options: dict[str, Any]) -> tuple[Skillset, MockScript]:
+    skillset = load(required(options, "skillset"))
+    script = load_script(required(options, "script"), skillset) if "script" in options else MockScript()
+    seed = options.get("seed")
+    return skillset, script if seed is None else msgspec.structs.replace(script, seed=int(seed))
+
+
+def _kill_this_process() -> None:
+    os.kill(os.getpid(), signal.SIGKILL)

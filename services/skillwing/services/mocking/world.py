@@ -1,0 +1,148 @@
+"""A mocked world: the process that stands where a robot's bridge to its functional layer would stand."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import msgspec
+
+from skillwing.dsl.model import Skillset
+from skillwing.services.bus import Answer, Answered, Bus, Refused
+from skillwing.services.bus.reading import message_reader
+from skillwing.services.client.asking import ask_until_answered
+from skillwing.services.core.refusal import RefusedError
+from skillwing.services.managers.serving import serve
+from skillwing.services.mocking.fitting import fit_datum, fit_script
+from skillwing.services.mocking.script import MockRun, MockScript
+from skillwing.services.mocking.signals import Signal
+from skillwing.services.mocking.stage import Due, EndGoal, Fire, MockedValues, Reactions, SetDatum, Trigger
+from skillwing.services.names import MOCKED_WORLD
+from skillwing.services.protocol import (
+    DataSample,
+    DirectMock,
+    ErrorCode,
+    FireEvent,
+    FireExtern,
+    GoalStatus,
+    Keys,
+    MockedData,
+    MockedGoal,
+    MockedWorldCall,
+    ResetMock,
+    ResourceChange,
+    SetMockedData,
+    encode,
+)
+
+DEFAULT_PERIOD = 1.0
+"""For data whose model promises no period [s]."""
+log = logging.getLogger(__name__)
+
+
+class MockWorld:
+    """Publishes the data of a mocked robot and fires its extern transitions and events, as a script says.
+
+    Raises ScriptError if the script does not fit the skillset.
+    """
+
+    name = MOCKED_WORLD
+    owns_clock = False
+
+    def __init__(self, skillset: Skillset, script: MockScript | None = None) -> None:
+        self._skillset = skillset
+        self._keys = Keys(skillset.name)
+        self._script = fit_script(script or MockScript(), skillset)
+
+    def attach(self, bus: Bus) -> None:
+        self._bus = bus
+        keys = self._keys
+        self._reactions = Reactions(self._script)
+        self._values = MockedValues(self._skillset, self._script, bus.now())
+        self._publish: dict[str, Callable[[], None]] = {}
+        for item in self._skillset.data:
+            publish = partial(self._sample, item.name, bus.advertise(keys.data(item.name)).put)
+            self._publish[item.name] = publish
+            bus.every(item.period or DEFAULT_PERIOD, publish)
+        bus.subscribe(keys.mocked_goal("*"), message_reader(MockedGoal, self._reactions.on_goal), events=True)
+        bus.subscribe(
+            keys.resource("*"),
+            message_reader(ResourceChange, lambda change: self._take(self._reactions.on_resource(change))),
+            events=True,
+        )
+        bus.subscribe(
+            keys.status("*"),
+            message_reader(GoalStatus, lambda status: self._take(self._reactions.on_status(status))),
+            events=True,
+        )
+        serve(bus, keys.mocked_world, MockedWorldCall, self._answer)
+        self._alive = bus.declare_alive(keys.alive(self.name))
+        for publish in self._publish.values():
+            publish()
+        self._take(self._reactions.begin())
+
+    def detach(self) -> None:
+        self._alive.cancel()
+
+    # --- what is due -------------------------------------------------------------------------------------------------
+
+    def _take(self, dues: tuple[Due, ...]) -> None:
+        for due in dues:
+            if due.after > 0.0:
+                self._bus.after(due.after, partial(self._do, due))
+            else:
+                self._do(due)
+
+    def _do(self, due: Due) -> None:
+        match due.deed:
+            case Trigger(resource, state):
+                request = FireExtern(resource=resource, target=state, source=self.name, cause=due.cause)
+                self._ask(self._keys.resource_extern, encode(request), f"bring {resource} to {state}")
+            case Fire(event):
+                request = FireEvent(event=event, source=self.name, cause=due.cause)
+                self._ask(self._keys.event(event), encode(request), f"fire {event}")
+            case SetDatum(datum, signal, inputs):
+                try:
+                    self._set(datum, signal, dict(inputs))
+                except KeyError as error:
+                    log.warning("%s stays as it is: the goal has no input %s", datum, error)
+            case EndGoal(skill, result):
+                run = msgspec.to_builtins(MockRun(result=result, delay=0.0))
+                request = encode(DirectMock(run=run, when="now"))
+                self._bus.ask(self._keys.mocked_skill(skill), request, lambda answer: _complain(f"end {skill}", answer))
+
+    def _ask(self, key: str, payload: bytes, what: str) -> None:
+        ask_until_answered(self._bus, key, payload, lambda answer: _complain(what, answer))
+
+    # --- data --------------------------------------------------------------------------------------------------------
+
+    def _sample(self, datum: str, put: Callable[[bytes], None]) -> None:
+        now = self._bus.now()
+        put(encode(DataSample(name=datum, value=self._values.sample(datum, now), t=now)))
+
+    def _set(self, datum: str, signal: Signal, inputs: dict[str, Any]) -> None:
+        self._values.set(datum, signal, self._bus.now(), inputs)
+        self._publish[datum]()
+
+    def _answer(self, call: MockedWorldCall, key: str) -> MockedData:
+        del key
+        if isinstance(call, ResetMock):
+            self._values.reset(self._bus.now())
+        elif isinstance(call, SetMockedData):
+            problems: list[str] = []
+            signals = {name: fit_datum(raw, name, self._skillset, problems.append) for name, raw in call.data.items()}
+            if problems:
+                raise RefusedError(ErrorCode.BAD_REQUEST, " ".join(problems), help="See docs/mocks.md.")
+            for name, signal in signals.items():
+                if signal is not None:
+                    self._set(name, signal, {})
+        return MockedData(values=self._values.values(self._bus.now()))
+
+
+def _complain(what: str, answer: Answer) -> None:
+    if isinstance(answer, Refused):
+        log.warning("could not %s: %s %s", what, answer.error.message, answer.error.help)
+    elif not isinstance(answer, Answered):
+        log.warning("could not %s: nobody answers", what)
