@@ -1,0 +1,104 @@
+"""What the builders of all dialects have in common: the nodes that are written alike in each."""
+
+from __future__ import annotations
+
+from typing import cast
+
+from skillwing.dsl.expressions import And, Comparison, Expression, Implies, Literal, Name, Not, Operator, Or
+from skillwing.dsl.reading import syntax
+from skillwing.dsl.reading.lexemes import Lexeme
+
+
+class NodeBuilder:
+    """Builds the node of each rule from the nodes and words within it: the method named after a rule is called."""
+
+    # --- declarations
+
+    def data(self, *items: syntax.DatumSyntax) -> syntax.DataSyntax:
+        return syntax.DataSyntax(items)
+
+    def resource(
+        self, name: Lexeme, *items: syntax.StatesSyntax | syntax.InitialSyntax | syntax.TransitionSyntax
+    ) -> syntax.ResourceSyntax:
+        return syntax.ResourceSyntax(name, items)
+
+    def states(self, *names: Lexeme) -> syntax.StatesSyntax:
+        return syntax.StatesSyntax(names)
+
+    def initial(self, state: Lexeme) -> syntax.InitialSyntax:
+        return syntax.InitialSyntax(state)
+
+    def event(self, name: Lexeme, *items: syntax.GuardSyntax | syntax.EventEffectSyntax) -> syntax.EventSyntax:
+        return syntax.EventSyntax(name, items)
+
+    def guard(self, predicate: syntax.PredicateSyntax) -> syntax.GuardSyntax:
+        return syntax.GuardSyntax(predicate)
+
+    def event_effect(self, *changes: syntax.ChangeSyntax) -> syntax.EventEffectSyntax:
+        return syntax.EventEffectSyntax(changes)
+
+    # --- parts of skills
+
+    def fields(self, keyword: Lexeme, *fields: syntax.FieldSyntax) -> syntax.FieldsSection:
+        return syntax.FieldsSection(keyword, fields)
+
+    def change(self, resource: Lexeme, target: Lexeme) -> syntax.ChangeSyntax:
+        return syntax.ChangeSyntax(resource, target)
+
+    def check(self, name: Lexeme, predicate: syntax.PredicateSyntax) -> syntax.CheckSyntax:
+        return syntax.CheckSyntax(name, predicate)
+
+    # --- predicates
+
+    def implies(self, left: Expression, right: Expression) -> Implies:
+        return Implies(left, right)
+
+    def disjunction(self, left: Expression, right: Expression) -> Or:
+        return Or(left, right)
+
+    def conjunction(self, left: Expression, right: Expression) -> And:
+        return And(left, right)
+
+    def negation(self, operand: Expression) -> Not:
+        return Not(operand)
+
+    def comparison(self, left: Name | Literal, sign: Lexeme, right: Name | Literal) -> Comparison:
+        assert left.span is not None and right.span is not None
+        return Comparison(cast(Operator, sign.text), left, right, left.span.to(right.span))
+
+    def path(self, first: Lexeme, *others: Lexeme) -> Name:
+        if not others:
+            return Name(first.text, span=first.span)
+        path = ".".join(word.text for word in (first, *others))
+        return Name(path, span=first.source.span(first.start, others[-1].end))
+
+    def literal(self, word: Lexeme) -> Literal:
+        return Literal(_literal_value(word), word.span)
+
+
+def number(word: Lexeme) -> syntax.Number:
+    """The number that a word of digits stands for."""
+    return syntax.Number(_numeric(word.text), word.span)
+
+
+def _numeric(text: str) -> int | float:
+    return float(text) if any(mark in text for mark in ".eE") else int(text)
+
+
+def _literal_value(word: Lexeme) -> bool | int | float | str:
+    match word.kind:
+        case "TRUE":
+            return True
+        case "FALSE":
+            return False
+        case "STRING":
+            return _unquoted(word.text)
+        case _:
+            return _numeric(word.text)
+
+
+def _unquoted(text: str) -> str:
+    """Undo the escapes of a string: a backslash makes the character behind it ordinary, `\\n` and `\\t` excepted."""
+    escapes = {"n": "\n", "t": "\t"}
+    pieces = iter(text[1:-1])
+    return "".join(escapes.get(mark := next(pieces), mark) if piece == "\\" else piece for piece in pieces)
