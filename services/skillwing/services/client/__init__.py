@@ -1,1 +1,1 @@
-"""What a mission, a command or a test talks to the managers with."""
+"""What a mission, a command, a script or a test talks to the managers with."""

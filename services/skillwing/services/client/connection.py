@@ -11,18 +11,18 @@ from pathlib import Path
 
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
-from skillwing.services.bus import Answer, Answered, Refused
+from skillwing.services.bus import Answer, Answered
 from skillwing.services.bus.clock import FollowedClock, WallClock
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.bus.zenoh_session import RouterUnreachableError
+from skillwing.services.client.answers import wait_for_answer
 from skillwing.services.client.interface import SkillsetInterface
-from skillwing.services.errors import NoSystemError, RefusedError, SkillwingError, UnansweredError
+from skillwing.services.errors import NoSystemError, SkillwingError, UnansweredError
 from skillwing.services.processes.run_state import RunState, read_run_state, running_systems
 from skillwing.services.protocol import Keys, M, Message, decode, encode
 from skillwing.services.robot import ClockKind, find_robot
 
 CONNECT_TIMEOUT = 3.0
-ANSWER_TIMEOUT = 2.0
 READY_TIMEOUT = 5.0
 DEFAULT_ROBOT = "m600"
 _numbers = count(1)
@@ -30,7 +30,10 @@ _numbers = count(1)
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """A system to talk to. Where it was not found by its run state, pid and run_dir are None."""
+    """A system to talk to. Where it was not found by its run state, pid and run_dir are None.
+
+    processes: the names of those that were started, empty where only the robot's table tells.
+    """
 
     robot: str
     endpoint: str
@@ -39,6 +42,7 @@ class Target:
     pid: int | None = None
     run_dir: Path | None = None
     mock: bool = False
+    processes: tuple[str, ...] = ()
 
 
 def find_target(robot: str | None = None, *, endpoint: str | None = None, table: str | None = None) -> Target:
@@ -73,6 +77,7 @@ def _target(state: RunState) -> Target:
         pid=state.pid,
         run_dir=Path(state.run_dir),
         mock=state.mock,
+        processes=state.processes,
     )
 
 
@@ -94,10 +99,7 @@ class Connection:
 
     def wait_for_answer(self, key: str, ask: Callable[[Callable[[Answer], None]], None]) -> Answered:
         """Call `ask` with a callback and wait until that is called. Raises as `ask` does; `key` is for the error."""
-        answers: list[Answer] = []
-        ask(answers.append)
-        self.bus.run_until(lambda: bool(answers), 2 * ANSWER_TIMEOUT)
-        return accepted(answers[0] if answers else None, key)
+        return wait_for_answer(self.bus, key, ask)
 
     def make_interface(self, client: str) -> SkillsetInterface:
         """The skillset's interface, its resource states known. Raises UnansweredError."""
@@ -105,17 +107,6 @@ class Connection:
         if not self.bus.run_until(lambda: interface.ready, READY_TIMEOUT):
             raise UnansweredError(self.keys.resource_states)
         return interface
-
-
-def accepted(answer: Answer | None, key: str) -> Answered:
-    """The answer to what was asked at a key. Raises RefusedError if it is a refusal, UnansweredError for none."""
-    match answer:
-        case Answered():
-            return answer
-        case Refused(error):
-            raise RefusedError(error.code, error.message, help=error.help, known=error.known)
-        case _:
-            raise UnansweredError(key)
 
 
 @contextmanager
@@ -138,3 +129,10 @@ def open_connection(target: Target, *, client: str, wait_for_clock: bool = True)
         yield Connection(target, bus, skillset)
     finally:
         bus.close()
+
+
+def require_schema(found: str, expected: str | None, robot: str) -> None:
+    """Raise SkillwingError if a system's skillset is not the one that its client was generated from."""
+    if expected is not None and found != expected:
+        text = f"`{robot}` runs another skillset than this code was made from. `skillwing generate` it anew."
+        raise SkillwingError(text)

@@ -6,7 +6,7 @@ Nothing here blocks. Calls send their request and return; what comes back arrive
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, Generic, ParamSpec
 
 import msgspec
 
@@ -44,6 +44,8 @@ from skillwing.services.timeline import Timeline
 
 __all__ = ["GoalHandle", "SkillsetInterface"]
 
+P = ParamSpec("P")
+
 START_WITHIN = 30.0
 """Robot time in seconds after which a start that is still under way somewhere is no longer to be carried out."""
 PROBE_PERIOD = 5.0
@@ -71,7 +73,8 @@ class SkillsetInterface:
         self._alive: set[str] = set()
         self._pursuits: dict[str, GoalPursuit] = {}
         self._disowned: dict[str, str] = {}
-        self._listeners: list[_Listener] = []
+        self._listeners: list[Callable[[], None]] = []
+        self._data_listeners: list[Callable[[DataReading], None]] = []
         self._probe_timer: Handle | None = None
 
         bus.subscribe(self._keys.resource("*"), self._on_resource_change, events=True)
@@ -99,14 +102,7 @@ class SkillsetInterface:
         Raises UnknownNameError for a skill or input that the skillset does not know, InvalidInputError for a value of
         a wrong type or a missing one. Ranges are the manager's business: they end the goal NV.
         """
-        model = self.skillset.skill(skill)
-        given: dict[str, Any] = msgspec.to_builtins(dict(inputs or {}))
-        for name in given:
-            model.input(name)
-        fitted, problems = fit_fields(model.inputs, given)
-        wrong = {problem.path: problem.sentence for problem in problems if problem.kind != "range"}
-        if wrong:
-            raise InvalidInputError(skill, wrong)
+        fitted = self.fitted(skill, inputs)
         pursuit = self._pursue(skill, goal_id or self._new_goal_id())
         pursuit.start(
             StartGoal(
@@ -119,6 +115,18 @@ class SkillsetInterface:
             )
         )
         return pursuit.handle
+
+    def fitted(self, skill: str, inputs: Mapping[str, Any] | None) -> dict[str, Any]:
+        """The inputs of a skill as they are sent, defaults filled in; raises as `start` does. On any thread."""
+        model = self.skillset.skill(skill)
+        given: dict[str, Any] = msgspec.to_builtins(dict(inputs or {}))
+        for name in given:
+            model.input(name)
+        fitted, problems = fit_fields(model.inputs, given)
+        wrong = {problem.path: problem.sentence for problem in problems if problem.kind != "range"}
+        if wrong:
+            raise InvalidInputError(skill, wrong)
+        return fitted
 
     def follow(self, skill: str, goal_id: str) -> GoalHandle:
         """A handle on a goal that somebody else started. Raises UnknownNameError for an unknown skill."""
@@ -177,13 +185,15 @@ class SkillsetInterface:
 
     def on_change(self, callback: Callable[[], None]) -> Handle:
         """Call `callback` at each change of a resource or of one of this client's goals, until the handle's cancel."""
-        listener = _Listener(callback, self._listeners)
-        self._listeners.append(listener)
-        return listener
+        return _Listener(callback, self._listeners)
+
+    def on_data(self, callback: Callable[[DataReading], None]) -> Handle:
+        """Call `callback` with each value of a datum that comes in, until the handle's cancel."""
+        return _Listener(callback, self._data_listeners)
 
     def _changed(self) -> None:
-        for listener in list(self._listeners):
-            listener.callback()
+        for callback in list(self._listeners):
+            callback()
 
     # --- what comes in ---------------------------------------------------------------------------------------------
 
@@ -282,23 +292,32 @@ class SkillsetInterface:
     def _on_data(self, sample: Sample) -> None:
         message = _decoded(sample.payload, DataSample)
         if message is not None:
-            self._data.accept(message, self._bus.now())
+            self._take_data(message)
 
     def _on_reading(self, answer: Answer) -> None:
         reading = _decoded(answer.payload, DataReading) if isinstance(answer, Answered) else None
         if reading is not None and reading.t is not None:
-            sample = DataSample(name=reading.name, value=reading.value, t=reading.t)
-            self._data.accept(sample, self._bus.now())
+            self._take_data(DataSample(name=reading.name, value=reading.value, t=reading.t))
+
+    def _take_data(self, sample: DataSample) -> None:
+        now = self._bus.now()
+        if self._data.accept(sample, now) is None:
+            reading = self._data.reading(sample.name, now)
+            for callback in list(self._data_listeners):
+                callback(reading)
 
 
-class _Listener:
-    def __init__(self, callback: Callable[[], None], listeners: list[_Listener]) -> None:
-        self.callback = callback
+class _Listener(Generic[P]):
+    """A callback in a list of them; cancelling takes it out."""
+
+    def __init__(self, callback: Callable[P, None], listeners: list[Callable[P, None]]) -> None:
+        self._callback = callback
         self._listeners = listeners
+        listeners.append(callback)
 
     def cancel(self) -> None:
-        if self in self._listeners:
-            self._listeners.remove(self)
+        if self._callback in self._listeners:
+            self._listeners.remove(self._callback)
 
 
 def _decoded(payload: bytes, kind: type[M]) -> M | None:

@@ -1,0 +1,326 @@
+"""What a generated `aio.py` stands on: skills, resources and data for asyncio.
+
+async with connect("m600") as client:
+    outcome = await client.start(TAKEOFF, {"height": 3.0})
+
+The network lives on a thread of its own. What this side asks for is posted to that thread, what comes in is handed
+over with `call_soon_threadsafe`, and waiters sleep until something has changed. Everything here is for the event
+loop's thread.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections.abc import AsyncIterator, Callable, Generator, Mapping
+from contextlib import asynccontextmanager
+from typing import Any, Generic, TypeVar
+
+from skillwing.dsl.model import UnknownNameError
+from skillwing.services.bus import Answer, Answered, Bus
+from skillwing.services.client.answers import accepted
+from skillwing.services.client.connection import find_target, open_connection, require_schema
+from skillwing.services.client.goal_handle import GoalHandle
+from skillwing.services.client.interface import SkillsetInterface
+from skillwing.services.client.network_thread import NetworkThread
+from skillwing.services.client.outcome import Outcome, Reading, Signature, known, typed_reading
+from skillwing.services.errors import SkillwingError
+from skillwing.services.ids import new_goal_id
+from skillwing.services.protocol import DataReading, Keys, ProtocolError, QueryData, State, Terminal, decode, encode
+
+__all__ = ["Client", "Datum", "Goal", "Resource", "connect"]
+
+R = TypeVar("R")
+O = TypeVar("O")  # noqa: E741
+F = TypeVar("F")
+S = TypeVar("S", bound=str)
+T = TypeVar("T")
+
+
+@asynccontextmanager
+async def connect(
+    robot: str | None = None,
+    *,
+    endpoint: str | None = None,
+    table: str | None = None,
+    schema: str | None = None,
+    client: str = "script",
+) -> AsyncIterator[Client]:
+    """Connect to a running system; see `skillwing.services.client.sync.connect`."""
+    network = NetworkThread()
+
+    def live() -> None:
+        with open_connection(find_target(robot, endpoint=endpoint, table=table), client=client) as connection:
+            require_schema(connection.skillset.schema_hash, schema, connection.target.robot)
+            network.serve(connection.bus, connection.make_interface(client))
+
+    try:
+        connected = Client(*await network.start(live))
+        network.ended.add_done_callback(lambda ended: connected.close())
+        yield connected
+    finally:
+        await network.stop()
+
+
+class Client:
+    """A script's connection, to be made on the event loop's thread. The interface lives on that of the bus."""
+
+    def __init__(self, bus: Bus, interface: SkillsetInterface) -> None:
+        self._loop = asyncio.get_running_loop()
+        self.bus = bus
+        self.interface = interface
+        self.keys = Keys(interface.skillset.name)
+        self.states: Mapping[str, str] = dict(interface.states)
+        """State of each resource, by name."""
+        self._readings: dict[str, DataReading] = {}
+        self._waiters: set[asyncio.Future[None]] = set()
+        self._closed = False
+        bus.post(self._listen)
+
+    def start(
+        self,
+        signature: Signature[R, O, F],
+        inputs: Mapping[str, Any],
+        *,
+        goal_id: str | None = None,
+        cause: str | None = None,
+    ) -> Goal[R, O, F]:
+        """Start a skill; await the goal for its end. Raises InvalidInputError for a value of a wrong type."""
+        fitted = self.interface.fitted(signature.skill, inputs)
+        goal = Goal(self, signature, goal_id or new_goal_id())
+
+        def begin() -> None:
+            try:
+                goal.begin(self.interface.start(signature.skill, fitted, goal_id=goal.id, cause=cause))
+            except ProtocolError as error:  # inputs that no message can hold
+                goal.fail(error)
+
+        self.bus.post(begin)
+        return goal
+
+    async def until(self, condition: Callable[[], bool]) -> None:
+        """Wait until a condition holds on what is known here of goals, resources and data.
+
+        Raises SkillwingError when the connection is closed.
+        """
+        while not condition():
+            if self._closed:
+                raise SkillwingError("The connection is closed, so that nothing comes in any more. Connect again.")
+            waiter = self._loop.create_future()
+            self._waiters.add(waiter)
+            try:
+                await waiter
+            finally:
+                self._waiters.discard(waiter)
+
+    async def answer(self, key: str, ask: Callable[[Callable[[Answer], None]], None]) -> Answered:
+        """Call `ask` with a callback on the bus's thread and return what that gets.
+
+        Raises RefusedError, UnansweredError.
+        """
+        answers: list[Answer] = []
+        problems: list[Exception] = []
+
+        def take(answer: Answer) -> None:
+            self.on_loop(lambda: answers.append(answer))
+
+        def ask_there() -> None:
+            try:
+                ask(take)
+            except UnknownNameError as error:
+                problem = error
+                self.on_loop(lambda: problems.append(problem))
+
+        self.bus.post(ask_there)
+        await self.until(lambda: bool(answers or problems))
+        if problems:
+            raise problems[0]
+        return accepted(answers[0], key)
+
+    async def fire(self, event: str) -> None:
+        """Fire an event of the skillset. Raises RefusedError where its guard says no, UnansweredError."""
+        await self.answer(self.keys.event(event), lambda take: self.interface.fire(event, take))
+
+    def reading(self, datum: str) -> DataReading | None:
+        """The latest value of a datum that came in; None before the first."""
+        return self._readings.get(datum)
+
+    def on_loop(self, action: Callable[[], None]) -> None:
+        """On the bus's thread: run an action on the event loop's, and let everybody who waits there look again."""
+        with contextlib.suppress(RuntimeError):  # the loop is closed: nobody waits for anything
+            self._loop.call_soon_threadsafe(self._take_in, action)
+
+    def close(self) -> None:
+        """The bus runs no more: whoever waits is told so."""
+        self._closed = True
+        self._wake()
+
+    def _take_in(self, news: Callable[[], None]) -> None:
+        news()
+        self._wake()
+
+    def _wake(self) -> None:
+        for waiter in self._waiters:
+            if not waiter.done():
+                waiter.set_result(None)
+
+    def _listen(self) -> None:
+        self.interface.on_change(self._tell_states)
+        self.interface.on_data(self._tell_data)
+        self._tell_states()
+        for item in self.interface.skillset.data:
+            reading = self.interface.reading(item.name)
+            if not reading.stale:
+                self._tell_data(reading)
+
+    def _tell_states(self) -> None:
+        states = dict(self.interface.states)
+
+        def take() -> None:
+            self.states = states
+
+        self.on_loop(take)
+
+    def _tell_data(self, reading: DataReading) -> None:
+        def take() -> None:
+            self._readings[reading.name] = reading
+
+        self.on_loop(take)
+
+
+class Goal(Generic[R, O, F]):
+    """A goal that this script has started. Await it for its outcome."""
+
+    def __init__(self, client: Client, signature: Signature[R, O, F], goal_id: str) -> None:
+        self.id = goal_id
+        self.state: State | None = None
+        """Where the goal stands; None until the manager's first answer."""
+        self._client = client
+        self._signature = signature
+        self._progress: dict[str, Any] | None = None
+        self._terminal: Terminal | None = None
+        self._error: Exception | None = None
+        self._handle: GoalHandle | None = None
+
+    def __repr__(self) -> str:
+        phase = self._terminal.label if self._terminal else self.state or "SENT"
+        return f"<goal {self.id} of {self._signature.skill}: {phase}>"
+
+    @property
+    def done(self) -> bool:
+        """The goal has got its one terminal answer, or could not be sent."""
+        return self._terminal is not None or self._error is not None
+
+    def __await__(self) -> Generator[Any, None, Outcome[R, O]]:
+        return self.wait().__await__()
+
+    async def wait(self) -> Outcome[R, O]:
+        """Wait for the end of the goal, whatever it is. Raises ProtocolError for inputs too large to be sent.
+
+        A task that is cancelled here, be it by `asyncio.timeout`, interrupts the goal and is cancelled once the goal
+        has stopped, so that what it held is free again; cancelled once more it leaves the goal alone.
+        """
+        try:
+            await self._client.until(lambda: self.done)
+        except asyncio.CancelledError:
+            self.interrupt()
+            await self._client.until(lambda: self.done)
+            raise
+        if self._error is not None:
+            raise self._error
+        assert self._terminal is not None
+        return self._signature.outcome(self.id, self._terminal)
+
+    def interrupt(self) -> None:
+        """Ask for the goal's end and return; await the goal to know when it has stopped. Any number of times."""
+        self._client.bus.post(self._interrupt)
+
+    async def feedback(self) -> AsyncIterator[F]:
+        """Feedback as it comes, until the end of the goal; while nobody asks for it only the latest is kept."""
+        seen = None
+        while not self.done:
+            await self._client.until(lambda latest=seen: self.done or self._progress is not latest)
+            if self._progress is not seen:
+                seen = self._progress
+                if (feedback := self._signature.feedback_in(seen)) is not None:
+                    yield feedback
+
+    def begin(self, handle: GoalHandle) -> None:
+        """On the bus's thread: follow the goal that was started."""
+        self._handle = handle
+        handle.on_change(self._tell)
+        self._tell(handle)
+
+    def fail(self, error: Exception) -> None:
+        """On the bus's thread: the goal cannot be started."""
+
+        def take() -> None:
+            self._error = error
+
+        self._client.on_loop(take)
+
+    def _interrupt(self) -> None:
+        if self._handle is not None:
+            self._client.interface.interrupt(self._handle)
+
+    def _tell(self, handle: GoalHandle) -> None:
+        state, terminal, progress = handle.state, handle.terminal, handle.progress
+
+        def take() -> None:
+            self.state, self._terminal, self._progress = state, terminal, progress
+
+        self._client.on_loop(take)
+
+
+class Resource(Generic[S]):
+    """A resource; S: the names of its states, as a Literal."""
+
+    def __init__(self, client: Client, name: str) -> None:
+        self._client = client
+        self.name = name
+
+    @property
+    def state(self) -> S:
+        """The state as far as it is known here. Raises SkillwingError while the resource manager has not told."""
+        return known(self._client.states.get(self.name), self.name)
+
+    async def wait_for(self, *states: S) -> S:
+        """Wait until the resource is in one of these states, and return which."""
+        await self._client.until(lambda: self._client.states.get(self.name) in states)
+        return self.state
+
+    async def trigger(self, state: S) -> None:
+        """Drive an extern transition, in the functional layer's place. Raises RefusedError, UnansweredError."""
+        interface, key = self._client.interface, self._client.keys.resource_extern
+        await self._client.answer(key, lambda take: interface.trigger(self.name, state, take))
+
+
+class Datum(Generic[T]):
+    """A datum of type T."""
+
+    def __init__(self, client: Client, name: str, kind: type[T]) -> None:
+        self._client = client
+        self._kind = kind
+        self.name = name
+
+    async def read(self) -> Reading[T]:
+        """Ask the data manager for the latest value. Raises UnansweredError."""
+        client, key = self._client, self._client.keys.data(self.name)
+        answer = await client.answer(key, lambda take: client.bus.ask(key, encode(QueryData()), take))
+        return typed_reading(decode(answer.payload, DataReading), self._kind)
+
+    async def wait_for(self, condition: Callable[[T], bool]) -> T:
+        """Wait for a value for which the condition holds, and return it."""
+        async for value in self.values():
+            if condition(value):
+                return value
+        raise AssertionError("unreachable")
+
+    async def values(self) -> AsyncIterator[T]:
+        """The value as it is and as it comes in, for ever; while nobody asks for it only the latest is kept."""
+        seen: DataReading | None = None
+        while True:
+            await self._client.until(lambda latest=seen: self._client.reading(self.name) is not latest)
+            seen = self._client.reading(self.name)
+            if seen is not None and (value := typed_reading(seen, self._kind).value) is not None:
+                yield value

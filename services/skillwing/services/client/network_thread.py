@@ -1,0 +1,71 @@
+"""The thread on which the network of an asyncio client lives."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import threading
+from collections.abc import Callable
+from typing import TypeVar, TypeVarTuple, Unpack
+
+from skillwing.services.bus import Bus
+from skillwing.services.client.interface import SkillsetInterface
+
+T = TypeVar("T")
+A = TypeVarTuple("A")
+
+
+class NetworkThread:
+    """The thread on which a connection lives, as seen from the event loop."""
+
+    def __init__(self) -> None:
+        loop = asyncio.get_running_loop()
+        self._loop = loop
+        self._opened: asyncio.Future[tuple[Bus, SkillsetInterface]] = loop.create_future()
+        self.ended: asyncio.Future[None] = loop.create_future()
+        self._bus: Bus | None = None
+        self._stopping = False
+
+    async def start(self, live: Callable[[], None]) -> tuple[Bus, SkillsetInterface]:
+        """Run `live`, which has to call `serve`, on the thread. Raises what it raises before that."""
+
+        def run() -> None:
+            try:
+                live()
+            except Exception as error:  # noqa: BLE001 - it is raised on the loop's side
+                self._tell(self._fail, error)
+            else:
+                self._tell(self._settle, self.ended, None)
+
+        threading.Thread(target=run, name="skillwing network", daemon=True).start()
+        return await self._opened
+
+    def serve(self, bus: Bus, interface: SkillsetInterface) -> None:
+        """On the thread: run the bus until `stop`."""
+        self._bus = bus
+        self._tell(self._settle, self._opened, (bus, interface))
+        bus.run_until(lambda: self._stopping)
+
+    async def stop(self) -> None:
+        """Close the connection; returns when the thread is done with it."""
+        self._stopping = True
+        if self._bus is not None:
+            self._bus.post(_nothing)
+            await self.ended
+
+    def _tell(self, action: Callable[[Unpack[A]], None], *arguments: *A) -> None:
+        with contextlib.suppress(RuntimeError):  # the loop is closed: nobody wants to know any more
+            self._loop.call_soon_threadsafe(action, *arguments)
+
+    def _settle(self, future: asyncio.Future[T], result: T) -> None:
+        if not future.done():
+            future.set_result(result)
+
+    def _fail(self, error: Exception) -> None:
+        future = self.ended if self._opened.done() else self._opened
+        if not future.done():
+            future.set_exception(error)
+
+
+def _nothing() -> None:
+    pass

@@ -1,0 +1,213 @@
+"""What a generated `interface.py` stands on: skills, resources and data for a script that waits.
+
+Everything runs on the caller's thread: news is taken in while one of these calls waits. It works on either bus, so
+that a script can be tested in virtual time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any, Generic, TypeVar
+
+from skillwing.services.bus import Answer, Answered, Bus
+from skillwing.services.client.answers import wait_for_answer
+from skillwing.services.client.connection import find_target, open_connection, require_schema
+from skillwing.services.client.goal_handle import GoalHandle
+from skillwing.services.client.interface import SkillsetInterface
+from skillwing.services.client.outcome import Outcome, Reading, Signature, known, typed_reading
+from skillwing.services.errors import SkillwingError, TimedOutError
+from skillwing.services.protocol import DataReading, Keys, QueryData, State, decode, encode
+
+__all__ = ["Client", "Datum", "Goal", "Resource", "connect"]
+
+R = TypeVar("R")
+O = TypeVar("O")  # noqa: E741
+F = TypeVar("F")
+S = TypeVar("S", bound=str)
+T = TypeVar("T")
+
+
+@contextmanager
+def connect(
+    robot: str | None = None,
+    *,
+    endpoint: str | None = None,
+    table: str | None = None,
+    schema: str | None = None,
+    client: str = "script",
+) -> Iterator[Client]:
+    """Connect to a running system; goals that still run at the end of the context go on.
+
+    robot, endpoint, table: as for `find_target`. schema: hash of the skillset that the caller was written for.
+    client: names who asks, in goals and in the timeline. Raises NoSystemError, UnansweredError, and a SkillwingError
+    where the system's skillset is another one.
+    """
+    with open_connection(find_target(robot, endpoint=endpoint, table=table), client=client) as connection:
+        require_schema(connection.skillset.schema_hash, schema, connection.target.robot)
+        yield Client(connection.bus, connection.make_interface(client))
+
+
+class Client:
+    """A script's connection. interface: where goals start and what is known of the robot."""
+
+    def __init__(self, bus: Bus, interface: SkillsetInterface) -> None:
+        self.bus = bus
+        self.interface = interface
+        self.keys = Keys(interface.skillset.name)
+
+    def start(
+        self,
+        signature: Signature[R, O, F],
+        inputs: Mapping[str, Any],
+        *,
+        goal_id: str | None = None,
+        cause: str | None = None,
+    ) -> Goal[R, O, F]:
+        """Start a skill and return at once. Raises InvalidInputError for a value of a wrong type."""
+        handle = self.interface.start(signature.skill, inputs, goal_id=goal_id, cause=cause)
+        return Goal(self, signature, handle)
+
+    def wait_until(self, condition: Callable[[], bool], awaited: str, timeout: float | None = None) -> None:
+        """Take in news until a condition holds.
+
+        awaited: what that is, for the error. Raises TimedOutError after `timeout` seconds, SkillwingError when the
+        connection is closed.
+        """
+        if not self.bus.run_until(condition, timeout):
+            if timeout is not None:
+                raise TimedOutError(awaited, timeout)
+            raise SkillwingError(f"{awaited} cannot come any more: the connection is closed. Connect again.")
+
+    def take_in_news(self) -> None:
+        """Take in what has arrived by now."""
+        reached: list[bool] = []
+        self.bus.post(lambda: reached.append(True))
+        self.bus.run_until(lambda: bool(reached))
+
+    def fire(self, event: str) -> None:
+        """Fire an event of the skillset. Raises RefusedError where its guard says no, UnansweredError."""
+        self.answer(self.keys.event(event), lambda take: self.interface.fire(event, take))
+
+    def answer(self, key: str, ask: Callable[[Callable[[Answer], None]], None]) -> Answered:
+        """Call `ask` with a callback and return what that gets. Raises RefusedError, UnansweredError."""
+        return wait_for_answer(self.bus, key, ask)
+
+
+class Goal(Generic[R, O, F]):
+    """A goal that this script has started. handle: its untyped side, live."""
+
+    def __init__(self, client: Client, signature: Signature[R, O, F], handle: GoalHandle) -> None:
+        self._client = client
+        self._signature = signature
+        self.handle = handle
+
+    def __repr__(self) -> str:
+        return repr(self.handle)
+
+    @property
+    def id(self) -> str:
+        return self.handle.goal_id
+
+    @property
+    def state(self) -> State | None:
+        """Where the goal stands as of now; None until the manager's first answer."""
+        self._client.take_in_news()
+        return self.handle.state
+
+    @property
+    def done(self) -> bool:
+        """The goal has got its one terminal answer."""
+        self._client.take_in_news()
+        return self.handle.done
+
+    def wait(self, timeout: float | None = None) -> Outcome[R, O]:
+        """Wait for the end of the goal, whatever it is.
+
+        Raises TimedOutError if it still runs after `timeout` seconds, which it then goes on doing. Ctrl-C interrupts
+        the goal and waits until it has stopped; pressed again it leaves it alone.
+        """
+        awaited = f"The end of `{self._signature.skill}`"
+        try:
+            self._client.wait_until(lambda: self.handle.done, awaited, timeout)
+        except KeyboardInterrupt:
+            self.interrupt()
+            self._client.wait_until(lambda: self.handle.done, awaited)
+            raise
+        return self._outcome()
+
+    def interrupt(self) -> None:
+        """Ask for the goal's end and return; `wait` tells when it has stopped. Any number of times."""
+        self._client.interface.interrupt(self.handle)
+
+    def feedback(self) -> Iterator[F]:
+        """Feedback as it comes, until the end of the goal; while nobody asks for it only the latest is kept."""
+        seen = None
+        while not self.handle.done:
+            self._client.wait_until(
+                lambda latest=seen: self.handle.done or self.handle.progress is not latest,
+                f"Feedback of `{self._signature.skill}`",
+            )
+            if self.handle.progress is not seen:
+                seen = self.handle.progress
+                if (feedback := self._signature.feedback_in(seen)) is not None:
+                    yield feedback
+
+    def _outcome(self) -> Outcome[R, O]:
+        assert self.handle.terminal is not None
+        return self._signature.outcome(self.id, self.handle.terminal)
+
+
+class Resource(Generic[S]):
+    """A resource; S: the names of its states, as a Literal."""
+
+    def __init__(self, client: Client, name: str) -> None:
+        self._client = client
+        self.name = name
+
+    @property
+    def state(self) -> S:
+        """The state as of now. Raises SkillwingError as long as the resource manager has not told."""
+        self._client.take_in_news()
+        return known(self._client.interface.state(self.name), self.name)
+
+    def wait_for(self, *states: S, timeout: float | None = None) -> S:
+        """Wait until the resource is in one of these states, and return which. Raises TimedOutError."""
+        interface = self._client.interface
+        awaited = f"`{self.name}` in {' or '.join(states)}"
+        self._client.wait_until(lambda: interface.state(self.name) in states, awaited, timeout)
+        return known(interface.state(self.name), self.name)
+
+    def trigger(self, state: S) -> None:
+        """Drive an extern transition, in the functional layer's place. Raises RefusedError, UnansweredError."""
+        client = self._client
+        client.answer(client.keys.resource_extern, lambda take: client.interface.trigger(self.name, state, take))
+
+
+class Datum(Generic[T]):
+    """A datum of type T."""
+
+    def __init__(self, client: Client, name: str, kind: type[T]) -> None:
+        self._client = client
+        self._kind = kind
+        self.name = name
+
+    def read(self) -> Reading[T]:
+        """Ask the data manager for the latest value. Raises UnansweredError."""
+        client = self._client
+        key = client.keys.data(self.name)
+        answer = client.answer(key, lambda take: client.bus.ask(key, encode(QueryData()), take))
+        return typed_reading(decode(answer.payload, DataReading), self._kind)
+
+    def wait_for(self, condition: Callable[[T], bool], timeout: float | None = None) -> T:
+        """Wait for a fresh value for which the condition holds, and return it. Raises TimedOutError."""
+        found: list[T] = []
+
+        def look() -> bool:
+            reading = typed_reading(self._client.interface.reading(self.name), self._kind)
+            if reading.value is not None and not reading.stale and condition(reading.value):
+                found.append(reading.value)
+            return bool(found)
+
+        self._client.wait_until(look, f"The awaited value of `{self.name}`", timeout)
+        return found[0]
