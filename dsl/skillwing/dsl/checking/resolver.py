@@ -21,6 +21,7 @@ _Element = TypeVar("_Element")
 
 def resolve(root: syntax.SkillsetSyntax, report: Report) -> Skillset:
     """Build the model. What is wrong goes to the report, and the model then lacks the parts that have no meaning."""
+    report.diagnostics += root.remarks
     return _Resolver(root, report).skillset()
 
 

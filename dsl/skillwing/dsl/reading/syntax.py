@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from skillwing.dsl.diagnostics.diagnostic import Diagnostic
 from skillwing.dsl.expressions import Expression, Literal, Symbol
 from skillwing.dsl.model import PredicateKind
 from skillwing.dsl.reading.lexemes import Lexeme
@@ -261,5 +262,8 @@ Element: TypeAlias = DataSyntax | EnumSyntax | StructSyntax | ResourceSyntax | E
 
 @dataclass(frozen=True, slots=True)
 class SkillsetSyntax:
+    """A whole file. remarks: what its dialect has to say of constructs that these nodes cannot hold."""
+
     name: Word
     elements: tuple[Element, ...]
+    remarks: tuple[Diagnostic, ...] = ()
