@@ -1,0 +1,86 @@
+"""A skillset as real processes: router and managers on loopback, every one of them ended with the bench."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Mapping
+from pathlib import Path
+
+from skillwing.dsl import load
+from skillwing.dsl.model import UnknownNameError
+from skillwing.services.bus.zenoh_bus import ZenohBus
+from skillwing.services.mocking.system import mock_processes
+from skillwing.services.options import imported
+from skillwing.services.processes.launcher import Launcher
+from skillwing.services.robot import ProcessSpec, Robot
+from skillwing.services.testing.bench import CLIENT, Bench
+from skillwing.services.testing.fake_layer import FakeLayer
+
+
+class SkillsetProcesses(Bench):
+    """Managers as processes of their own, in wall time, at a port that the system chooses.
+
+    skillset: path of the file. hooks: for each skill with a manager the class, as `package.module:Class`, importable
+    by the processes; mocks play the other skills, by `script`, a file. run_dir: gets `logs/<process>.log`. data: as in
+    `SkillsetInProcess`, published by the test's own process whenever a call waits. layer: the fake functional layer,
+    on the test's session. processes: what else the robot needs.
+
+    Raises StartError, with the last lines of its log, for a process that does not come up. To be closed, best as a
+    context manager: when `close` returns, no process is left.
+    """
+
+    def __init__(
+        self,
+        skillset: str | Path,
+        hooks: Mapping[str, str] | None = None,
+        *,
+        run_dir: Path,
+        script: Path | None = None,
+        data: Mapping[str, object] | None = None,
+        layer: FakeLayer | None = None,
+        processes: tuple[ProcessSpec, ...] = (),
+    ) -> None:
+        model = load(skillset)
+        classes = {model.skill(skill).name: imported({"hooks": path}, "hooks") for skill, path in (hooks or {}).items()}
+        robot = Robot(
+            name=model.name,
+            skillset=Path(skillset).resolve(),
+            hooks=dict(hooks or {}),
+            clock="wall",
+        )
+        mocked = [skill.name for skill in model.skills if skill.name not in classes]
+        specs = (*processes, *mock_processes(robot, script=script, skills=mocked))
+        self.launcher = Launcher(robot.name, model.name, run_dir, clock=robot.clock)
+        self._specs = {spec.name: spec for spec in specs}
+        try:
+            self.launcher.start(tuple(self._specs.values()))
+            bus = ZenohBus(CLIENT, robot.name, self.launcher.endpoint)
+            layer = layer or FakeLayer()
+            layer.attach(bus)
+            super().__init__(bus, model, layer, types=classes)
+            self.set_data(**(data or {}))
+        except BaseException:
+            self.launcher.stop()
+            raise
+
+    def close(self) -> None:
+        """End every process. Idempotent."""
+        try:
+            super().close()
+        finally:
+            self.launcher.stop()
+
+    def kill(self, process: str) -> None:
+        """Kill a process with -9. Raises UnknownNameError for one that does not run."""
+        running = [name for name in self.launcher.pids if self.launcher.running(name)]
+        if process not in running:
+            raise UnknownNameError("running process", process, running)
+        os.kill(self.launcher.pids[process], signal.SIGKILL)
+        self.run_until(lambda: not self.launcher.running(process), what=f"the end of {process}")
+
+    def restart(self, process: str) -> None:
+        """Start a process again that was killed. Raises UnknownNameError for one that is none of this system."""
+        if process not in self._specs:
+            raise UnknownNameError("process", process, self._specs)
+        self.launcher.start((self._specs[process],))
