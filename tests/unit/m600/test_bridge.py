@@ -3,93 +3,94 @@
 from __future__ import annotations
 
 import pytest
-from robot_rig import SKILLSET, RobotRig
+from drone import SKILLSET, Drone
 
 from skillwing.m600.bridge.node import RobotBridge
-from skillwing.services.protocol import Record, RecordKind
+from skillwing.m600.skills.zed_depthmap import ZedDepthmapManager
+from skillwing.services.protocol import RecordKind
 from skillwing.sim_mujoco.topics import ObstacleSource, SensorStatus
 
 
 @pytest.fixture
-def rig() -> RobotRig:
-    return RobotRig("zed_depthmap")
+def drone() -> Drone:
+    return Drone(ZedDepthmapManager)
 
 
-def test_resources_follow_the_robot(rig: RobotRig) -> None:
-    states = rig.interface.states
+def test_resources_follow_the_robot(drone: Drone) -> None:
+    states = drone.states
     assert states["SDK_authority"] == "AVAILABLE"
     assert states["homepoint_status"] == "VALID"
     assert states["flight_status"] == "ON_GROUND"
     assert states["zed_status"] == states["lidar_status"] == "OK"
-    rig.layer.fly_at(3.0)
-    rig.layer.authority = False
-    rig.run(0.2)
+    drone.layer.fly_at(3.0)
+    drone.layer.authority = False
+    drone.run(0.2)
     assert states["flight_status"] == "IN_AIR"
     assert states["SDK_authority"] == "UNAVAILABLE"
 
 
 @pytest.mark.parametrize(("percent", "status"), [(80.0, "NORMAL"), (29.0, "LOW"), (14.0, "CRITICAL")])
-def test_the_battery_has_three_states(rig: RobotRig, percent: float, status: str) -> None:
-    rig.layer.percent = percent
-    rig.run(1.2)
-    assert rig.interface.state("battery_status") == status
+def test_the_battery_has_three_states(drone: Drone, percent: float, status: str) -> None:
+    drone.layer.percent = percent
+    drone.run(1.2)
+    assert drone.states["battery_status"] == status
 
 
-def test_a_resource_that_was_moved_elsewhere_comes_back(rig: RobotRig) -> None:
-    rig.trigger("zed_status", "FAILED")
-    rig.run(0.6)
-    assert rig.interface.state("zed_status") == "OK"
+def test_a_resource_that_was_moved_elsewhere_comes_back(drone: Drone) -> None:
+    drone.trigger("zed_status", "FAILED")
+    drone.run(0.6)
+    assert drone.states["zed_status"] == "OK"
 
 
-def test_a_change_while_a_request_is_under_way_is_passed_on_with_its_answer(rig: RobotRig) -> None:
-    rig.layer.report_health("zed", SensorStatus.FAILED, "health-1")
-    rig.layer.report_health("zed", SensorStatus.UNKNOWN, "health-2")
-    rig.run(0.1)
-    assert rig.interface.state("zed_status") == "UNKNOWN", "long before the next comparison"
+def test_a_change_while_a_request_is_under_way_is_passed_on_with_its_answer(drone: Drone) -> None:
+    drone.layer.report_health("zed", SensorStatus.FAILED, "health-1")
+    drone.layer.report_health("zed", SensorStatus.UNKNOWN, "health-2")
+    drone.run(0.1)
+    assert drone.states["zed_status"] == "UNKNOWN", "long before the next comparison"
 
 
-def test_a_restarted_bridge_finds_out_again(rig: RobotRig) -> None:
-    rig.bridge_bus.close()
-    rig.layer.report_health("zed", SensorStatus.FAILED, "health-1")
-    rig.layer.fly_at(3.0)
-    rig.run(1.0)
-    assert rig.interface.state("flight_status") == "ON_GROUND"
-    rig.network.attach(RobotBridge(SKILLSET))
-    rig.run(1.0)
-    assert rig.interface.state("flight_status") == "IN_AIR"
-    assert rig.interface.state("zed_status") == "FAILED"
+def test_a_restarted_bridge_finds_out_again(drone: Drone) -> None:
+    drone.kill("bridge")
+    drone.layer.report_health("zed", SensorStatus.FAILED, "health-1")
+    drone.layer.fly_at(3.0)
+    drone.run(1.0)
+    assert drone.states["flight_status"] == "ON_GROUND"
+    drone.network.attach(RobotBridge(SKILLSET))
+    drone.run(1.0)
+    assert drone.states["flight_status"] == "IN_AIR"
+    assert drone.states["zed_status"] == "FAILED"
 
 
-def test_a_failure_reads_as_one_chain_down_to_the_fault(rig: RobotRig) -> None:
-    goal = rig.start("zed_depthmap")
-    rig.layer.report_health("zed", SensorStatus.FAILED, "sim/health-7", cause="fault/zed/blackout")
-    rig.end(goal)
-    records = {record.id: record for record in rig.records}
-    assert goal.record is not None
-    chain: list[Record] = [records[goal.record]]
-    while (cause := chain[-1].cause) is not None:
-        chain.append(records[cause])
-    kinds = [record.kind for record in chain]
-    assert kinds[0] is RecordKind.GOAL
-    assert kinds[-3:] == [RecordKind.RESOURCE, RecordKind.HEALTH, RecordKind.FAULT]
-    assert [record.subject for record in chain[-3:]] == ["zed_status", "zed", "zed"]
-    assert chain[-1].after == "blackout"
+def test_a_failure_reads_as_one_chain_down_to_the_fault(drone: Drone) -> None:
+    goal = drone.start()
+    drone.layer.report_health("zed", SensorStatus.FAILED, "sim/health-7", cause="fault/zed/blackout")
+    goal.assert_ended("RI")
+    chain = drone.history.chain(goal.handle.record)
+    assert [record.kind for record in chain[:3]] == [RecordKind.FAULT, RecordKind.HEALTH, RecordKind.RESOURCE]
+    assert chain[-1].kind is RecordKind.GOAL
+    assert goal.causes == [
+        "zed blackout",
+        "zed FAILED",
+        "zed_status FAILED",
+        "zed_depthmap.zed_ok VIOLATED",
+        "zed_depthmap RI",
+    ]
 
 
-def test_the_same_fault_is_told_once(rig: RobotRig) -> None:
+def test_the_same_fault_is_told_once(drone: Drone) -> None:
     for number, status in enumerate((SensorStatus.FAILED, SensorStatus.OK, SensorStatus.FAILED)):
-        rig.layer.report_health("zed", status, f"health-{number}", cause="fault/zed/blackout")
-        rig.run(0.1)
-    assert [record.id for record in rig.records if record.kind is RecordKind.FAULT] == ["fault/zed/blackout"]
+        drone.layer.report_health("zed", status, f"health-{number}", cause="fault/zed/blackout")
+        drone.run(0.1)
+    assert [record.id for record in drone.history.records if record.kind is RecordKind.FAULT] == ["fault/zed/blackout"]
 
 
-def test_telemetry_becomes_data_that_stay_fresh(rig: RobotRig) -> None:
-    rig.layer.source = ObstacleSource.ZED
-    rig.layer.position, rig.layer.heading = (1.0, 2.0, 3.0), 0.5
-    rig.run(3.0)
+def test_telemetry_becomes_data_that_stay_fresh(drone: Drone) -> None:
+    drone.layer.source = ObstacleSource.ZED
+    drone.layer.position, drone.layer.heading = (1.0, 2.0, 3.0), 0.5
+    drone.run(3.0)
     values = {}
     for item in SKILLSET.data:
-        reading = rig.interface.reading(item.name)
+        reading = drone.reading(item.name)
         if item.name not in ("link_bandwidth", "video_quality"):
             assert not reading.stale, item.name
             values[item.name] = reading.value
@@ -102,17 +103,17 @@ def test_telemetry_becomes_data_that_stay_fresh(rig: RobotRig) -> None:
     assert values["map_statistics"] == {"voxels": 10, "volume": 1.25, "scans": 3}
 
 
-def test_a_measurement_that_is_not_renewed_turns_stale(rig: RobotRig) -> None:
-    rig.layer.source = ObstacleSource.ZED
-    rig.run(1.0)
-    rig.layer.measures = False
-    rig.run(1.0)
-    assert rig.interface.reading("obstacle_distance").stale
-    assert not rig.interface.reading("position").stale
+def test_a_measurement_that_is_not_renewed_turns_stale(drone: Drone) -> None:
+    drone.layer.source = ObstacleSource.ZED
+    drone.run(1.0)
+    drone.layer.measures = False
+    drone.run(1.0)
+    assert drone.reading("obstacle_distance").stale
+    assert not drone.reading("position").stale
 
 
-def test_what_cannot_be_read_is_dropped(rig: RobotRig) -> None:
-    bus = rig.network.bus("vandal")
+def test_what_cannot_be_read_is_dropped(drone: Drone) -> None:
+    bus = drone.network.bus("vandal")
     for key in (
         "fl/flight",
         "fl/health/zed",
@@ -122,6 +123,6 @@ def test_what_cannot_be_read_is_dropped(rig: RobotRig) -> None:
         "m600/resource/verdict/goto",
     ):
         bus.advertise(key, events=True).put(b"\xc1 nonsense", b"\xc1")
-    rig.run(1.0)
-    assert rig.interface.state("SDK_authority") == "AVAILABLE"
-    assert not rig.interface.reading("position").stale
+    drone.run(1.0)
+    assert drone.states["SDK_authority"] == "AVAILABLE"
+    assert not drone.reading("position").stale

@@ -3,53 +3,51 @@
 from __future__ import annotations
 
 import pytest
-from robot_rig import RobotRig
+from drone import Drone
 
-from skillwing.services.protocol import Ending
+from skillwing.m600.skills.lidar_mapping import LidarMappingManager
 from skillwing.sim_mujoco.topics import SensorStatus
 
 
 @pytest.fixture
-def rig() -> RobotRig:
-    return RobotRig("lidar_mapping", height=5.0)
+def drone() -> Drone:
+    return Drone(LidarMappingManager, height=5.0)
 
 
-def test_runs_until_it_is_interrupted(rig: RobotRig) -> None:
-    goal = rig.start("lidar_mapping")
-    rig.run(20.0)
-    assert not goal.done
-    assert rig.layer.mapping
-    assert goal.progress == {"voxels": 10}
-    assert rig.interface.state("slam_status") == "RUNNING"
-    assert rig.interrupt(goal).label == "IT"
-    assert not rig.layer.mapping
-    assert rig.interface.state("slam_status") == "IDLE"
+def test_runs_until_it_is_interrupted(drone: Drone) -> None:
+    goal = drone.start()
+    drone.run(20.0)
+    goal.assert_running()
+    assert drone.layer.mapping
+    assert goal.progress.voxels == 10
+    drone.assert_states(slam_status="RUNNING")
+    goal.interrupt().assert_ended("IT")
+    assert not drone.layer.mapping
+    drone.assert_states(slam_status="IDLE")
 
 
-def test_a_diverged_map_ends_it(rig: RobotRig) -> None:
-    goal = rig.start("lidar_mapping")
-    rig.run(5.0)
-    rig.layer.diverged = True
-    assert rig.end(goal, within=2.0).label == "S_DIVERGED"
-    assert not rig.layer.mapping
+def test_a_diverged_map_ends_it(drone: Drone) -> None:
+    goal = drone.start()
+    drone.run(5.0)
+    drone.layer.diverged = True
+    goal.assert_ended("S_DIVERGED", within=2.0)
+    assert not drone.layer.mapping
 
 
-def test_a_failing_lidar_ends_it_and_stops_the_mapping(rig: RobotRig) -> None:
-    goal = rig.start("lidar_mapping")
-    rig.layer.report_health("lidar", SensorStatus.FAILED, "health-1")
-    assert rig.end(goal, within=0.1).invariant == "lidar_ok"
-    assert not rig.layer.mapping
+def test_a_failing_lidar_ends_it_and_stops_the_mapping(drone: Drone) -> None:
+    goal = drone.start()
+    drone.layer.report_health("lidar", SensorStatus.FAILED, "health-1")
+    goal.assert_ended("RI", within=0.1, invariant="lidar_ok")
+    assert not drone.layer.mapping
 
 
-def test_a_mapping_node_that_falls_silent_fails_it(rig: RobotRig) -> None:
-    goal = rig.start("lidar_mapping")
-    rig.run(5.0)
-    rig.layer.reports = False
-    terminal = rig.end(goal, within=6.0)
-    assert terminal.ending is Ending.ERROR
-    assert "has not reported" in terminal.reason
+def test_a_mapping_node_that_falls_silent_fails_it(drone: Drone) -> None:
+    goal = drone.start()
+    drone.run(5.0)
+    drone.layer.reports = False
+    goal.assert_ended("ERROR", within=6.0, reason="has not reported")
 
 
-def test_a_mapping_node_that_is_not_there_fails_it(rig: RobotRig) -> None:
-    rig.layer.refusal = "the map is full"
-    assert "The map is full." in rig.end(rig.start("lidar_mapping")).reason
+def test_a_mapping_node_that_refuses_fails_it(drone: Drone) -> None:
+    drone.layer.refusal = "the map is full"
+    drone.start().assert_ended("ERROR", reason="The map is full.")

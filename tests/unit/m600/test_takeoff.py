@@ -3,84 +3,75 @@
 from __future__ import annotations
 
 import pytest
-from robot_rig import RobotRig
+from drone import Drone
 
-from skillwing.services.protocol import Ending
+from skillwing.m600.skills.takeoff import TakeoffManager
 
 
 @pytest.fixture
-def rig() -> RobotRig:
-    return RobotRig("takeoff")
+def drone() -> Drone:
+    return Drone(TakeoffManager)
 
 
-def test_climbs_to_the_height(rig: RobotRig) -> None:
-    goal = rig.start("takeoff", height=5.0, speed=1.0)
-    assert rig.end(goal).label == "S_AT_ALTITUDE"
-    assert rig.layer.position[2] == pytest.approx(5.0)
-    assert rig.interface.state("axes_authority") == "AVAILABLE"
-    assert rig.motions() == ["TakeOff"]
+def test_climbs_to_the_height(drone: Drone) -> None:
+    drone.start(height=5.0, speed=1.0).assert_ended("S_AT_ALTITUDE")
+    assert drone.layer.position[2] == pytest.approx(5.0)
+    assert drone.layer.motions == ["TakeOff"]
+    drone.assert_states(axes_authority="AVAILABLE")
 
 
-def test_tells_its_height_while_it_climbs(rig: RobotRig) -> None:
-    goal = rig.start("takeoff", height=5.0, speed=1.0)
-    rig.run(3.0)
-    assert goal.progress is not None
-    assert goal.progress["height"] == pytest.approx(3.0, abs=0.6)
+def test_tells_its_height_while_it_climbs(drone: Drone) -> None:
+    goal = drone.start(height=5.0, speed=1.0)
+    drone.run(3.0)
+    assert goal.progress.height == pytest.approx(3.0, abs=0.6)
 
 
-def test_is_blocked_when_it_does_not_climb_for_five_seconds(rig: RobotRig) -> None:
-    rig.layer.stuck = True
-    goal = rig.start("takeoff")
-    rig.run(4.5)
-    assert not goal.done
-    assert rig.end(goal, within=1.5).label == "S_BLOCKED"
-    assert rig.motions()[-1] == "Stop"
+def test_is_blocked_when_it_does_not_climb_for_five_seconds(drone: Drone) -> None:
+    drone.layer.stuck = True
+    goal = drone.start()
+    drone.run(4.5)
+    goal.assert_running()
+    goal.assert_ended("S_BLOCKED", within=1.5)
+    assert drone.layer.motions[-1] == "Stop"
 
 
-def test_is_blocked_when_it_hangs_half_way(rig: RobotRig) -> None:
-    goal = rig.start("takeoff", height=5.0, speed=1.0)
-    rig.run(2.0)
-    rig.layer.stuck = True
-    assert rig.end(goal, within=6.0).label == "S_BLOCKED"
+def test_is_blocked_when_it_hangs_half_way(drone: Drone) -> None:
+    goal = drone.start(height=5.0, speed=1.0)
+    drone.run(2.0)
+    drone.layer.stuck = True
+    goal.assert_ended("S_BLOCKED", within=6.0)
 
 
-def test_is_aborted_when_it_drifts_two_metres(rig: RobotRig) -> None:
-    rig.layer.drift = 1.0
-    goal = rig.start("takeoff", height=10.0, speed=1.0)
-    terminal = rig.end(goal)
-    assert terminal.label == "S_ABORTED"
-    assert not terminal.success
-    assert rig.motions()[-1] == "Stop"
+def test_is_aborted_when_it_drifts_two_metres(drone: Drone) -> None:
+    drone.layer.drift = 1.0
+    drone.start(height=10.0, speed=1.0).assert_ended("S_ABORTED", success=False)
+    assert drone.layer.motions[-1] == "Stop"
 
 
-def test_is_aborted_when_guidance_gives_up(rig: RobotRig) -> None:
-    rig.layer.aborts = True
-    assert rig.end(rig.start("takeoff")).label == "S_ABORTED"
+def test_is_aborted_when_guidance_gives_up(drone: Drone) -> None:
+    drone.layer.aborts = True
+    drone.start().assert_ended("S_ABORTED")
 
 
-def test_a_height_above_the_geofence_is_not_valid(rig: RobotRig) -> None:
-    terminal = rig.end(rig.start("takeoff", height=31.0))
-    assert terminal.ending is Ending.NOT_VALIDATED
-    assert "(42, 32, 30)" in terminal.reason
-    assert rig.layer.commands == []
+def test_a_height_above_the_geofence_is_not_valid(drone: Drone) -> None:
+    drone.start(height=31.0).assert_ended("NV", reason="(42, 32, 30)")
+    assert drone.layer.commands == []
 
 
-def test_interrupted_it_ends_when_the_drone_is_at_rest(rig: RobotRig) -> None:
-    goal = rig.start("takeoff", height=10.0, speed=1.0)
-    rig.run(2.0)
-    rig.interface.interrupt(goal)
-    rig.run(0.3)
+def test_interrupted_it_ends_when_the_drone_is_at_rest(drone: Drone) -> None:
+    goal = drone.start(height=10.0, speed=1.0)
+    drone.run(2.0)
+    goal.interrupt()
+    drone.run(0.3)
     assert not goal.done, "the drone still brakes"
-    terminal = rig.end(goal)
-    assert (terminal.ending, terminal.forced) == (Ending.INTERRUPTED, False)
-    assert rig.interface.state("axes_authority") == "AVAILABLE"
+    goal.assert_ended("IT", forced=False)
+    drone.assert_states(axes_authority="AVAILABLE")
 
 
-def test_when_the_pilot_takes_over_the_drone_is_told_to_stop(rig: RobotRig) -> None:
-    goal = rig.start("takeoff", height=10.0, speed=1.0)
-    rig.run(2.0)
-    rig.layer.authority = False
-    terminal = rig.end(goal)
-    assert (terminal.ending, terminal.invariant) == (Ending.INVARIANT_VIOLATED, "authority")
-    assert rig.motions()[-1] == "Stop"
-    assert [revoked.goal_id for revoked in rig.layer.revoked] == [goal.goal_id]
+def test_when_the_pilot_takes_over_the_drone_is_told_to_stop(drone: Drone) -> None:
+    goal = drone.start(height=10.0, speed=1.0)
+    drone.run(2.0)
+    drone.layer.authority = False
+    goal.assert_ended("RI", invariant="authority")
+    assert drone.layer.motions[-1] == "Stop"
+    assert [revoked.goal_id for revoked in drone.layer.revoked] == [goal.id]

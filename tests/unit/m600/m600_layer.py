@@ -1,4 +1,4 @@
-"""A functional layer without physics: the peer of the managers and the bridge at the protocol's edge.
+"""The M600's functional layer without physics: the peer of its managers and bridge at the protocol's edge.
 
 It flies in straight lines, brakes in half a second, and does what a test's switches tell it to do wrong.
 """
@@ -6,11 +6,9 @@ It flies in straight lines, brakes in half a second, and does what a test's swit
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
-from skillwing.services.bus import Bus, Publisher, Request, Sample
-from skillwing.services.protocol import ErrorCode, ErrorReply, Message, decode, encode
+from skillwing.services.testing import FakeLayer
 from skillwing.sim_mujoco import topics
 from skillwing.sim_mujoco.topics import (
     AxisStatus,
@@ -26,7 +24,6 @@ from skillwing.sim_mujoco.topics import (
     ObstacleSource,
     Revoked,
     SelectObstacleSource,
-    SetFault,
     Stop,
     TakeOff,
     Turn,
@@ -53,13 +50,16 @@ class Holder:
         return AxisStatus(goal_id=self.goal_id, state=self.state, remaining=self.remaining)
 
 
-class FakeLayer:
-    """Guidance, obstacle node, mapping node and telemetry in one node. The attributes are a test's switches."""
+class M600Layer(FakeLayer):
+    """Guidance, obstacle node, mapping node and telemetry in one node. The attributes are a test's switches.
 
-    name = "functional_layer"
-    owns_clock = False
+    height: the drone is that high in the air already [m], None for on the ground.
+    """
 
-    def __init__(self) -> None:
+    listens = (topics.AUTHORITY,)
+
+    def __init__(self, height: float | None = None) -> None:
+        super().__init__()
         self.position: Vector3 = (0.0, 0.0, 0.0)
         self.heading = 0.0
         self.on_ground = True
@@ -71,48 +71,42 @@ class FakeLayer:
         self.blocked_at: float | None = None
         self.free_distance: float | None = None
         self.aborts = False
-        self.refusal: str | None = None
-        self.deaf = 0
         self.reports = True
         self.measures = True
         self.diverged = False
         self.source = ObstacleSource.NONE
         self.mapping = False
-        self.commands: list[GuidanceCommand] = []
-        self.revoked: list[Revoked] = []
-        self.faults: list[SetFault] = []
         self.body = Holder()
         self.nose = Holder()
-        self._out: dict[str, Publisher] = {}
+        if height is not None:
+            self.fly_at(height)
 
-    def attach(self, bus: Bus) -> None:
-        self._bus = bus
-        for key in (
-            topics.GUIDANCE_STATUS,
-            topics.NAVIGATION,
-            topics.FLIGHT,
-            topics.BATTERY,
-            topics.OBSTACLE_STATUS,
-            topics.MAPPING_STATUS,
-            topics.MAP,
-        ):
-            self._out[key] = bus.advertise(key)
-        self._health = {name: bus.advertise(topics.health_key(name), events=True) for name in ("zed", "lidar")}
-        bus.serve(topics.GUIDANCE_COMMAND, lambda request: self._take(request, self._command))
-        bus.serve(topics.OBSTACLE_COMMAND, lambda request: self._take(request, self._select))
-        bus.serve(topics.MAPPING_COMMAND, lambda request: self._take(request, self._control))
-        bus.serve(topics.FAULT, lambda request: self._take(request, self._fault))
-        bus.subscribe(topics.AUTHORITY, self._on_revoked, events=True)
-        bus.every(PERIOD, self._tick)
-        bus.every(0.1, self._sense)
-        bus.every(1.0, self._slow)
+    def setup(self) -> None:
+        self.answer(topics.GUIDANCE_COMMAND, GuidanceCommand, self._command)
+        self.answer(topics.OBSTACLE_COMMAND, SelectObstacleSource, self._select)
+        self.answer(topics.MAPPING_COMMAND, ControlMapping, self._control)
+        self.bus.every(PERIOD, self._tick)
+        self.bus.every(0.1, self._sense)
+        self.bus.every(1.0, self._slow)
 
-    def detach(self) -> None:
-        pass
+    @property
+    def commands(self) -> list[GuidanceCommand]:
+        """What guidance was asked for."""
+        return self.asked(topics.GUIDANCE_COMMAND, GuidanceCommand)
+
+    @property
+    def motions(self) -> list[str]:
+        """The names of the motions that guidance was asked for."""
+        return [type(command.motion).__name__ for command in self.commands]
+
+    @property
+    def revoked(self) -> list[Revoked]:
+        """The tokens that are no longer to be obeyed."""
+        return self.heard(topics.AUTHORITY, Revoked)
 
     def report_health(self, sensor: str, status: topics.SensorStatus, health_id: str, cause: str | None = None) -> None:
-        message = topics.Health(id=health_id, t=self._bus.now(), sensor=sensor, status=status, cause=cause)
-        self._health[sensor].put(encode(message))
+        message = topics.Health(id=health_id, t=self.bus.now(), sensor=sensor, status=status, cause=cause)
+        self.publish(topics.health_key(sensor), message, events=True)
 
     def fly_at(self, height: float) -> None:
         """Be in the air already."""
@@ -120,55 +114,40 @@ class FakeLayer:
 
     # --- commands ----------------------------------------------------------------------------------------------------
 
-    def _take(self, request: Request, act: Callable[[bytes], None]) -> None:
-        if self.deaf > 0:
-            self.deaf -= 1
-            return
-        if self.refusal is not None:
-            request.refuse(ErrorReply(code=ErrorCode.NOT_ALLOWED, message=self.refusal, help="stay inside"))
-            return
-        act(request.payload)
-        request.reply(encode(Done()))
-
-    def _command(self, payload: bytes) -> None:
-        command = decode(payload, GuidanceCommand)
-        self.commands.append(command)
+    def _command(self, command: GuidanceCommand) -> Done:
         if isinstance(command.motion, Stop):
             for axis in (self.body, self.nose):
                 if axis.goal_id == command.goal_id:
-                    axis.state, axis.stopped_at = MotionState.STOPPING, self._bus.now() + BRAKING
-            return
+                    axis.state, axis.stopped_at = MotionState.STOPPING, self.bus.now() + BRAKING
+            return Done()
         axis = self.nose if isinstance(command.motion, Turn) else self.body
         axis.goal_id, axis.token, axis.motion = command.goal_id, command.token, command.motion
         axis.state = MotionState.MOVING
+        return Done()
 
-    def _select(self, payload: bytes) -> None:
-        self.source = decode(payload, SelectObstacleSource).source
+    def _select(self, command: SelectObstacleSource) -> Done:
+        self.source = command.source
+        return Done()
 
-    def _control(self, payload: bytes) -> None:
-        self.mapping = decode(payload, ControlMapping).run
-
-    def _fault(self, payload: bytes) -> None:
-        self.faults.append(decode(payload, SetFault))
-
-    def _on_revoked(self, sample: Sample) -> None:
-        self.revoked.append(decode(sample.payload, Revoked))
+    def _control(self, command: ControlMapping) -> Done:
+        self.mapping = command.run
+        return Done()
 
     # --- motion ------------------------------------------------------------------------------------------------------
 
     def _tick(self) -> None:
         for axis in (self.body, self.nose):
-            if axis.state is MotionState.STOPPING and self._bus.now() >= axis.stopped_at:
+            if axis.state is MotionState.STOPPING and self.bus.now() >= axis.stopped_at:
                 axis.state = MotionState.STOPPED
         if self.body.state is MotionState.MOVING:
             self._move(self.body)
         if self.nose.state is MotionState.MOVING and isinstance(self.nose.motion, Turn):
             self._turn(self.nose.motion)
         if self.reports:
-            self._put(
+            self.publish(
                 topics.GUIDANCE_STATUS,
                 GuidanceStatus(
-                    t=self._bus.now(),
+                    t=self.bus.now(),
                     body=self.body.status,
                     heading=self.nose.status,
                     setpoint=self.position,
@@ -224,8 +203,8 @@ class FakeLayer:
     # --- telemetry ---------------------------------------------------------------------------------------------------
 
     def _sense(self) -> None:
-        now = self._bus.now()
-        self._put(
+        now = self.bus.now()
+        self.publish(
             topics.NAVIGATION,
             topics.Navigation(
                 t=now,
@@ -236,7 +215,7 @@ class FakeLayer:
                 heading=self.heading,
             ),
         )
-        self._put(
+        self.publish(
             topics.FLIGHT,
             topics.FlightState(
                 t=now,
@@ -246,7 +225,7 @@ class FakeLayer:
                 authority=self.authority,
             ),
         )
-        self._put(
+        self.publish(
             topics.OBSTACLE_STATUS,
             topics.ObstacleStatus(
                 t=now,
@@ -259,17 +238,14 @@ class FakeLayer:
         )
 
     def _slow(self) -> None:
-        now = self._bus.now()
-        self._put(topics.BATTERY, topics.Battery(t=now, percent=self.percent, voltage=48.0))
+        now = self.bus.now()
+        self.publish(topics.BATTERY, topics.Battery(t=now, percent=self.percent, voltage=48.0))
         if self.reports:
-            self._put(
+            self.publish(
                 topics.MAPPING_STATUS,
                 topics.MappingStatus(
                     t=now, running=self.mapping, diverged=self.diverged, scans=3, voxels=10, pose_source="fake"
                 ),
             )
             header = topics.MapHeader(t=now, voxel_size=0.5, count=0, complete=False)
-            self._out[topics.MAP].put(b"", encode(header))
-
-    def _put(self, key: str, message: Message) -> None:
-        self._out[key].put(encode(message))
+            self.publish_array(topics.MAP, header, b"")

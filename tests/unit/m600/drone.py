@@ -1,0 +1,38 @@
+"""The drone under test: skill managers of the M600 with the real bridge, on a functional layer without physics."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from m600_layer import M600Layer
+
+from skillwing.m600.bridge.node import RobotBridge
+from skillwing.m600.robot import ROBOT
+from skillwing.services.managers.hooks import F, I, O, SkillHooks
+from skillwing.services.testing import SkillTest
+from skillwing.services.testing.in_process import HooksFactory
+from skillwing.sim_mujoco.topics import SensorStatus
+
+SKILLSET = ROBOT.load_skillset()
+START_UP = 2.0
+"""Until the bridge has brought every resource to where the robot is [s]."""
+
+
+class Drone(SkillTest[I, O, F]):
+    """One skill of the drone, healthy and ready; in the air at `height` if one is given.
+
+    The context of a test is what `layer` reports: the bridge brings the resources there.
+    """
+
+    def __init__(
+        self, hooks: Callable[[], SkillHooks[I, O, F]], others: Iterable[HooksFactory] = (), height: float | None = None
+    ) -> None:
+        self._m600 = M600Layer(height)
+        super().__init__(SKILLSET, hooks, others, layer=self._m600, nodes=(RobotBridge(SKILLSET),))
+        for sensor in ("zed", "lidar"):
+            self.layer.report_health(sensor, SensorStatus.OK, f"{sensor}-ok")
+        self.run(START_UP)
+
+    @property
+    def layer(self) -> M600Layer:
+        return self._m600

@@ -1,0 +1,13 @@
+"""The manager of `goto`."""
+
+from __future__ import annotations
+
+from goto_cases import GotoCases
+
+from skillwing.m600.skills.goto import GotoManager
+from skillwing.sim_mujoco.topics import Nose
+
+
+class TestGoto(GotoCases):
+    manager = GotoManager
+    nose = Nose.FREE

@@ -1,0 +1,13 @@
+"""The manager of `goto_straight`."""
+
+from __future__ import annotations
+
+from goto_cases import GotoCases
+
+from skillwing.m600.skills.goto_straight import GotoStraightManager
+from skillwing.sim_mujoco.topics import Nose
+
+
+class TestGotoStraight(GotoCases):
+    manager = GotoStraightManager
+    nose = Nose.ALONG_TRACK
