@@ -1,0 +1,1 @@
+"""Printing: sources in one style, models as source, pictures and reference pages of skillsets."""

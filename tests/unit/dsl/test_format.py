@@ -1,0 +1,210 @@
+"""The formatter loses nothing, says the same twice, and a model printed as source is that model."""
+
+from __future__ import annotations
+
+import random
+import re
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from skillset_strategies import skillsets
+
+from skillwing import m600
+from skillwing.dsl.checking.resolver import resolve
+from skillwing.dsl.diagnostics.report import Report
+from skillwing.dsl.model import Skillset
+from skillwing.dsl.printing.formatting import UnformattableError, format_source
+from skillwing.dsl.printing.source import to_source
+from skillwing.dsl.reading.lexer import lex
+from skillwing.dsl.reading.parser import parse_file
+
+ROOT = Path(__file__).parents[3]
+M600 = Path(m600.__path__[0]) / "m600.skillset"
+EXAMPLES = sorted((ROOT / "examples").glob("*/*.skillset"))
+FILES = [M600, *EXAMPLES, *sorted((Path(__file__).parent / "cases").glob("*/**/*.skillset"))]
+READABLE = [path for path in FILES if not parse_file(path.read_text(), path.name).diagnostics]
+DAMAGED = [path for path in FILES if path not in READABLE]
+
+
+def contents(text: str) -> tuple[list[tuple[str, str]], list[list[str]]]:
+    """The words of a text, and the lines of its comments without the space around them."""
+    lexemes = lex(text, "contents.skillset")
+    words = [(lexeme.kind, lexeme.text) for lexeme in lexemes if lexeme.kind != "COMMENT"]
+    comments = [lexeme.text for lexeme in lexemes if lexeme.kind == "COMMENT"]
+    return words, [[line.strip() for line in comment.split("\n")] for comment in comments]
+
+
+def model(text: str) -> tuple[Skillset, list[str]]:
+    """What a readable text means, and what the reader finds wrong with it."""
+    parsed = parse_file(text, "model.skillset")
+    assert parsed.root is not None
+    report = Report()
+    return resolve(parsed.root, report), sorted(item.message for item in report.diagnostics)
+
+
+def reshuffled(text: str, chance: random.Random) -> str:
+    """The same words with other white space: spaces and line breaks added, doubled and, where possible, taken away."""
+    pieces: list[str] = []
+    end = 0
+    for lexeme in lex(text, "reshuffled.skillset"):
+        gap = text[end : lexeme.start]
+        breaks = "\n" in gap and bool(pieces) and pieces[-1].startswith("//")
+        glued = not gap or (pieces and not (pieces[-1][-1].isalnum() and lexeme.text[0].isalnum()))
+        choices = ["\n", "\n\n\n   ", "\t\n"] if breaks else [" ", "  \t ", "\n", "\n  \n\n", gap or " "]
+        joins = glued and not breaks and lexeme.kind not in {"NUMBER", "ARRAY", "UNIT"} and pieces[-1:] != ["/"]
+        pieces += [chance.choice([*choices, ""] if joins and is_safe(pieces, lexeme.text) else choices), lexeme.text]
+        end = lexeme.end
+    return "".join(pieces)
+
+
+def is_safe(pieces: list[str], following: str) -> bool:
+    """Whether two words may touch without becoming one."""
+    signs = "-=<>!+./*_"
+    return bool(pieces) and pieces[-1][-1:] not in signs and following[0] not in signs
+
+
+@pytest.mark.parametrize("path", READABLE, ids=lambda path: path.name)
+def test_formatting_keeps_every_word_and_comment_and_is_idempotent(path: Path) -> None:
+    text = path.read_text()
+    once = format_source(text, path.name)
+    assert contents(once) == contents(text)
+    assert format_source(once, path.name) == once
+    assert model(once) == model(text)
+
+
+@pytest.mark.parametrize("path", [M600, *EXAMPLES, *(READABLE[-3:])], ids=lambda path: path.name)
+def test_any_white_space_comes_to_an_idempotent_form(path: Path) -> None:
+    text = path.read_text()
+    for seed in range(8):
+        mutant = reshuffled(text, random.Random(seed))
+        assert contents(mutant) == contents(text)
+        once = format_source(mutant)
+        assert contents(once) == contents(text)
+        assert format_source(once) == once
+
+
+@pytest.mark.parametrize("path", DAMAGED, ids=lambda path: path.name)
+def test_a_text_with_syntax_errors_is_refused(path: Path) -> None:
+    with pytest.raises(UnformattableError) as caught:
+        format_source(path.read_text(), path.name)
+    assert caught.value.diagnostics == parse_file(path.read_text(), path.name).diagnostics
+    assert f"`{path.name}` has syntax errors" in str(caught.value)
+
+
+@pytest.mark.parametrize("path", [M600, *EXAMPLES], ids=lambda path: path.name)
+def test_the_files_of_the_project_are_formatted(path: Path) -> None:
+    assert path.read_text() == format_source(path.read_text(), path.name)
+
+
+def test_the_style() -> None:
+    source = """
+/* lead */ skillset style
+{
+  enum Mode{FAST
+  SLOW}
+  data { position :Point period = 0.1 battery:float64[%]period=1.0 } // both
+  resource axes { initial FREE  FREE->USED
+     USED->FREE } type Point { x:float64 [m] y:float64 [m] }
+
+
+  skill goto { // moves
+    input { target: Point speed: float64 [m/s] in 0.1 .. 5.0=2.0 mode: Mode=FAST }
+    effect { take {axes->USED} release: axes -> FREE nothing{} }
+       /* Checked
+          at the start. */
+    precondition { free:
+        resource = ( axes==FREE ) success take
+    }
+    result { success ARRIVED:apply=release // there
+             failure LATE: apply=release post resource=(axes==FREE) } interrupt {apply=release timeout=2.0}
+  }
+}
+"""
+    assert (
+        format_source(source)
+        == """\
+/* lead */ skillset style {
+    enum Mode {
+        FAST
+        SLOW
+    }
+    data { position: Point period=0.1  battery: float64 [%] period=1.0 }   // both
+    resource axes {
+        initial FREE
+        FREE -> USED
+        USED -> FREE
+    }
+    type Point { x: float64 [m]  y: float64 [m] }
+
+    skill goto {   // moves
+        input { target: Point  speed: float64 [m/s] in 0.1..5.0 = 2.0  mode: Mode = FAST }
+        effect { take { axes -> USED }  release: axes -> FREE  nothing {} }
+        /* Checked
+           at the start. */
+        precondition {
+            free: resource=(axes == FREE)
+            success take
+        }
+        result {
+            success ARRIVED: apply=release   // there
+            failure LATE:    apply=release post resource=(axes == FREE)
+        }
+        interrupt { apply=release timeout=2.0 }
+    }
+}
+"""
+    )
+
+
+def test_a_block_that_does_not_fit_is_opened_and_a_long_predicate_keeps_its_lines() -> None:
+    states = " or ".join(["r == A"] * 7)
+    source = f"""skillset s {{
+    resource r {{ initial A {"  ".join(f"S{n} -> S{n + 1}" for n in range(12))} }}
+    skill k {{
+        precondition {{
+            p: resource=({states} or
+              r == B)
+        }}
+    }}
+}}
+"""
+    formatted = format_source(source)
+    assert "    resource r {\n        initial A\n        S0 -> S1\n" in formatted
+    assert f"            p: resource=({states} or\n                r == B)\n" in formatted
+    assert max(map(len, formatted.split("\n"))) <= 100
+
+
+def test_comments_keep_their_places_within_a_statement() -> None:
+    source = """skillset s { // a
+      data { // b
+ x: float64 // c
+ period=0.1 /* d */ /* e */ // f
+ } // g
+ // h
+ }
+// i"""
+    assert (
+        format_source(source)
+        == """\
+skillset s {   // a
+    data {   // b
+        x: float64 // c
+            period=0.1   /* d */ /* e */ // f
+    }   // g
+    // h
+}
+// i
+"""
+    )
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
+@given(skillsets())
+def test_a_model_printed_as_source_is_that_model(skillset: Skillset) -> None:
+    source = to_source(skillset)
+    again, problems = model(source)
+    assert again == skillset
+    assert again.schema_hash == skillset.schema_hash
+    assert not [problem for problem in problems if not re.match("Nothing ", problem)]  # unused elements are no problem
+    assert format_source(source) == source
