@@ -1,0 +1,137 @@
+"""What a name is, in Markdown: the words that declare it, what they mean, and the comment that stands with them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from skillwing.dsl.editor.document import Document
+from skillwing.dsl.editor.extents import excerpt, extent
+from skillwing.dsl.editor.names import Kind, Scope, Symbol
+from skillwing.dsl.model import STALE_AFTER_PERIODS
+from skillwing.dsl.reading import syntax
+from skillwing.dsl.reading.comments import comment_on
+
+_LONGEST = 24  # lines of a declaration that are shown
+_WIDEST = 80  # characters of a signature on one line
+_ALIGNMENT = re.compile(" {2,}")
+
+
+def describe(document: Document, symbol: Symbol) -> str:
+    """Markdown of a few lines. The symbol is one that the document declares."""
+    place = extent(document, symbol)
+    parts = [
+        f"```skillset\n{_source(document, symbol)}\n```",
+        comment_on(document.lexemes, *place, document.text) if place else "",
+        *_sentences(document, symbol),
+    ]
+    return "\n\n".join(part for part in parts if part)
+
+
+# --- the source
+
+
+def _source(document: Document, symbol: Symbol) -> str:
+    match symbol.kind:
+        case "skill":
+            return _signature(document, symbol)
+        case "skillset":
+            return f"skillset {symbol.name}"
+        case "state" | "value":
+            return symbol.name
+        case _:
+            return _shown(excerpt(document, symbol))
+
+
+def _shown(text: str) -> str:
+    """Without the end of a long declaration, and without the blanks that align a short one with its neighbours."""
+    lines = text.splitlines()
+    if len(lines) > 1:
+        return "\n".join([*lines[:_LONGEST], "..."] if len(lines) > _LONGEST else lines)
+    head, brace, body = text.partition("{")
+    return text if '"' in text else _ALIGNMENT.sub(" ", head) + brace + _ALIGNMENT.sub("  ", body)
+
+
+def _signature(document: Document, symbol: Symbol) -> str:
+    """`skill goto(target: Position, speed: float64 [m/s] = 2.0) -> (stopped_at: Position)`."""
+    inputs = _fields(document, Scope("input", symbol.name))
+    outputs = _fields(document, Scope("output", symbol.name))
+    answer = f" -> ({', '.join(outputs)})" if outputs else ""
+    line = f"skill {symbol.name}({', '.join(inputs)}){answer}"
+    if len(line) <= _WIDEST:
+        return line
+    lines = "".join(f"    {field},\n" for field in inputs)
+    return f"skill {symbol.name}(\n{lines}){answer}"
+
+
+def _fields(document: Document, scope: Scope) -> list[str]:
+    return [_shown(excerpt(document, symbol)) for symbol in document.names.names(scope)]
+
+
+# --- its meaning
+
+
+def _sentences(document: Document, symbol: Symbol) -> Iterator[str]:
+    match document.names.declarations[symbol].node:
+        case syntax.SkillsetSyntax():
+            yield _counted(document)
+        case syntax.DatumSyntax(period=None):
+            yield "Datum of the functional layer. No period is promised, so it never counts as stale."
+        case syntax.DatumSyntax(period=syntax.Number(value=period)):
+            stale = STALE_AFTER_PERIODS * period
+            yield f"Datum of the functional layer, published every {period:g} s, stale after {stale:g} s."
+        case syntax.ResourceSyntax() as resource if symbol.kind == "state":
+            yield from _state(symbol, resource)
+        case syntax.SkillSyntax() as skill:
+            yield from _conditions(skill)
+        case _ if symbol.scope.owner:
+            yield f"{symbol.kind.capitalize()} of `{symbol.scope.owner}`."
+        case _:
+            pass
+
+
+def _counted(document: Document) -> str:
+    names = document.names
+    counts = ((len(names.names(Scope(kind))), plural) for kind, plural in _PLURALS)
+    return ", ".join(f"{count} {plural}" for count, plural in counts if count) or "Empty."
+
+
+_PLURALS: tuple[tuple[Kind, str], ...] = (
+    ("type", "types"),
+    ("datum", "data"),
+    ("resource", "resources"),
+    ("event", "events"),
+    ("skill", "skills"),
+)
+
+
+def _state(symbol: Symbol, resource: syntax.ResourceSyntax) -> Iterator[str]:
+    """How the state is entered and left."""
+    edges = [item for item in resource.items if isinstance(item, syntax.TransitionSyntax)]
+    initial = any(isinstance(item, syntax.InitialSyntax) and item.state.text == symbol.name for item in resource.items)
+    yield f"{'Initial state' if initial else 'State'} of the resource `{symbol.scope.owner}`."
+    for words, near, far in (("Entered", "target", "source"), ("Left", "source", "target")):
+        pairs = [(getattr(edge, near).text, getattr(edge, far).text, edge.extern) for edge in edges]
+        ways = [
+            f"{'any other' if there == '*' else f'`{there}`'}{' (extern)' if extern else ''}"
+            for here, there, extern in pairs
+            if here == symbol.name or (here == "*" and there != symbol.name)
+        ]
+        if ways:
+            yield f"{words} {'from' if words == 'Entered' else 'for'} {', '.join(ways)}."
+
+
+def _conditions(skill: syntax.SkillSyntax) -> Iterator[str]:
+    """What the skill needs to start, and how it ends."""
+    for section in skill.sections:
+        match section:
+            case syntax.PreconditionSection(checks=checks) if checks:
+                yield f"Needs {', '.join(f'`{check.name.text}`' for check in checks)}."
+            case syntax.ResultSection(results=results) if results:
+                yield f"Ends {', '.join(f'`{result.name.text}`{_partition(result)}' for result in results)}."
+            case _:
+                pass
+
+
+def _partition(result: syntax.ResultSyntax) -> str:
+    return f" ({result.partition})" if result.partition else ""

@@ -1,0 +1,78 @@
+"""One text as an editor sees it: its lexemes, its names and its problems, each found when first asked for."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Mapping
+from functools import cached_property
+
+from skillwing.dsl.checking.checker import Checked, check
+from skillwing.dsl.editor.index import index
+from skillwing.dsl.editor.names import Index
+from skillwing.dsl.editor.positions import Lines
+from skillwing.dsl.reading import syntax
+from skillwing.dsl.reading.lexemes import COMMENT, Lexeme
+from skillwing.dsl.reading.lexer import lex
+from skillwing.dsl.reading.parser import parse_file
+from skillwing.dsl.spans import Span
+
+
+class Document:
+    """The text of a file under edit. Nothing in it changes: another text is another document.
+
+    file: its name, whose extension tells the dialect.
+    """
+
+    def __init__(self, text: str, file: str) -> None:
+        self.text = text
+        self.file = file
+        self.lines = Lines(text)
+
+    @cached_property
+    def lexemes(self) -> tuple[Lexeme, ...]:
+        """Every lexeme, comments included."""
+        return lex(self.text, self.file)
+
+    @cached_property
+    def words(self) -> tuple[Lexeme, ...]:
+        """Every lexeme but the comments."""
+        return tuple(lexeme for lexeme in self.lexemes if lexeme.kind != COMMENT)
+
+    @cached_property
+    def root(self) -> syntax.SkillsetSyntax | None:
+        """What the parser could read; None if that is nothing."""
+        return parse_file(self.text, self.file).root
+
+    @cached_property
+    def names(self) -> Index:
+        return index(self.root, self.lines, self.words)
+
+    @cached_property
+    def checked(self) -> Checked:
+        return check(self.text, self.file)
+
+    @cached_property
+    def blocks(self) -> Mapping[int, int]:
+        """For the offset of every `{`, the offset behind its `}`, or the end of the text where that is missing."""
+        blocks: dict[int, int] = {}
+        opened: list[int] = []
+        for word in self.words:
+            if word.kind == "OPEN":
+                opened.append(word.start)
+            elif word.kind == "CLOSE" and opened:
+                blocks[opened.pop()] = word.end
+        return blocks | dict.fromkeys(opened, len(self.text))
+
+    def word_at(self, offset: int) -> int:
+        """The position among `words` of the last one that starts at the offset or before it; -1 if none does."""
+        return bisect_right(self._starts, offset) - 1
+
+    def range(self, span: Span) -> tuple[int, int]:
+        """The offsets that a span stands for, at least one character wide where there is one."""
+        start = self.lines.offset(span.line, span.column)
+        end = self.lines.offset(span.end_line, span.end_column)
+        return start, max(end, min(start + 1, len(self.text)))
+
+    @cached_property
+    def _starts(self) -> list[int]:
+        return [word.start for word in self.words]

@@ -1,0 +1,55 @@
+"""Where declarations stand: from their first word to their last, blocks included."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from textwrap import dedent
+
+from skillwing.dsl.editor.document import Document
+from skillwing.dsl.editor.names import Kind, Symbol
+from skillwing.dsl.reading.lexemes import Lexeme
+from skillwing.dsl.spans import Span
+
+_AFTER_KEYWORD: frozenset[Kind] = frozenset({"skillset", "type", "resource", "event", "skill"})
+_SINGLE_WORDS: frozenset[Kind] = frozenset({"state", "value"})
+
+
+def extent(document: Document, symbol: Symbol) -> tuple[int, int] | None:
+    """Offsets of the first character of a declaration and behind its last; None if it does not stand in the text."""
+    declaration = document.names.declarations[symbol]
+    place = declaration.place
+    if place is None:
+        return None
+    if symbol.kind in _SINGLE_WORDS:
+        return place.start, place.end
+    position = document.word_at(place.start)
+    start = document.words[position - 1].start if symbol.kind in _AFTER_KEYWORD and position else place.start
+    follower = document.words[position + 1].start if position + 1 < len(document.words) else place.end
+    if follower in document.blocks:
+        return start, document.blocks[follower]
+    return start, max([place.end, *(document.range(span)[1] for span in _spans(declaration.node))])
+
+
+def excerpt(document: Document, symbol: Symbol) -> str:
+    """The declaration as it is written, without the indentation that all its lines share."""
+    found = extent(document, symbol)
+    if found is None:
+        return symbol.name
+    start, end = found
+    column = start - document.text.rfind("\n", 0, start) - 1
+    return dedent(" " * column + document.text[start:end])
+
+
+def _spans(node: object) -> Iterator[Span]:
+    """The spans of a syntax node and of all its parts."""
+    if isinstance(node, Span):
+        yield node
+    elif isinstance(node, Lexeme):
+        yield node.span
+    elif isinstance(node, tuple):
+        for item in node:  # pyright: ignore[reportUnknownVariableType]
+            yield from _spans(item)  # pyright: ignore[reportUnknownArgumentType]
+    elif dataclasses.is_dataclass(node):
+        for field in dataclasses.fields(node):
+            yield from _spans(getattr(node, field.name))

@@ -1,0 +1,45 @@
+"""What can be mended at a press of a key: words that were probably meant otherwise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from skillwing.dsl.diagnostics.diagnostic import Diagnostic
+from skillwing.dsl.editor.completion import completions
+from skillwing.dsl.editor.document import Document
+from skillwing.dsl.editor.rename import Edit
+from skillwing.dsl.suggest import closest
+
+
+@dataclass(frozen=True, slots=True)
+class Fix:
+    """title: for the menu; edit: what it does; diagnostic: what it mends."""
+
+    title: str
+    edit: Edit
+    diagnostic: Diagnostic
+
+
+def fixes(document: Document, start: int, end: int) -> tuple[Fix, ...]:
+    """The fixes for the problems that touch the characters between two offsets."""
+    found: list[Fix] = []
+    for diagnostic in document.checked.diagnostics:
+        place = document.range(diagnostic.span)
+        if place[0] <= end and start <= place[1]:
+            found += _meant(document, diagnostic, place[1])
+    return tuple(found)
+
+
+def _meant(document: Document, diagnostic: Diagnostic, offset: int) -> list[Fix]:
+    """The one of all words that fit which resembles most the word before the offset, if that one does not fit."""
+    occurrence = document.names.at(offset)
+    if occurrence is not None and occurrence.symbol is not None:
+        return []
+    fitting = completions(document, offset)
+    if not fitting:
+        return []
+    start, end = fitting[0].start, fitting[0].end
+    words = [completion.text for completion in fitting]
+    written = document.text[start:end]
+    meant = None if written in words else closest(written, words)
+    return [] if meant is None else [Fix(f"Change to `{meant}`", Edit(start, end, meant), diagnostic)]

@@ -1,0 +1,307 @@
+"""From syntax nodes to the index of names.
+
+It follows the rules of the checker (`checking/resolver.py` and what that calls) for where a name is looked for, and
+goes on where those report a problem: a name that nothing declares is an occurrence without a symbol.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import TypeAlias
+
+from skillwing.dsl.checking.types import SCALARS
+from skillwing.dsl.editor.names import Declaration, Index, Kind, Occurrence, Scope, Symbol
+from skillwing.dsl.editor.positions import Lines
+from skillwing.dsl.expressions import And, Comparison, Expression, Implies, Literal, Name, Not, Or
+from skillwing.dsl.expressions import Symbol as Bare
+from skillwing.dsl.reading import syntax
+from skillwing.dsl.reading.lexemes import Lexeme
+from skillwing.dsl.reading.syntax import CoinedWord, Word
+from skillwing.dsl.spans import Span
+
+TYPES = Scope("type")
+_DATA = Scope("datum")
+_RESOURCES = Scope("resource")
+_ANY = "*"
+
+_Named: TypeAlias = (
+    syntax.FieldSyntax
+    | syntax.DatumSyntax
+    | syntax.EffectSyntax
+    | syntax.CheckSyntax
+    | syntax.InvariantSyntax
+    | syntax.ResultSyntax
+)
+_Leaf: TypeAlias = Comparison | Name | Literal
+
+
+def index(root: syntax.SkillsetSyntax | None, lines: Lines, words: Sequence[Lexeme]) -> Index:
+    """Collect the names of a file. root: what the parser could read of it; words: its lexemes without comments."""
+    builder = _Builder(lines, words)
+    if root is not None:
+        builder.declare_all(root)
+        builder.use_all(root)
+    return Index(builder.declarations, builder.occurrences.values())
+
+
+class _Builder:
+    def __init__(self, lines: Lines, words: Sequence[Lexeme]) -> None:
+        self.declarations: dict[Symbol, Declaration] = {}
+        self.occurrences: dict[int, Occurrence] = {}
+        self._lines = lines
+        self._words = words
+        self._positions = {word.start: position for position, word in enumerate(words)}
+
+    # --- declarations
+
+    def declare_all(self, root: syntax.SkillsetSyntax) -> None:
+        self._declare(Scope("skillset"), root.name, root)
+        for element in root.elements:
+            match element:
+                case syntax.DataSyntax(items=items):
+                    self._declare_each(_DATA, items)
+                case syntax.EnumSyntax(name=name, values=values):
+                    self._declare(TYPES, name, element)
+                    for value in values:
+                        self._declare(Scope("value", name.text), value, value)
+                case syntax.StructSyntax(name=name, fields=fields):
+                    self._declare(TYPES, name, element)
+                    self._declare_each(Scope("field", name.text), fields)
+                case syntax.ResourceSyntax():
+                    self._declare(_RESOURCES, element.name, element)
+                    self._declare_states(element)
+                case syntax.EventSyntax():
+                    self._declare(Scope("event"), element.name, element)
+                case syntax.SkillSyntax():
+                    self._declare(Scope("skill"), element.name, element)
+                    for section in element.sections:
+                        self._declare_section(section, element.name.text)
+
+    def _declare_states(self, resource: syntax.ResourceSyntax) -> None:
+        """The `state { }` list declares the states; where there is none, their first mention does."""
+        scope = Scope("state", resource.name.text)
+        listed = [word for item in resource.items if isinstance(item, syntax.StatesSyntax) for word in item.names]
+        if listed:
+            for word in listed:
+                self._declare(scope, word, resource)
+            return
+        for word in _mentions(resource):
+            if Symbol(scope, word.text) not in self.declarations:
+                self._declare(scope, word, resource)
+
+    def _declare_section(self, section: syntax.Section, skill: str) -> None:
+        match section:
+            case syntax.FieldsSection(keyword=keyword, fields=fields):
+                self._declare_each(Scope(_fields_kind(keyword), skill), fields)
+            case syntax.ProgressSection(fields=fields):
+                self._declare_each(Scope("feedback", skill), fields)
+            case syntax.EffectSection(effects=effects):
+                self._declare_each(Scope("effect", skill), effects)
+            case syntax.PreconditionSection(checks=checks):
+                self._declare_each(Scope("precondition", skill), checks)
+            case syntax.InvariantSection(invariants=invariants):
+                self._declare_each(Scope("invariant", skill), invariants)
+            case syntax.ResultSection(results=results):
+                self._declare_each(Scope("result", skill), results)
+            case _:
+                pass
+
+    def _declare_each(self, scope: Scope, nodes: Iterable[_Named]) -> None:
+        for node in nodes:
+            self._declare(scope, node.name, node)
+
+    def _declare(self, scope: Scope, word: Word, node: object) -> None:
+        if not word.text:
+            return
+        symbol = Symbol(scope, word.text)
+        place = self._note(word, (scope,), symbol, declares=True)
+        self.declarations.setdefault(symbol, Declaration(node, place))
+
+    # --- uses
+
+    def use_all(self, root: syntax.SkillsetSyntax) -> None:
+        for element in root.elements:
+            match element:
+                case syntax.DataSyntax(items=items):
+                    for item in items:
+                        self._use_type(item.type)
+                case syntax.StructSyntax(fields=fields):
+                    self._use_fields(fields)
+                case syntax.ResourceSyntax(name=name):
+                    for word in _mentions(element):
+                        self._use(word, Scope("state", name.text))
+                case syntax.EventSyntax():
+                    self._use_event(element)
+                case syntax.SkillSyntax(name=name, sections=sections):
+                    for section in sections:
+                        self._use_section(section, name.text)
+                case syntax.EnumSyntax():
+                    pass
+
+    def _use_event(self, event: syntax.EventSyntax) -> None:
+        for item in event.items:
+            if isinstance(item, syntax.GuardSyntax):
+                self._use_predicate(item.predicate, None)
+            else:
+                self._use_changes(item.changes)
+
+    def _use_section(self, section: syntax.Section, skill: str) -> None:
+        match section:
+            case syntax.FieldsSection(fields=fields) | syntax.ProgressSection(fields=fields):
+                self._use_fields(fields)
+            case syntax.EffectSection(effects=effects):
+                for effect in effects:
+                    self._use_changes(effect.changes)
+            case _:
+                pass
+        for predicate in _predicates(section):
+            self._use_predicate(predicate, skill)
+        for word in _applied(section):
+            self._use(word, Scope("effect", skill))
+
+    def _use_fields(self, fields: Iterable[syntax.FieldSyntax]) -> None:
+        for field in fields:
+            self._use_type(field.type)
+            if isinstance(field.default, Bare):
+                for word in self._words_from(field.default.span, 1):
+                    self._use(word, Scope("value", field.type.name.text))
+
+    def _use_type(self, use: syntax.TypeUse) -> None:
+        if use.name.text not in SCALARS:
+            self._use(use.name, TYPES)
+
+    def _use_changes(self, changes: Iterable[syntax.ChangeSyntax]) -> None:
+        for change in changes:
+            self._use(change.resource, _RESOURCES)
+            self._use(change.target, Scope("state", change.resource.text))
+
+    # --- predicates
+
+    def _use_predicate(self, predicate: syntax.PredicateSyntax, skill: str | None) -> None:
+        """skill: whose inputs the predicate may speak of."""
+        inputs = () if skill is None else (Scope("input", skill),)
+        for leaf in _leaves(predicate.expression):
+            if predicate.kind == "resource":
+                self._use_states(leaf)
+            else:
+                self._use_values(leaf, (*inputs, _DATA))
+
+    def _use_states(self, leaf: _Leaf) -> None:
+        """`resource == STATE`, either side first."""
+        sides = [leaf.left, leaf.right] if isinstance(leaf, Comparison) else [leaf]
+        names = [side for side in sides if isinstance(side, Name)]
+        subject = next((name for name in names if Symbol(_RESOURCES, name.path) in self.declarations), None)
+        if subject is None and names:
+            subject = names[0]
+        for name in names:
+            scope = _RESOURCES if subject is None or name is subject else Scope("state", subject.path)
+            self._use_path(name, (scope,))
+
+    def _use_values(self, leaf: _Leaf, scopes: tuple[Scope, ...]) -> None:
+        """Data, inputs and their fields; a word that is none of them may be a value of the other side's enum."""
+        sides = [leaf.left, leaf.right] if isinstance(leaf, Comparison) else [leaf]
+        for side, other in zip(sides, reversed(sides), strict=True):
+            if not isinstance(side, Name):
+                continue
+            enum = self._type_of(other, scopes) if isinstance(other, Name) and other is not side else None
+            values = () if enum is None else (Scope("value", enum),)
+            self._use_path(side, (*scopes, *values))
+
+    def _use_path(self, name: Name, scopes: tuple[Scope, ...]) -> None:
+        """The name itself, and behind each dot a field of what stands before it."""
+        for word in self._words_from(name.span, 1 + len(name.fields)):
+            symbol = self._use(word, *scopes)
+            inner = None if symbol is None else self._declared_type(symbol)
+            scopes = () if inner is None else (Scope("field", inner),)
+
+    def _words_from(self, span: Span | None, count: int) -> Iterator[Lexeme]:
+        """The words of a path, between which there are dots."""
+        if span is None:
+            return
+        first = self._positions.get(self._lines.offset(span.line, span.column))
+        if first is not None:
+            yield from self._words[first : first + 2 * count : 2]
+
+    def _type_of(self, name: Name, scopes: tuple[Scope, ...]) -> str | None:
+        """The declared type of a datum or input, or of its field."""
+        found: str | None = None
+        for step, text in enumerate((name.root, *name.fields)):
+            places = scopes if step == 0 else (Scope("field", found or ""),)
+            symbol = next((s for s in (Symbol(scope, text) for scope in places) if s in self.declarations), None)
+            found = None if symbol is None else self._declared_type(symbol)
+        return found
+
+    def _declared_type(self, symbol: Symbol) -> str | None:
+        node = self.declarations[symbol].node
+        if isinstance(node, syntax.FieldSyntax | syntax.DatumSyntax) and not node.type.arrays:
+            return node.type.name.text
+        return None
+
+    # --- occurrences
+
+    def _use(self, word: Word, *scopes: Scope) -> Symbol | None:
+        candidates = (Symbol(scope, word.text) for scope in scopes)
+        symbol = next((candidate for candidate in candidates if candidate in self.declarations), None)
+        self._note(word, scopes, symbol, declares=False)
+        return symbol
+
+    def _note(self, word: Word, scopes: tuple[Scope, ...], symbol: Symbol | None, declares: bool) -> Occurrence | None:
+        """A word that was made up, or supposed where a mistake was mended, occurs nowhere."""
+        if isinstance(word, CoinedWord) or self._lines.text[word.start : word.end] != word.text:
+            return None
+        occurrence = Occurrence(word.text, word.start, word.end, scopes, symbol, declares)
+        return self.occurrences.setdefault(word.start, occurrence)
+
+
+def _fields_kind(keyword: Word) -> Kind:
+    return "output" if keyword.text == "output" else "input"
+
+
+def _mentions(resource: syntax.ResourceSyntax) -> Iterator[Word]:
+    """The states that a resource mentions, its initial one first."""
+    for item in resource.items:
+        if isinstance(item, syntax.InitialSyntax):
+            yield item.state
+    for item in resource.items:
+        if isinstance(item, syntax.TransitionSyntax):
+            yield from (side for side in (item.source, item.target) if side.text != _ANY)
+
+
+def _predicates(section: syntax.Section) -> Iterator[syntax.PredicateSyntax]:
+    match section:
+        case syntax.PreconditionSection(checks=checks):
+            yield from (check.predicate for check in checks)
+        case syntax.InvariantSection(invariants=invariants):
+            yield from (invariant.predicate for invariant in invariants)
+        case syntax.ResultSection(results=results):
+            yield from (result.post for result in results if result.post is not None)
+        case _:
+            pass
+
+
+def _applied(section: syntax.Section) -> Iterator[Word]:
+    """The effects that a section applies, by name."""
+    match section:
+        case syntax.PreconditionSection(success=success, failure=failure):
+            yield from (*success, *failure)
+        case syntax.InvariantSection(invariants=invariants):
+            yield from (invariant.violation for invariant in invariants if invariant.violation is not None)
+        case syntax.ResultSection(results=results):
+            yield from (result.apply.effect for result in results if result.apply is not None)
+        case syntax.EndSection(applies=applies):
+            yield from (apply.effect for apply in applies)
+        case _:
+            pass
+
+
+def _leaves(expression: Expression) -> Iterator[_Leaf]:
+    """The comparisons and bare operands of an expression. Uses no recursion, so that any expression can be walked."""
+    pending = [expression]
+    while pending:
+        match pending.pop():
+            case Not(operand):
+                pending.append(operand)
+            case And(left, right) | Or(left, right) | Implies(left, right):
+                pending += [left, right]
+            case leaf:
+                yield leaf

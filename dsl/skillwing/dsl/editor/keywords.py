@@ -1,0 +1,57 @@
+"""The words of the language, each in a sentence for the reader who points at it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+KEYWORDS: Mapping[str, str] = {
+    "skillset": "`skillset NAME { ... }`: everything a robot, or one of its subsystems, can do. A file holds one.",
+    "type": "`type Name { field: T ... }`: a structure.",
+    "enum": "`enum Name { A B C }`: one of the values.",
+    "data": "`data { name: T [unit] period=0.1 }`: what the functional layer publishes. "
+    "`data=( ... )`: a predicate over data and inputs, false while one of the data is stale.",
+    "period": "The promised publishing period in seconds. After three of them without a value a datum is stale.",
+    "in": "`in 0.1..5.0`: the range of a number; both bounds belong to it.",
+    "resource": "`resource name { initial A  A -> B }`: a state machine that skills and the functional layer share. "
+    "`resource=( ... )`: a predicate over states.",
+    "state": "`state { A B }`: the states of a resource, where the transitions alone do not say.",
+    "initial": "The state in which a resource starts.",
+    "extern": "A transition that only the functional layer takes; skills take all others.",
+    "event": "`event name { guard resource=( ... ) effect { ... } }`: extern transitions that fire together.",
+    "guard": "What has to hold for an event to fire.",
+    "skill": "`skill name { ... }`: one capability of the robot, with what it needs, takes and may end with.",
+    "input": "`input { name: T }`: the parameters of a goal.",
+    "output": "`output { name: T }`: what a result carries.",
+    "progress": "`progress=0.5 { name: T }`: feedback each 0.5 s while the skill runs.",
+    "deadline": "The longest run in seconds.",
+    "dispatch_timeout": "The longest time in seconds that `on_dispatch` may take.",
+    "effect": "`effect { name: resource -> STATE }`: named changes, each applied as a whole or not at all.",
+    "precondition": "`precondition { name: resource=( ... )  success effect }`: what has to hold to start. "
+    "The effect of the start is applied in the same atomic step.",
+    "success": "In `precondition`: the effect of the start. In `result`: a way to end well.",
+    "failure": "In `precondition`: the effect of a refusal. In `result`: a way to fail.",
+    "invariant": "`invariant { name: resource=( ... ) violation=effect }`: what has to hold while the skill runs.",
+    "violation": "The effect that is applied when the invariant breaks.",
+    "result": "`result { success NAME: apply=effect }`: the ways to end.",
+    "apply": "The effect that is applied.",
+    "post": "`post resource=( ... )`: what has to hold after the effect, judged in the same atomic step.",
+    "interrupt": "`interrupt { apply=effect timeout=2.0 }`: what is applied once an interrupted skill has stopped.",
+    "timeout": "After how many seconds an interruption is forced.",
+    "lost": "`lost { apply=effect }`: what happens to resources when the skill's manager dies.",
+    "and": "Both sides hold.",
+    "or": "At least one side holds.",
+    "not": "The predicate does not hold.",
+    "true": "The `bool` that is true.",
+    "false": "The `bool` that is false.",
+}
+
+SCALAR_TYPES: Mapping[str, str] = {
+    "bool": "`true` or `false`.",
+    "string": 'A text, written `"like this"`.',
+    "float32": "A number in single precision; NaN and infinity are refused.",
+    "float64": "A number in double precision; NaN and infinity are refused.",
+} | {
+    f"{sign}int{bits}": f"A whole number from {low} to {high}."
+    for bits in (8, 16, 32, 64)
+    for sign, low, high in (("", -(2 ** (bits - 1)), 2 ** (bits - 1) - 1), ("u", 0, 2**bits - 1))
+}

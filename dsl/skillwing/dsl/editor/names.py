@@ -1,0 +1,139 @@
+"""The names of a skillset file: what declares them, and every place where they are used."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Literal as OneOf
+from typing import TypeAlias
+
+Kind: TypeAlias = OneOf[
+    "skillset",
+    "type",
+    "datum",
+    "resource",
+    "event",
+    "skill",
+    "field",
+    "value",
+    "state",
+    "input",
+    "output",
+    "feedback",
+    "effect",
+    "precondition",
+    "invariant",
+    "result",
+]
+
+# Of what kind the owner of a name is; the owner of all others is the skillset.
+_OWNERS: Mapping[Kind, Kind] = {
+    "field": "type",
+    "value": "type",
+    "state": "resource",
+    "input": "skill",
+    "output": "skill",
+    "feedback": "skill",
+    "effect": "skill",
+    "precondition": "skill",
+    "invariant": "skill",
+    "result": "skill",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Scope:
+    """Where a name may be declared once: the resources of the skillset, the states of one resource, ...
+
+    owner: the type, resource or skill that the names belong to; empty for those of the whole skillset.
+    """
+
+    kind: Kind
+    owner: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Symbol:
+    """What a name stands for."""
+
+    scope: Scope
+    name: str
+
+    @property
+    def kind(self) -> Kind:
+        return self.scope.kind
+
+    @property
+    def title(self) -> str:
+        """In words: "state `OK` of `camera`"."""
+        owner = f" of `{self.scope.owner}`" if self.scope.owner else ""
+        return f"{self.kind} `{self.name}`{owner}"
+
+    @property
+    def owner(self) -> Symbol | None:
+        """The type, resource or skill that this belongs to; None for what belongs to the skillset."""
+        kind = _OWNERS.get(self.kind)
+        return None if kind is None else Symbol(Scope(kind), self.scope.owner)
+
+    def after_renaming(self, renamed: Symbol, name: str) -> Symbol:
+        """What this symbol becomes when `renamed` is called `name`: itself, or what belongs to it, changes."""
+        if self == renamed:
+            return replace(self, name=name)
+        if self.owner == renamed:
+            return replace(self, scope=replace(self.scope, owner=name))
+        return self
+
+
+@dataclass(frozen=True, slots=True)
+class Occurrence:
+    """A name where it stands in the text, from offset `start` up to, and without, `end`.
+
+    scopes: where it was looked for, in this order. symbol: what was found, None where nothing is called so. declares:
+    whether this place declares it.
+    """
+
+    name: str
+    start: int
+    end: int
+    scopes: tuple[Scope, ...]
+    symbol: Symbol | None
+    declares: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Declaration:
+    """node: the syntax node that declares the symbol. place: where its name stands, None if it stands nowhere."""
+
+    node: object
+    place: Occurrence | None
+
+
+class Index:
+    """All names of one text. occurrences: in the order of the text."""
+
+    def __init__(self, declarations: Mapping[Symbol, Declaration], occurrences: Iterable[Occurrence]) -> None:
+        self.declarations = declarations
+        self.occurrences = tuple(sorted(occurrences, key=lambda occurrence: occurrence.start))
+        self._ends = [occurrence.end for occurrence in self.occurrences]
+        self._by_symbol: dict[Symbol | None, list[Occurrence]] = defaultdict(list)
+        for occurrence in self.occurrences:
+            self._by_symbol[occurrence.symbol].append(occurrence)
+        self._by_scope: dict[Scope, list[Symbol]] = defaultdict(list)
+        for symbol in declarations:
+            self._by_scope[symbol.scope].append(symbol)
+
+    def at(self, offset: int) -> Occurrence | None:
+        """The name that the offset is in, or right behind."""
+        candidates = self.occurrences[bisect_left(self._ends, offset) :][:2]
+        touching = [candidate for candidate in candidates if candidate.start <= offset]
+        return touching[-1] if touching else None
+
+    def of(self, symbol: Symbol) -> tuple[Occurrence, ...]:
+        """Every place where the symbol is declared or used."""
+        return tuple(self._by_symbol.get(symbol, ()))
+
+    def names(self, scope: Scope) -> tuple[Symbol, ...]:
+        """What is declared in a scope, in the order of declaration."""
+        return tuple(self._by_scope.get(scope, ()))
