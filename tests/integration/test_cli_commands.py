@@ -21,8 +21,8 @@ from skillwing.services import cli
 from skillwing.services.bus import Sample
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.commands.exit_codes import FAILED, NO_SYSTEM, OK, REFUSED, USAGE
+from skillwing.services.mocking.system import mock_processes
 from skillwing.services.processes.launcher import Launcher
-from skillwing.services.processes.mock_host import mock_processes
 from skillwing.services.processes.run_state import RunState, read_run_state, started, write_run_state
 from skillwing.services.protocol import FireExtern, Keys, ResourceChange, decode, encode
 

@@ -18,9 +18,9 @@ from skillwing.services.core.skill_core import SkillCore
 from skillwing.services.errors import InvalidInputError, InvalidOptionError
 from skillwing.services.managers.data_manager import make_data_manager
 from skillwing.services.managers.hooks import Goal, SkillHooks
-from skillwing.services.managers.mock import MockRun, MockScript, make_mock_managers
 from skillwing.services.managers.resource_manager import LOSS_DEBOUNCE, ResourceManagerNode
 from skillwing.services.managers.skill_manager import SkillManagerNode, make_skill_manager
+from skillwing.services.mocking import MockRun, MockScript, make_mock_managers
 from skillwing.services.names import RESOURCE_MANAGER, skill_process
 from skillwing.services.protocol import (
     MAX_MESSAGE_BYTES,
@@ -77,7 +77,7 @@ class System:
         self.network = InProcessNetwork()
         self.buses: dict[str, Any] = {}
         script = MockScript(
-            {"reach": runs or (MockRun(result="THERE"),), "weigh": (MockRun(delay=60.0, result="END"),)}
+            skills={"reach": runs or (MockRun(result="THERE"),), "weigh": (MockRun(delay=60.0, result="END"),)}
         )
         nodes = make_mock_managers(ARM, script)
         if hooks is not None:
@@ -233,7 +233,7 @@ def test_resources_are_kept_until_the_skill_has_stopped() -> None:
 
 
 def test_an_interrupt_that_nobody_confirms_is_forced() -> None:
-    system = System(MockRun(delay=30.0, result="THERE", stop_delay=None))
+    system = System(MockRun(delay=30.0, result="THERE", stop_delay="never"))
     goal = system.client.start("reach", REACH)
     system.until(goal, State.RUNNING)
     asked_at = system.network.now()
@@ -346,6 +346,18 @@ def test_a_manager_in_good_order_frees_its_goal() -> None:
 # --- hooks that misbehave --------------------------------------------------------------------------------------------
 
 
+class Boastful(SkillHooks[dict[str, Any], None, dict[str, Any]]):
+    """Feeds back more steps than a message can hold."""
+
+    skill = "reach"
+
+    def __init__(self, steps: int) -> None:
+        self.steps = steps
+
+    def progress(self, goal: Goal[dict[str, Any]]) -> dict[str, Any]:
+        return {"left": 0.5, "steps": self.steps}
+
+
 class Clumsy(SkillHooks[dict[str, Any], None, dict[str, Any]]):
     """Raises where it is told to, and reports its end from within `on_dispatch` otherwise."""
 
@@ -441,9 +453,10 @@ def test_an_output_that_cannot_be_sent_ends_the_goal_and_the_process_lives(
 
 @pytest.mark.parametrize("value", [2**70, 10**5000], ids=["large", "beyond words"])
 def test_a_feedback_that_cannot_be_sent_is_dropped(value: int, caplog: pytest.LogCaptureFixture) -> None:
-    system = System(MockRun(delay=2.0, result="THERE", progress={"left": 0.5, "steps": value}))
+    system = System(hooks=Boastful(value))
     goal = system.client.start("reach", REACH)
-    assert system.run(goal).label == "S_THERE"
+    system.until(goal, State.RUNNING)
+    system.network.run_for(2.0)
     assert goal.progress is None
     assert "dropped a feedback" in caplog.text
 

@@ -10,7 +10,6 @@ from skillwing.services.client.connection import Target
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.commands.output import end_text, make_console, print_json, print_table, state_text
 from skillwing.services.errors import RefusedError, UnansweredError
-from skillwing.services.processes.mock_host import mock_processes
 from skillwing.services.protocol import GoalStatus, QueryStates, ResourceStates
 from skillwing.services.robot import find_robot
 
@@ -29,13 +28,14 @@ def status(robot: RobotOption = None, as_json: JsonOption = False) -> None:
 
 
 def _expected(target: Target) -> tuple[str, ...]:
-    """The processes that the robot's table knows, in its order."""
+    """The processes that were started, as far as is known, else those of the robot's table; in order."""
+    if target.processes:
+        return target.processes
     try:
         table = find_robot(target.robot)
     except UnknownNameError:
         return ()
-    specs = mock_processes(table) if target.mock else (*table.functional_layer({}), *table.managers())
-    return tuple(spec.name for spec in specs)
+    return tuple(spec.name for spec in (*table.functional_layer({}), *table.managers()))
 
 
 def _states(system: System) -> ResourceStates | None:

@@ -1,1 +1,1 @@
-"""The manager processes: shells around the cores, the hooks of skill developers, and mocks."""
+"""The manager processes: shells around the cores, and the hooks of skill developers."""

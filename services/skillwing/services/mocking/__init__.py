@@ -7,7 +7,7 @@ A script (`script.py`, read from a file by `script_file.py`) is fitted to a skil
 from __future__ import annotations
 
 from skillwing.services.mocking.script import Choices, MockRun, MockScript, Reaction, ScriptError, When
-from skillwing.services.mocking.script_file import load_script
+from skillwing.services.mocking.script_file import load_script, load_scripts
 from skillwing.services.mocking.skill import MockHooks, MockSkillNode
 from skillwing.services.mocking.system import make_mock_managers, make_mock_skill
 from skillwing.services.mocking.world import MockWorld
@@ -23,6 +23,7 @@ __all__ = [
     "ScriptError",
     "When",
     "load_script",
+    "load_scripts",
     "make_mock_managers",
     "make_mock_skill",
 ]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
@@ -10,7 +9,7 @@ from typing import Any, Literal, TypeAlias
 import msgspec
 
 from skillwing.dsl.model import Field, Resource, Skill, Skillset, UnknownNameError
-from skillwing.services.mocking.script import Choices, MockRun, MockScript, Reaction, ScriptError, When
+from skillwing.services.mocking.script import LONGEST, Choices, MockRun, MockScript, Reaction, ScriptError, When
 from skillwing.services.mocking.signals import Fields, Signal, SignalReader
 from skillwing.services.protocol import Ending
 
@@ -97,8 +96,8 @@ def fit_run(run: MockRun, skill: Skill, report: Report, where: str = "The run") 
         report(f"{where} has an `output`, and no result that it could go with. Leave out one of the two.")
     reader = SignalReader(report, skill.inputs)
     low, high = run.delay if isinstance(run.delay, tuple) else (run.delay, run.delay)
-    if not low <= high or math.isinf(high):
-        report(f"{where}: the delay [{low:g}, {high:g}] is empty. Write the smaller bound first.")
+    if not 0.0 <= low <= high <= LONGEST:
+        report(f"{where}.delay is {run.delay}; it takes seconds from 0 on, or [lowest, highest].")
     return FittedRun(
         how=how,
         text=text if isinstance(text, str) else "",

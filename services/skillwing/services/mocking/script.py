@@ -44,7 +44,8 @@ class MockRun(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     weight: how likely this run is among `Choices`.
     """
 
-    delay: Seconds | tuple[Seconds, Seconds] = DEFAULT_DELAY
+    # Without the bounds of `Seconds`: msgspec 0.22 crashes where a bounded number may also be a tuple.
+    delay: float | tuple[float, float] = DEFAULT_DELAY
     result: str | None = None
     forever: bool = False
     invalid: str | None = None

@@ -15,7 +15,7 @@ trigger = {flight_status = "IN_AIR"}
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -53,18 +53,32 @@ def load_script(path: str | Path, skillset: Skillset) -> MockScript:
     Raises OSError if the file cannot be read, and ScriptError with everything that is wrong in it.
     """
     file = Path(path)
-    problems: list[str] = []
-    script = MockScript()
     try:
         table = tomllib.loads(file.read_text(encoding="utf-8"))
     except UnicodeDecodeError:
         raise ScriptError(f"`{file}`", ["It is no UTF-8 text."]) from None
     except tomllib.TOMLDecodeError as error:
         raise ScriptError(f"`{file}`", [f"It is no TOML: {error}."]) from error
+    problems: list[str] = []
     script = read_script(table, problems.append)
     problems += problems_of(script, skillset)
     if problems:
         raise ScriptError(f"`{file}`", problems)
+    return script
+
+
+def load_scripts(paths: Iterable[str | Path], skillset: Skillset) -> MockScript:
+    """Read scripts that add to one another: of what two of them say the later one counts. Raises as `load_script`."""
+    script = MockScript()
+    for path in paths:
+        more = load_script(path, skillset)
+        script = MockScript(
+            skills={**script.skills, **more.skills},
+            seed=more.seed or script.seed,
+            data=script.data | more.data,
+            resources=script.resources | more.resources,
+            reactions=script.reactions + more.reactions,
+        )
     return script
 
 
@@ -92,8 +106,8 @@ def read_script(table: Mapping[str, Any], report: Report) -> MockScript:
     )
 
 
-def read_run(raw: Any, where: str, report: Report) -> MockRun | None:
-    """One run, or None where it was reported."""
+def read_run(raw: Any, where: str, report: Report) -> MockRun:
+    """One run; what cannot be read is reported and left out."""
     return _read(MockRun, raw, where, report)
 
 
@@ -112,8 +126,7 @@ def _read_runs(raw: Any, where: str, report: Report) -> Sequence[MockRun]:
     given = cast(dict[str, Any], raw)
     forms = [form for form in ("runs", "choices") if form in given]
     if not forms:
-        run = _read(MockRun, given, where, report, also=("runs", "choices"))
-        return () if run is None else (run,)
+        return (_read(MockRun, given, where, report, also=("runs", "choices")),)
     [form, *more] = forms
     for name in (*more, *(name for name in given if name not in forms)):
         report(f"{where} has both `{form}` and `{name}`. Put what a run says into the list `{form}`.")
@@ -122,7 +135,7 @@ def _read_runs(raw: Any, where: str, report: Report) -> Sequence[MockRun]:
         report(f"{where}.{form} takes a list of runs, such as [{{delay = 2.0}}].")
         return ()
     items = enumerate(cast(list[Any], listed_runs))
-    runs = [run for n, item in items if (run := _read(MockRun, item, f"{where}.{form}[{n}]", report))]
+    runs = [read_run(item, f"{where}.{form}[{n}]", report) for n, item in items]
     return Choices(runs) if form == "choices" else tuple(runs)
 
 
@@ -130,40 +143,36 @@ def _read_reactions(raw: Any, report: Report) -> list[Reaction]:
     if not isinstance(raw, list):
         report("reaction takes a list of tables, each under a heading [[reaction]].")
         return []
-    found: list[Reaction] = []
-    for number, item in enumerate(cast(list[Any], raw)):
-        where = f"reaction[{number}]"
-        if isinstance(item, dict) and "when" in item:
-            table = cast(dict[str, Any], item)
-            when = _read(When, table["when"], f"{where}.when", report)
-            rest = {name: value for name, value in table.items() if name != "when"}
-            reaction = _read(Reaction, rest, where, report)
-            if when is not None and reaction is not None:
-                found.append(msgspec.structs.replace(reaction, when=when))
-        elif (reaction := _read(Reaction, item, where, report)) is not None:
-            found.append(reaction)
-    return found
+    return [_read_reaction(item, f"reaction[{n}]", report) for n, item in enumerate(cast(list[Any], raw))]
 
 
-def _read(kind: type[S], raw: Any, where: str, report: Report, also: tuple[str, ...] = ()) -> S | None:
+def _read_reaction(raw: Any, where: str, report: Report) -> Reaction:
+    if not isinstance(raw, dict):
+        return _read(Reaction, raw, where, report)
+    table = cast(dict[str, Any], raw)
+    rest = {name: value for name, value in table.items() if name != "when"}
+    reaction = _read(Reaction, rest, where, report)
+    if "when" not in table:
+        return reaction
+    return msgspec.structs.replace(reaction, when=_read(When, table["when"], f"{where}.when", report))
+
+
+def _read(kind: type[S], raw: Any, where: str, report: Report, also: tuple[str, ...] = ()) -> S:
     """Read a structure field by field, so that all of its problems are found."""
     if not isinstance(raw, Mapping):
         report(f"{where} is `{raw}`; it takes a table.")
-        return None
+        return kind()
     fields = {each.encode_name: each for each in msgspec.structs.fields(kind)}
     values: dict[str, Any] = {}
-    sound = True
     for name, value in cast(Mapping[str, Any], raw).items():
         if name not in fields:
             report(f"{where} has no `{name}`{_hint(name, (*fields, *also))}")
-            sound = False
             continue
         try:
             values[fields[name].name] = msgspec.convert(value, fields[name].type)
         except msgspec.ValidationError:
             report(f"{where}.{name} is `{value}`; it takes {TAKES.get(name) or _of_type(fields[name].type)}.")
-            sound = False
-    return kind(**values) if sound else None
+    return kind(**values)
 
 
 def _of_type(kind: Any) -> str:

@@ -174,8 +174,8 @@ class MockSkillNode(SkillManagerNode):
     def _direct(self, call: DirectMock) -> None:
         problems: list[str] = []
         said = read_run(call.run, self._model.name, problems.append)
-        run = None if said is None else fit_run(said, self._model, problems.append, self._model.name)
-        if run is None or problems:
+        run = fit_run(said, self._model, problems.append, self._model.name)
+        if problems:
             raise RefusedError(ErrorCode.BAD_REQUEST, " ".join(problems), help="See docs/mocks.md.")
         match call.when:
             case "now" if run.how == "invalid":

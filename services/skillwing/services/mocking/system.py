@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ from skillwing.services.managers.data_manager import DataManagerNode
 from skillwing.services.managers.resource_manager import ResourceManagerNode
 from skillwing.services.mocking.fitting import fit_script
 from skillwing.services.mocking.script import MockScript
-from skillwing.services.mocking.script_file import load_script
+from skillwing.services.mocking.script_file import load_scripts
 from skillwing.services.mocking.skill import MockSkillNode
 from skillwing.services.mocking.world import MockWorld
 from skillwing.services.names import DATA_MANAGER, MOCKED_WORLD, RESOURCE_MANAGER, skill_process
@@ -27,10 +27,14 @@ from skillwing.services.robot import ProcessSpec, Robot
 FACTORIES = "skillwing.services.mocking.system"
 
 
-def script_beside(skillset: Path) -> Path | None:
-    """The script that belongs to a skillset file: `m600.mock.toml` for `m600.skillset`, if there is one."""
-    path = skillset.with_suffix(".mock.toml")
-    return path if path.is_file() else None
+def scripts_for(skillset: Path, given: Path | None = None) -> tuple[Path, ...]:
+    """What mocks of a skillset file play: `m600.mock.toml` beside `m600.skillset`, if it is there, and what is given.
+
+    A script that is given adds to the one beside the file.
+    """
+    beside = skillset.with_suffix(".mock.toml")
+    found = (beside,) if beside.is_file() else ()
+    return found if given is None else (*found, given)
 
 
 # --- in one process --------------------------------------------------------------------------------------------------
@@ -53,15 +57,14 @@ def make_mock_managers(skillset: Skillset, script: MockScript | None = None) -> 
 
 
 def mock_processes(
-    robot: Robot, *, script: Path | None = None, seed: int | None = None, skills: Collection[str] | None = None
+    robot: Robot, *, scripts: Sequence[Path] = (), seed: int | None = None, skills: Collection[str] | None = None
 ) -> tuple[ProcessSpec, ...]:
     """The processes of a robot with mocks: all skills of its skillset and the world, or only these skills.
 
-    With `skills` the other skills keep their managers; what is below all of them is for the caller to add. script: a
-    file; seed: instead of the one in it.
+    With `skills` the other skills keep their managers; what is below all of them is for the caller to add. scripts:
+    files that add to one another; seed: instead of the one in them.
     """
-    options: dict[str, Any] = {"skillset": str(robot.skillset)}
-    options |= {} if script is None else {"script": str(script.absolute())}
+    options: dict[str, Any] = {"skillset": str(robot.skillset), "scripts": [str(each.absolute()) for each in scripts]}
     options |= {} if seed is None else {"seed": seed}
     managers = {spec.name: spec for spec in robot.managers()}
     names = [skill.name for skill in robot.load_skillset().skills] if skills is None else list(skills)
@@ -78,19 +81,19 @@ def mock_processes(
 
 
 def make_mock_skill_process(options: dict[str, Any]) -> Node:
-    """Options: `skillset`, the path of the skillset file; `skill`, which one to play; `script` and `seed`, if any."""
+    """Options: `skillset`, the path of the skillset file; `skill`, which one to play; `scripts` and `seed`, if any."""
     skillset, script = _skillset_and_script(options)
     return MockSkillNode(skillset, required(options, "skill"), fit_script(script, skillset), crash=_kill_this_process)
 
 
 def make_mock_world_process(options: dict[str, Any]) -> Node:
-    """Options: `skillset`, the path of the skillset file; `script` and `seed`, if any."""
+    """Options: `skillset`, the path of the skillset file; `scripts` and `seed`, if any."""
     return MockWorld(*_skillset_and_script(options))
 
 
 def _skillset_and_script(options: dict[str, Any]) -> tuple[Skillset, MockScript]:
     skillset = load(required(options, "skillset"))
-    script = load_script(required(options, "script"), skillset) if "script" in options else MockScript()
+    script = load_scripts(options.get("scripts", ()), skillset)
     seed = options.get("seed")
     return skillset, script if seed is None else msgspec.structs.replace(script, seed=int(seed))
 

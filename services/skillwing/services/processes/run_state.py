@@ -9,7 +9,7 @@ from __future__ import annotations
 import fcntl
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -23,7 +23,8 @@ class RunState(msgspec.Struct, frozen=True, kw_only=True):
     """A running system.
 
     robot: its name and namespace; endpoint: of the router; skillset: path of the `.skillset` file; clock: who tells
-    robot time; pid and pid_started: of the process that runs it; run_dir: where its logs are.
+    robot time; pid and pid_started: of the process that runs it; run_dir: where its logs are; mock: nothing in it is
+    real; processes: the names of those that were started.
     """
 
     robot: str
@@ -34,6 +35,7 @@ class RunState(msgspec.Struct, frozen=True, kw_only=True):
     pid_started: str
     run_dir: str
     mock: bool = False
+    processes: tuple[str, ...] = ()
 
 
 def runtime_dir() -> Path:
@@ -98,7 +100,13 @@ def reserved(robot: str) -> Iterator[None]:
 
 @contextmanager
 def announced(
-    robot: Robot, endpoint: str, run_dir: Path, *, clock: ClockKind | None = None, mock: bool = False
+    robot: Robot,
+    endpoint: str,
+    run_dir: Path,
+    *,
+    clock: ClockKind | None = None,
+    mock: bool = False,
+    processes: Iterable[str] = (),
 ) -> Iterator[None]:
     """Let other commands find the system that this process runs, for as long as the context lasts."""
     pid = os.getpid()
@@ -112,6 +120,7 @@ def announced(
             pid_started=started(pid) or "",
             run_dir=str(run_dir),
             mock=mock,
+            processes=tuple(processes),
         )
     )
     try:

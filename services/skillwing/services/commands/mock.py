@@ -1,0 +1,70 @@
+"""`skillwing mock`: run a skillset file as a system of mocks."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from skillwing.dsl import load
+from skillwing.services.commands.output import make_console
+from skillwing.services.commands.running import (
+    DetachOption,
+    ListenOption,
+    RunDirOption,
+    make_run_dir,
+    require_not_running,
+    run_detached,
+    run_system,
+)
+from skillwing.services.errors import InvalidOptionError
+from skillwing.services.mocking.script_file import load_scripts
+from skillwing.services.mocking.system import mock_processes, scripts_for
+from skillwing.services.processes.router import LOOPBACK
+from skillwing.services.robot import Robot
+
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
+
+
+def mock(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Skillset to mock.", show_default=False)],
+    script: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="What the mocks do, besides what NAME.mock.toml beside the skillset says."),
+    ] = None,
+    seed: Annotated[int | None, typer.Option(metavar="N", help="Instead of the script's own seed.")] = None,
+    robot_name: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Of the mocked robot; default the skillset's name.")
+    ] = None,
+    detach: DetachOption = False,
+    listen: ListenOption = LOOPBACK,
+    run_dir: RunDirOption = None,
+) -> None:
+    """Run every manager of a skillset as its own process, with mocks for its skills and for the world around them.
+
+    `start`, `interrupt`, `trigger`, `data` and the other commands work as on a robot; `script` shows and changes what
+    the mocks do. docs/mocks.md tells what a script can say.
+
+    Exit codes: 0 it was told to stop, 1 it did not start or lost a process it cannot do without, 2 broken file.
+    """
+    skillset = load(file)
+    scripts = scripts_for(file, script)
+    load_scripts(scripts, skillset)
+    name = robot_name or skillset.name
+    if not NAME.fullmatch(name):
+        raise InvalidOptionError("robot-name", f"A robot cannot be called `{name}`. Use letters, digits, `_` and `-`.")
+    require_not_running(name)
+    directory = make_run_dir(run_dir, "mock")
+    if detach:
+        words = ["mock", str(file.absolute()), "--robot-name", name, "--listen", listen]
+        words += [] if script is None else ["--script", str(script.absolute())]
+        words += [] if seed is None else ["--seed", str(seed)]
+        run_detached(name, words, directory)
+        return
+    robot = Robot(name=name, skillset=file.absolute(), hooks={}, clock="wall")
+    played = ", ".join(map(str, scripts)) or "no script: each skill ends with its first success, if it has one"
+    make_console().print(f"Mocks of {file}. They play {played}.", markup=False)
+    specs = mock_processes(robot, scripts=scripts, seed=seed)
+    raise typer.Exit(run_system(robot, specs, directory, clock="wall", listen=listen, mock=True))

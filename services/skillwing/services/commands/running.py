@@ -1,0 +1,113 @@
+"""Running a system of processes from a command: in the foreground until it is told to stop, or detached."""
+
+from __future__ import annotations
+
+import contextlib
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from datetime import datetime
+from pathlib import Path
+from queue import SimpleQueue
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from skillwing.services.commands.ending import ended_by_signals
+from skillwing.services.commands.exit_codes import FAILED, OK
+from skillwing.services.commands.output import make_console
+from skillwing.services.errors import SkillwingError
+from skillwing.services.processes.launcher import ROUTER, ROUTER_TIMEOUT, START_TIMEOUT, Death, Launcher
+from skillwing.services.processes.run_state import announced, read_run_state, reserved
+from skillwing.services.robot import ClockKind, ProcessSpec, Robot
+
+DetachOption = Annotated[bool, typer.Option("--detach", "-d", help="Return once it runs; `down` stops it.")]
+ListenOption = Annotated[str, typer.Option("--listen", metavar="tcp/HOST:PORT", help="Where the router listens.")]
+RunDirOption = Annotated[
+    Path | None, typer.Option("--run-dir", metavar="DIR", help="Where logs go; default runs/TIME.", show_default=False)
+]
+
+
+def make_run_dir(given: Path | None, command: str) -> Path:
+    """The directory of a run, called after the time and the command unless given."""
+    return (given or Path("runs") / f"{datetime.now().astimezone():%Y%m%d-%H%M%S}-{command}").absolute()
+
+
+def require_not_running(robot: str) -> None:
+    """Raise SkillwingError if a system of the robot runs already."""
+    running = read_run_state(robot)
+    if running is not None:
+        raise SkillwingError(f"`{robot}` runs already (process {running.pid}). Stop it first with `skillwing down`.")
+
+
+def run_system(
+    robot: Robot, specs: Sequence[ProcessSpec], run_dir: Path, *, clock: ClockKind, listen: str, mock: bool
+) -> int:
+    """Run a system until Ctrl-C, or until it cannot go on; returns the exit code."""
+    with ended_by_signals(), reserved(robot.name):
+        return _run(robot, tuple(specs), run_dir, clock, listen, mock)
+
+
+def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, clock: ClockKind, listen: str, mock: bool) -> int:
+    console = make_console()
+    deaths: SimpleQueue[Death] = SimpleQueue()
+    launcher = Launcher(robot.name, robot.load_skillset().name, run_dir, clock=clock, on_death=deaths.put)
+    names = tuple(spec.name for spec in specs)
+    try:
+        with launcher:
+            begun = time.monotonic()
+            with console.status(f"Starting {len(specs)} processes ..."):
+                launcher.start_router(listen)
+                launcher.start(specs)
+            with announced(robot, launcher.endpoint, run_dir, clock=clock, mock=mock, processes=names):
+                console.print(f"{robot.name} runs: {len(specs)} processes, up in {time.monotonic() - begun:.1f} s.")
+                console.print(f"Router at {launcher.endpoint}, logs in {run_dir}/logs.")
+                console.print("Start a skill with `skillwing start SKILL`; stop with Ctrl-C or `skillwing down`.")
+                code = _watch(console, deaths, {spec.name for spec in specs if spec.essential} | {ROUTER})
+    except KeyboardInterrupt:
+        code = OK
+    console.print(f"{robot.name} has stopped.")
+    return code
+
+
+def _watch(console: Console, deaths: SimpleQueue[Death], essential: set[str]) -> int:
+    """Report deaths until one of them is the end of the system."""
+    while True:
+        death = deaths.get()
+        console.print(str(death), style="red")
+        if death.process in essential:
+            console.print("The system cannot go on without it.")
+            for line in death.log:
+                console.print(f"    {line}", markup=False)
+            return FAILED
+
+
+def run_detached(robot: str, words: Sequence[str], run_dir: Path) -> None:
+    """Run a command line, which must not detach itself, in a session of its own; return when its system is up.
+
+    robot: the name under which the system makes itself known. Raises SkillwingError with what the command said if it
+    ends before, or with where to look if it does not come up in time.
+    """
+    log = run_dir / "logs" / "up.log"
+    log.parent.mkdir(parents=True, exist_ok=True)
+    with log.open("ab") as file:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "skillwing.services.cli", *words, "--run-dir", str(run_dir)],
+            stdin=subprocess.DEVNULL,
+            stdout=file,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )
+    deadline = time.monotonic() + START_TIMEOUT + ROUTER_TIMEOUT
+    while time.monotonic() < deadline:
+        state = read_run_state(robot)
+        if state is not None and state.pid == process.pid:
+            typer.echo(f"{robot} runs as process {process.pid}, logs in {run_dir}/logs. `skillwing down` stops it.")
+            return
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.wait(0.05)
+            raise SkillwingError(log.read_text(encoding="utf-8", errors="replace").strip())
+    process.terminate()
+    raise SkillwingError(f"`{robot}` did not come up in time. Look at {log}.")

@@ -1,0 +1,92 @@
+"""The mapping mission without a robot: the managers are real, the skills and the world play the M600's mock scripts."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from skillwing.bt_missions.missions.mapping import MISSION
+from skillwing.bt_missions.running.runner import MissionNode
+from skillwing.m600.robot import ROBOT, SKILLSET
+from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.bus.reading import message_reader
+from skillwing.services.mocking import MockWorld, load_scripts, make_mock_managers
+from skillwing.services.mocking.system import scripts_for
+from skillwing.services.protocol import GoalStatus, Keys, MissionStatus, Record, RecordKind
+
+M600 = ROBOT.load_skillset()
+CAMERA_FAILS = SKILLSET.with_name("camera_fails.mock.toml")
+IDLE = {"axes_authority": "AVAILABLE", "heading_authority": "AVAILABLE", "flight_status": "ON_GROUND"}
+
+
+class Rehearsal:
+    """A mocked M600, and the mission that is tried on it."""
+
+    def __init__(self, script: Path | None = None) -> None:
+        self.network = InProcessNetwork(seed=1, jitter=0.002)
+        self.goals: dict[str, GoalStatus] = {}
+        self.records: list[Record] = []
+        keys = Keys(M600.name)
+        observer = self.network.bus("observer")
+        observer.subscribe(keys.timeline, message_reader(Record, self.records.append), events=True)
+        observer.subscribe(keys.status("*"), message_reader(GoalStatus, self._follow), events=True)
+        played = load_scripts(scripts_for(SKILLSET, script), M600)
+        for node in (*make_mock_managers(M600, played), MockWorld(M600, played)):
+            self.network.attach(node)
+        self.node = MissionNode(MISSION, M600, MISSION.read_options({}))
+
+    def _follow(self, status: GoalStatus) -> None:
+        self.goals[status.goal_id] = status
+
+    def fly(self) -> MissionStatus:
+        self.network.attach(self.node)
+        assert self.network.run_until(lambda: self.node.over, 200.0), self.node.status
+        self.network.run_for(3.0)
+        return self.node.status
+
+    def ends(self, skill: str) -> list[str]:
+        return [goal.terminal.label for goal in self.goals.values() if goal.skill == skill and goal.terminal]
+
+    def states(self) -> dict[str, str]:
+        return {each.subject: each.after for each in self.records if each.kind is RecordKind.RESOURCE}
+
+
+def test_the_mission_succeeds_on_mocks_alone() -> None:
+    rehearsal = Rehearsal()
+    status = rehearsal.fly()
+    assert (status.phase, status.waypoint) == ("SUCCEEDED", 4)
+    assert rehearsal.ends("goto_straight") == ["S_ARRIVED"] * 4
+    assert rehearsal.ends("lidar_depthmap") == []
+    assert rehearsal.ends("land") == ["S_LANDED"]
+    assert IDLE.items() <= rehearsal.states().items()
+
+
+def test_the_mission_goes_on_by_lidar_when_the_script_fails_the_camera() -> None:
+    rehearsal = Rehearsal(CAMERA_FAILS)
+    status = rehearsal.fly()
+    assert (status.phase, status.waypoint) == ("SUCCEEDED", 4)
+    assert rehearsal.ends("zed_depthmap") == ["RI"]
+    assert rehearsal.ends("goto_straight") == ["S_ARRIVED", "IT"]
+    assert rehearsal.ends("goto") == ["S_ARRIVED"] * 3
+    assert rehearsal.ends("lidar_mapping") == ["IT"]
+    assert IDLE.items() <= rehearsal.states().items()
+
+
+def test_the_camera_fails_because_a_leg_has_ended() -> None:
+    """What the script makes of an event has that event for its cause, as on a robot."""
+    rehearsal = Rehearsal(CAMERA_FAILS)
+    rehearsal.fly()
+    by_id = {each.id: each for each in rehearsal.records}
+    failure = next(each for each in rehearsal.records if (each.subject, each.after) == ("zed_status", "FAILED"))
+    assert failure.cause is not None
+    assert by_id[failure.cause].subject == "goto_straight"
+
+
+@pytest.mark.parametrize("script", [None, CAMERA_FAILS])
+def test_the_same_script_gives_the_same_flight(script: Path | None) -> None:
+    first, second = Rehearsal(script), Rehearsal(script)
+    first.fly()
+    second.fly()
+    told = [[(each.t, each.subject, each.after) for each in flight.records] for flight in (first, second)]
+    assert told[0] == told[1]
