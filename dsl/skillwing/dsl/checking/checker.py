@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from skillwing.dsl.checking.analysis import analyse
+from skillwing.dsl.checking.collector import paused_collector
 from skillwing.dsl.checking.resolver import resolve
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic, has_errors, in_file_order
 from skillwing.dsl.diagnostics.report import Report
@@ -26,6 +27,7 @@ class Checked:
     diagnostics: tuple[Diagnostic, ...]
 
 
+@paused_collector()
 def check(text: str, file: str) -> Checked:
     """Check a source text; `file` is the name that its diagnostics show. Never raises for what the text contains."""
     parsed = parse_file(text, file)

@@ -1,0 +1,188 @@
+"""Processor time to read and check a generated file of many skills of the size of the m600's `goto`.
+
+python benchmarks/language.py [--skills 1000] [--seed 1] [--runs 7] [--write]
+
+`--write` puts the figures into docs/performance.md; `--print` shows the generated file instead.
+"""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import gc
+import platform
+import random
+import statistics
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from skillwing.dsl.checking.analysis import analyse
+from skillwing.dsl.checking.checker import check
+from skillwing.dsl.checking.resolver import resolve
+from skillwing.dsl.diagnostics.report import Report
+from skillwing.dsl.reading.lexer import lex
+from skillwing.dsl.reading.parser import parse_file
+
+PAGE = Path(__file__).parents[1] / "docs" / "performance.md"
+BEGIN, END = "<!-- benchmarks/language.py -->", "<!-- end of benchmarks/language.py -->"
+
+RESOURCES = {
+    "axes_authority": ("AVAILABLE", "USED"),
+    "heading_authority": ("AVAILABLE", "USED"),
+    "gripper": ("FREE", "HELD"),
+    "camera": ("IDLE", "RECORDING"),
+}
+CONDITIONS = {
+    "SDK_authority": ("AVAILABLE", "LOST"),
+    "flight_status": ("IN_AIR", "ON_GROUND"),
+    "battery_status": ("GOOD", "LOW", "CRITICAL"),
+    "link_status": ("UP", "DOWN"),
+}
+DATA = {"battery": "[%]", "altitude": "[m]", "wind": "[m/s]"}
+
+
+def generated(skills: int, seed: int) -> str:
+    """A valid skillset of that many skills: one or two resources taken, guards of both kinds, results with `post`."""
+    chance = random.Random(seed)
+    lines = [
+        "skillset generated {",
+        "    type Position { x: float64 [m]  y: float64 [m]  z: float64 [m] }",
+        "    data {",
+        "        position: Position period=0.1",
+        *(f"        {name}: float64 {unit} period=1.0" for name, unit in DATA.items()),
+        "    }",
+    ]
+    for name, (free, used) in RESOURCES.items():
+        lines.append(f"    resource {name} {{ initial {free}  {free} -> {used}  {used} -> {free} }}")
+    for name, states in CONDITIONS.items():
+        edges = "  ".join(f"extern {one} -> {other}" for one in states for other in states if one != other)
+        lines.append(f"    resource {name} {{ initial {states[0]}  {edges} }}")
+    for index in range(skills):
+        lines += _skill(f"skill_{index}", chance)
+    return "\n".join([*lines, "}", ""])
+
+
+def _skill(name: str, chance: random.Random) -> list[str]:
+    taken = chance.sample(sorted(RESOURCES), chance.randint(1, 2))
+    watched = chance.sample(sorted(CONDITIONS), chance.randint(1, 2))
+    datum = chance.choice(sorted(DATA))
+    take = "  ".join(f"{resource} -> {RESOURCES[resource][1]}" for resource in taken)
+    release = "  ".join(f"{resource} -> {RESOURCES[resource][0]}" for resource in taken)
+    free = [f"            {resource}_free: resource=({resource} == {RESOURCES[resource][0]})" for resource in taken]
+    good = {condition: f"resource=({condition} == {CONDITIONS[condition][0]})" for condition in watched}
+    return [
+        "",
+        f"    // What {name} does.",
+        f"    skill {name} {{",
+        "        progress=0.5 { distance: float64 [m] }",
+        "        input {",
+        "            target: Position",
+        f"            speed:  float64 [m/s] in 0.1..{chance.randint(2, 9)}.0 = 1.5",
+        "        }",
+        "        output { stopped_at: Position  obstacle_distance: float64 [m] = 1000.0 }",
+        "        effect {",
+        f"            take    {{ {take} }}",
+        f"            release {{ {release} }}",
+        "        }",
+        "        precondition {",
+        *free,
+        *(f"            {condition}: {predicate}" for condition, predicate in good.items()),
+        f"            measured: data=({datum} > {chance.randint(1, 50)}.5 and speed < 9.0)",
+        "            success take",
+        "        }",
+        "        invariant {",
+        *(f"            {condition}: {predicate} violation=release" for condition, predicate in good.items()),
+        "        }",
+        "        interrupt { apply=release timeout=5.0 }",
+        "        result {",
+        f"            success ARRIVED: apply=release post resource=({taken[0]} == {RESOURCES[taken[0]][0]})",
+        "            failure BLOCKED: apply=release   // an obstacle on the way",
+        "            failure ABORTED: apply=release",
+        "        }",
+        "    }",
+    ]
+
+
+def _seconds(work: Callable[[], object], runs: int) -> float:
+    """The median processor time of a piece of work, after one run that nobody counts."""
+    taken: list[float] = []
+    for _ in range(runs + 1):
+        gc.collect()
+        begin = time.process_time()
+        result = work()
+        taken.append(time.process_time() - begin)
+        del result
+    return statistics.median(taken[1:])
+
+
+def measured(text: str, runs: int) -> dict[str, float]:
+    """Processor seconds of each step, and of `check`, which is all of them."""
+    file = "generated.skillset"
+    checked = check(text, file)
+    assert checked.skillset is not None, checked.diagnostics[:3]
+    skillset = checked.skillset
+    root = parse_file(text, file).root
+    assert root is not None
+    lexing = _seconds(lambda: lex(text, file), runs)
+    return {
+        "lex": lexing,
+        "parse": _seconds(lambda: parse_file(text, file), runs) - lexing,
+        "resolve": _seconds(lambda: resolve(root, Report()), runs),
+        "analyse": _seconds(lambda: analyse(skillset, Report()), runs),
+        "check, all of it": _seconds(lambda: check(text, file), runs),
+    }
+
+
+def section(skills: int, text: str, figures: dict[str, float]) -> str:
+    """The figures as a piece of a Markdown page."""
+    rows = "\n".join(f"| {step} | {seconds:.2f} |" for step, seconds in figures.items())
+    return f"""{BEGIN}
+## The language
+
+A generated file of {skills} skills of the size of the m600's `goto`: {len(text) // 1000} kB,
+{text.count(chr(10))} lines, {len(lex(text, ""))} words and signs. Median processor time on one core of {_processor()}, Python
+{platform.python_version()}, {datetime.datetime.now(tz=datetime.UTC):%Y-%m-%d}. The budget is 1 s for all of it.
+
+| step | seconds |
+|---|---|
+{rows}
+
+`python benchmarks/language.py --write` measures again and rewrites this section.
+{END}"""
+
+
+def _processor() -> str:
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text().splitlines() if info.exists() else []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return f"an {names[0]}" if names else platform.machine()
+
+
+def _write(text: str) -> None:
+    page = PAGE.read_text(encoding="utf-8") if PAGE.exists() else "# Performance\n\n" + BEGIN + END + "\n"
+    before, rest = page.split(BEGIN, 1) if BEGIN in page else (page.rstrip() + "\n\n", END + "\n")
+    PAGE.write_text(before + text + rest.split(END, 1)[1], encoding="utf-8")
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    options.add_argument("--skills", type=int, default=1000)
+    options.add_argument("--seed", type=int, default=1)
+    options.add_argument("--runs", type=int, default=7)
+    options.add_argument("--write", action="store_true", help="put the figures into docs/performance.md")
+    options.add_argument("--print", action="store_true", help="show the generated file instead")
+    given = options.parse_args()
+    text = generated(given.skills, given.seed)
+    if given.print:
+        sys.stdout.write(text)
+        return
+    report = section(given.skills, text, measured(text, given.runs))
+    if given.write:
+        _write(report)
+    sys.stdout.write(report + "\n")
+
+
+if __name__ == "__main__":
+    main()
