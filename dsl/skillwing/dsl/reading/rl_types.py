@@ -62,6 +62,6 @@ class RlTypes:
     def _remark(self, word: Word) -> None:
         if word.text not in self._remarked:
             self._remarked.add(word.text)
-            message = f"What a `{word.text}` holds is not said here: it is read as a structure without fields."
+            message = f"What `{word.text}` holds is not said here: it is read as a structure without fields."
             advice = f"To give it some, write `type {word.text} {{ ... }}` in a `.skillset` file."
             self._report.add("SW090", word.span, message, advice)
