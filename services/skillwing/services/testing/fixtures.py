@@ -11,7 +11,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, ParamSpec, Protocol, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 import pytest
 
@@ -22,14 +22,6 @@ from skillwing.services.testing.skill import SkillTest
 
 B = TypeVar("B", bound=Bench)
 P = ParamSpec("P")
-
-
-class MakeProcesses(Protocol):
-    """`SkillsetProcesses` with a directory for its logs."""
-
-    def __call__(
-        self, skillset: str | Path, hooks: Mapping[str, str] | None = None, **options: Any
-    ) -> SkillsetProcesses: ...
 
 
 @pytest.fixture
@@ -52,7 +44,9 @@ def skillset_in_process(benches: ExitStack) -> Callable[..., SkillsetInProcess]:
 
 
 @pytest.fixture
-def skillset_processes(benches: ExitStack, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> MakeProcesses:
+def skillset_processes(
+    benches: ExitStack, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Callable[..., SkillsetProcesses]:
     """Call it as you would call `SkillsetProcesses`, without `run_dir`: the logs are in the test's `tmp_path`.
 
     The processes can import what the test can, so that hooks may stand in a test module.

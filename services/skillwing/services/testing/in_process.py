@@ -7,7 +7,6 @@ from itertools import count
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from skillwing.dsl import load
 from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.services.bus import Bus, Node
 from skillwing.services.bus.inprocess import InProcessNetwork
@@ -20,6 +19,7 @@ from skillwing.services.names import DATA_MANAGER, RESOURCE_MANAGER, skill_proce
 from skillwing.services.testing.bench import CLIENT, Bench
 from skillwing.services.testing.context import checked_states
 from skillwing.services.testing.fake_layer import FakeLayer
+from skillwing.services.testing.model import model_of
 
 HooksFactory: TypeAlias = Callable[[], SkillHooks[Any, Any, Any]]
 """A class derived from SkillHooks, or any callable that makes such hooks: `lambda: DriveManager(fake_motor)`."""
@@ -51,7 +51,7 @@ class SkillsetInProcess(Bench):
         seed: int = 0,
         jitter: float = 0.0,
     ) -> None:
-        model = skillset if isinstance(skillset, Skillset) else load(skillset)
+        model = model_of(skillset)
         layer = layer or FakeLayer()
         found = checked_states(model, states or {})
         self.network = InProcessNetwork(seed=seed, jitter=jitter)

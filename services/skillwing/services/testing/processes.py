@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 
-from skillwing.dsl import load
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.mocking.system import mock_processes
@@ -16,15 +17,16 @@ from skillwing.services.processes.launcher import Launcher
 from skillwing.services.robot import ProcessSpec, Robot
 from skillwing.services.testing.bench import CLIENT, Bench
 from skillwing.services.testing.fake_layer import FakeLayer
+from skillwing.services.testing.model import model_of
 
 
 class SkillsetProcesses(Bench):
     """Managers as processes of their own, in wall time, at a port that the system chooses.
 
     skillset: path of the file. hooks: for each skill with a manager the class, as `package.module:Class`, importable
-    by the processes; mocks play the other skills, by `script`, a file. run_dir: gets `logs/<process>.log`. data: as in
-    `SkillsetInProcess`, published by the test's own process whenever a call waits. layer: the fake functional layer,
-    on the test's session. processes: what else the robot needs.
+    by the processes; mocks play the other skills, by the files `scripts`. run_dir: gets `logs/<process>.log`. data: as
+    in `SkillsetInProcess`, published by the test's own process whenever a call waits. layer: the fake functional
+    layer, on the test's session. processes: what else the robot needs.
 
     Raises StartError, with the last lines of its log, for a process that does not come up. To be closed, best as a
     context manager: when `close` returns, no process is left.
@@ -36,12 +38,12 @@ class SkillsetProcesses(Bench):
         hooks: Mapping[str, str] | None = None,
         *,
         run_dir: Path,
-        script: Path | None = None,
+        scripts: Sequence[Path] = (),
         data: Mapping[str, object] | None = None,
         layer: FakeLayer | None = None,
         processes: tuple[ProcessSpec, ...] = (),
     ) -> None:
-        model = load(skillset)
+        model = model_of(skillset)
         classes = {model.skill(skill).name: imported({"hooks": path}, "hooks") for skill, path in (hooks or {}).items()}
         robot = Robot(
             name=model.name,
@@ -50,19 +52,20 @@ class SkillsetProcesses(Bench):
             clock="wall",
         )
         mocked = [skill.name for skill in model.skills if skill.name not in classes]
-        specs = (*processes, *mock_processes(robot, script=script, skills=mocked))
+        specs = (*processes, *mock_processes(robot, scripts=scripts, skills=mocked))
         self.launcher = Launcher(robot.name, model.name, run_dir, clock=robot.clock)
-        self._specs = {spec.name: spec for spec in specs}
-        try:
+        # A robot can do without some of them, a test without none.
+        self._specs = {spec.name: replace(spec, essential=True) for spec in specs}
+        with ExitStack() as undoing:
+            undoing.callback(self.launcher.stop)
             self.launcher.start(tuple(self._specs.values()))
             bus = ZenohBus(CLIENT, robot.name, self.launcher.endpoint)
+            undoing.callback(bus.close)
             layer = layer or FakeLayer()
             layer.attach(bus)
             super().__init__(bus, model, layer, types=classes)
             self.set_data(**(data or {}))
-        except BaseException:
-            self.launcher.stop()
-            raise
+            undoing.pop_all()
 
     def close(self) -> None:
         """End every process. Idempotent."""
