@@ -33,12 +33,13 @@ class Machine:
             action = actions[state].get(kind)
             while isinstance(action, Reduction):
                 size, build = action.size, action.build
-                if size:
+                if build is None:
+                    states.pop()
+                elif size:
                     del states[-size:]
-                    if build is not None:
-                        values[-size:] = (build(values[-size:]),)
-                elif build is not None:
-                    values.append(build([]))
+                    values[-size:] = (build(*values[-size:]),)
+                else:
+                    values.append(build())
                 state = gotos[states[-1]][action.origin]
                 states.append(state)
                 action = actions[state].get(kind)

@@ -35,15 +35,15 @@ class Scanner:
         }
         self._kinds = {text: kind for kind, text in fixed.items()}
         # A word of letters is matched as a NAME, and then found among the fixed texts.
-        self._pattern = re.compile(
-            "|".join(
-                re.escape(fixed[terminal.name])
-                if terminal.name in fixed
-                else f"(?P<{terminal.name}>{terminal.pattern.to_regexp()})"
-                for terminal in ordered
-                if not fixed.get(terminal.name, "").isidentifier()
-            )
+        alternatives = (
+            re.escape(fixed[terminal.name])
+            if terminal.name in fixed
+            else f"(?P<{terminal.name}>{terminal.pattern.to_regexp()})"
+            for terminal in ordered
+            if not fixed.get(terminal.name, "").isidentifier()
         )
+        # The glance ahead spares white space the whole list.
+        self._pattern = re.compile(rf"(?=\S)(?:{'|'.join(alternatives)})")
 
     def scan(self, source: Source) -> tuple[Lexeme, ...]:
         """Cut the text; every character of it is in a lexeme, or is white space or a byte order mark at the start.

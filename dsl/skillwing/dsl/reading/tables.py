@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from operator import itemgetter
 from typing import Any, TypeAlias, cast
 
 from lark import Lark
@@ -17,14 +18,14 @@ from lark.parsers.lalr_analysis import Shift
 
 END = "$END"
 
-Build: TypeAlias = Callable[[list[Any]], object]
+Build: TypeAlias = Callable[..., object]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reduction:
     """Taking a complete rule off the stack: its length, what it makes of the values, and the rule's own symbol.
 
-    build: None where the one value stays as it is.
+    build: called with the values of the rule's symbols; None where the rule has one symbol, whose value stays as it is.
     """
 
     size: int
@@ -54,7 +55,8 @@ def tables(lark: Lark, start: str, builder: object) -> Tables:
     gotos: dict[int, dict[str, int]] = {}
     for state, row in rows.items():
         actions[state], gotos[state] = {}, {}
-        for symbol, (action, argument) in row.items():
+        for token, (action, argument) in row.items():
+            symbol = str(token)  # Lark's are slow to compare.
             if action is not Shift:
                 actions[state][symbol] = reductions[argument]
             elif symbol.isupper():
@@ -67,7 +69,9 @@ def tables(lark: Lark, start: str, builder: object) -> Tables:
 
 def _reductions(rules: Iterable[Rule], builder: object) -> dict[Rule, Reduction]:
     single = _single(rules)
-    return {rule: Reduction(len(rule.expansion), _build(rule, single, builder), rule.origin.name) for rule in rules}
+    return {
+        rule: Reduction(len(rule.expansion), _build(rule, single, builder), str(rule.origin.name)) for rule in rules
+    }
 
 
 # --- what a rule makes of its values
@@ -121,20 +125,22 @@ def _build(rule: Rule, single: frozenset[str], builder: object) -> Build | None:
     method = cast("Callable[..., object]", getattr(builder, rule.alias or rule.origin.name))
     gaps = _gaps(rule)
     if not any(gaps) and not spliced:
-        return _from_all(method) if len(kept) == len(symbols) else _from_some(method, kept)
+        return method if len(kept) == len(symbols) else _from_some(method, kept)
     return _from_lists(method, kept, spliced, gaps)
 
 
 def _the_one(index: int) -> Build:
-    return lambda values: values[index]
-
-
-def _from_all(method: Callable[..., object]) -> Build:
-    return lambda values: method(*values)
+    return lambda *values: values[index]
 
 
 def _from_some(method: Callable[..., object], kept: list[int]) -> Build:
-    return lambda values: method(*[values[index] for index in kept])
+    if len(kept) == 1:
+        index = kept[0]
+        return lambda *values: method(values[index])
+    if not kept:
+        return lambda *_: method()
+    pick = cast("Callable[[object], tuple[object, ...]]", itemgetter(*kept))
+    return lambda *values: method(*pick(values))
 
 
 def _from_lists(method: Callable[..., object], kept: list[int], spliced: set[int], gaps: list[int]) -> Build:
@@ -145,7 +151,7 @@ def _from_lists(method: Callable[..., object], kept: list[int], spliced: set[int
         if index in kept:
             slots.append((index, index in spliced))
 
-    def build(values: list[Any]) -> object:
+    def build(*values: Any) -> object:
         children: list[object] = []
         for slot in slots:
             if slot is None:
@@ -163,7 +169,7 @@ def _collecting(kept: list[int], spliced: set[int]) -> Build:
     """Collect children in a list. A list that comes first is continued: long repetitions take linear time."""
     first, others = (kept[0], kept[1:]) if kept and kept[0] in spliced else (None, kept)
 
-    def build(values: list[Any]) -> object:
+    def build(*values: Any) -> object:
         children: list[object] = [] if first is None else values[first]
         for index in others:
             if index in spliced:
