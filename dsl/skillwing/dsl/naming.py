@@ -16,3 +16,8 @@ def class_name(name: str) -> str:
 def is_usable(name: str) -> bool:
     """Tell whether generated code can use the name as a field, a parameter, a method and an enum member."""
     return not (name.startswith("_") or keyword.iskeyword(name) or name in _TAKEN)
+
+
+def manager_class(skill: str) -> str:
+    """The class with the hooks of a skill, in the module of the skill's name."""
+    return f"{class_name(skill)}Manager"

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
+from skillwing.m600.generated.processes import HOOKS, SKILLSET
 from skillwing.services.robot import ProcessSpec, Robot
 
-SKILLSET = Path(__file__).with_name("m600.skillset")
 SIMULATION = "skillwing.sim_mujoco"
 
 
@@ -55,17 +54,5 @@ ROBOT = Robot(
     skillset=SKILLSET,
     functional_layer=functional_layer,
     observers=observers,
-    hooks={
-        "takeoff": "skillwing.m600.skills.takeoff:TakeoffManager",
-        "land": "skillwing.m600.skills.land:LandManager",
-        "hover": "skillwing.m600.skills.hover:HoverManager",
-        "goto": "skillwing.m600.skills.goto:GotoManager",
-        "goto_straight": "skillwing.m600.skills.goto_straight:GotoStraightManager",
-        "return_home": "skillwing.m600.skills.return_home:ReturnHomeManager",
-        "rotate_head": "skillwing.m600.skills.rotate_head:RotateHeadManager",
-        "lock_head": "skillwing.m600.skills.lock_head:LockHeadManager",
-        "zed_depthmap": "skillwing.m600.skills.zed_depthmap:ZedDepthmapManager",
-        "lidar_depthmap": "skillwing.m600.skills.lidar_depthmap:LidarDepthmapManager",
-        "lidar_mapping": "skillwing.m600.skills.lidar_mapping:LidarMappingManager",
-    },
+    hooks=HOOKS,
 )

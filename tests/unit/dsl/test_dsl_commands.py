@@ -70,29 +70,79 @@ def test_json_has_place_and_help(app: typer.Typer) -> None:
 
 
 def test_generate_and_its_check(app: typer.Typer, tmp_path: Path) -> None:
-    target = str(tmp_path / "generated")
+    target = str(tmp_path / "robot")
     assert CliRunner().invoke(app, ["generate", GOOD, "-o", target, "--check"]).exit_code == 1
-    assert not (tmp_path / "generated").exists()
+    assert not (tmp_path / "robot").exists()
     assert CliRunner().invoke(app, ["generate", GOOD, "-o", target]).exit_code == 0
     assert CliRunner().invoke(app, ["generate", GOOD, "-o", target, "--check"]).exit_code == 0
-    (tmp_path / "generated" / "types.py").write_text("edited")
+    (tmp_path / "robot" / "skills" / "move.py").write_text("mine = 1\n")
+    (tmp_path / "robot" / "generated" / "types.py").write_text("edited")
     result = CliRunner().invoke(app, ["generate", GOOD, "-o", target, "--check"])
     assert result.exit_code == 1
     assert "types.py" in result.output
+    assert "move.py" not in result.output
+
+
+def test_generate_says_what_was_written_once_and_then_leaves_it(app: typer.Typer, tmp_path: Path) -> None:
+    first = CliRunner().invoke(app, ["generate", GOOD, "-o", str(tmp_path / "robot")])
+    again = CliRunner().invoke(app, ["generate", GOOD, "-o", str(tmp_path / "robot")])
+    assert "robot.py" in first.output
+    assert "yours" not in again.output
+
+
+def test_generate_without_skeletons(app: typer.Typer, tmp_path: Path) -> None:
+    target = tmp_path / "robot"
+    assert CliRunner().invoke(app, ["generate", GOOD, "-o", str(target), "--no-skeletons"]).exit_code == 0
+    assert [path.name for path in target.iterdir()] == ["generated"]
+    assert CliRunner().invoke(app, ["generate", GOOD, "-o", str(target), "--check"]).exit_code == 0
 
 
 def test_generate_refuses_a_skillset_with_errors(app: typer.Typer, tmp_path: Path) -> None:
-    result = CliRunner().invoke(app, ["generate", BAD, "-o", str(tmp_path / "generated")])
+    result = CliRunner().invoke(app, ["generate", BAD, "-o", str(tmp_path / "robot")])
     assert result.exit_code == 1
     assert "nothing was generated" in result.output
-    assert not (tmp_path / "generated").exists()
+    assert not (tmp_path / "robot").exists()
+
+
+@pytest.mark.parametrize(
+    ("name", "advice"),
+    [("my-robot", "my_robot"), ("2wheels", "robot_2wheels"), ("json", "json_robot"), ("class", "class_robot")],
+)
+def test_generate_refuses_a_folder_that_cannot_be_imported(
+    app: typer.Typer, tmp_path: Path, name: str, advice: str
+) -> None:
+    refused = CliRunner().invoke(app, ["generate", GOOD, "-o", str(tmp_path / name)])
+    assert refused.exit_code == 2
+    assert f"{advice}`" in refused.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_generate_refuses_the_generated_part_of_a_package(app: typer.Typer, tmp_path: Path) -> None:
+    target = tmp_path / "robot"
+    CliRunner().invoke(app, ["generate", GOOD, "-o", str(target)])
+    refused = CliRunner().invoke(app, ["generate", GOOD, "-o", str(target / "generated")])
+    assert refused.exit_code == 2
+    assert f"-o {target}`" in refused.stderr
 
 
 def test_generate_never_overwrites_what_somebody_wrote(app: typer.Typer, tmp_path: Path) -> None:
-    own = tmp_path / "types.py"
+    own = tmp_path / "robot" / "generated" / "types.py"
+    own.parent.mkdir(parents=True)
     own.write_text("MINE = 1\n")
-    refused = CliRunner().invoke(app, ["generate", GOOD, "-o", str(tmp_path)])
+    refused = CliRunner().invoke(app, ["generate", GOOD, "-o", str(tmp_path / "robot")])
     assert refused.exit_code == 2
     assert "types.py" in refused.stderr
     assert own.read_text() == "MINE = 1\n"
-    assert list(tmp_path.iterdir()) == [own]
+    assert list(own.parent.iterdir()) == [own]
+    assert list((tmp_path / "robot").iterdir()) == [own.parent]
+
+
+def test_generate_tells_of_managers_without_a_skill(app: typer.Typer, tmp_path: Path) -> None:
+    target = tmp_path / "robot"
+    CliRunner().invoke(app, ["generate", GOOD, "-o", str(target)])
+    fewer = tmp_path / "everything.skillset"
+    text = Path(GOOD).read_text()
+    fewer.write_text(text[: text.index("    skill wait {")] + "}\n")
+    result = CliRunner().invoke(app, ["generate", str(fewer), "-o", str(target)])
+    assert result.exit_code == 0
+    assert "wait.py manages a skill" in result.output

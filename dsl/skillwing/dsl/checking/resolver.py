@@ -84,7 +84,9 @@ class _Resolver:
         classes = [(class_name(name.text), name) for name in named]
         for skill in self._elements(syntax.SkillSyntax):
             stem = class_name(skill.name.text)
-            classes += [(stem + suffix, skill.name) for suffix in ("Inputs", "Outputs", "Feedback")]
+            classes += [(stem + suffix, skill.name) for suffix in ("Inputs", "Outputs", "Feedback", "Result")]
+        resources = self._elements(syntax.ResourceSyntax)
+        classes += [(class_name(resource.name.text) + "State", resource.name) for resource in resources]
         seen: dict[str, Word] = {}
         for name, word in classes:
             first = seen.setdefault(name, word)

@@ -1,7 +1,8 @@
-"""`skillwing generate`: the Python package of a skillset."""
+"""`skillwing generate`: the Python package of a robot, from its skillset."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -10,37 +11,87 @@ import typer
 from skillwing.dsl.checking.checker import check as check_source
 from skillwing.dsl.commands.source import PROBLEMS, misuse, read, show
 from skillwing.dsl.diagnostics.diagnostic import summary
-from skillwing.dsl.generating.package import foreign, outdated, write
-from skillwing.dsl.generating.package import generate as generate_modules
+from skillwing.dsl.generating.package import RobotFolder, is_generated, skillset_copy
+from skillwing.dsl.generating.package import generate as generate_files
+from skillwing.dsl.generating.skeletons import skeletons
+from skillwing.dsl.model import Skillset
+from skillwing.dsl.packages import name_problem
 
 
 def generate(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Skillset file.", show_default=False)],
-    output: Annotated[Path, typer.Option("--output", "-o", help="Directory of the package.", show_default=False)],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="DIR", help="Folder of the robot's package.", show_default=False)
+    ],
     check_only: Annotated[
-        bool, typer.Option("--check", help="Write nothing; fail if the directory is not up to date.")
+        bool, typer.Option("--check", help="Write nothing; fail if DIR/generated is not up to date.")
+    ] = False,
+    no_skeletons: Annotated[
+        bool, typer.Option("--no-skeletons", help="Only DIR/generated; skills without a file get no manager.")
     ] = False,
 ) -> None:
-    """Generate the Python package of a skillset: types, manager classes, client."""
+    """Generate a robot's package: types, managers, clients, mocks and processes from its skillset.
+
+    DIR/generated is made anew each time. DIR/skills/SKILL.py and DIR/robot.py are written once and then yours.
+    """
     source = read(file)
     outcome = check_source(source, str(file))
     if outcome.skillset is None:
         show(outcome, source)
         typer.echo(f"{file}: {summary(outcome.diagnostics)}; nothing was generated.")
         raise typer.Exit(PROBLEMS)
-    modules = generate_modules(outcome.skillset, file.name)
-    if not check_only:
-        try:
-            if theirs := foreign(modules, output):
-                misuse(f"`{theirs[0]}` was not generated and would be overwritten. Choose another directory.")
-            write(modules, output)
-        except OSError as error:
-            misuse(f"`{output}` cannot be written: {error.strerror}.")
-        typer.echo(f"{output}: {len(modules)} files from {file}.")
-        return
-    stale = outdated(modules, output)
+    if problem := _place_problem(output):
+        misuse(problem)
+    try:
+        if check_only:
+            _check(outcome.skillset, file, source, RobotFolder(output))
+        else:
+            write_package(outcome.skillset, file, source, RobotFolder(output), with_skeletons=not no_skeletons)
+    except OSError as error:
+        misuse(f"`{output}` cannot be written: {error.strerror}.")
+
+
+def write_package(skillset: Skillset, file: Path, source: str, folder: RobotFolder, *, with_skeletons: bool) -> None:
+    """Bring a robot's package up to date and say what was done. Raises OSError where the disk does."""
+    if theirs := folder.foreign(_products(skillset, file, source, folder)):
+        misuse(f"`{theirs[0]}` was not generated and would be overwritten. Choose another directory.")
+    fresh = folder.write_once(skeletons(skillset, folder.path.resolve().name)) if with_skeletons else ()
+    products = _products(skillset, file, source, folder)
+    folder.write(products)
+    typer.echo(f"{folder.generated}: {len(products)} files from {file}.")
+    if fresh:
+        typer.echo(f"Written once, and yours from now on: {_listed(fresh)}.")
+    _tell_of_orphans(skillset, file, folder)
+
+
+def _check(skillset: Skillset, file: Path, source: str, folder: RobotFolder) -> None:
+    stale = folder.outdated(_products(skillset, file, source, folder))
     for path in stale:
-        typer.echo(f"{path} is not what {file} generates; run `skillwing generate {file} -o {output}`.")
+        typer.echo(f"{path} is not what {file} generates; run `skillwing generate {file} -o {folder.path}`.")
     if not stale:
-        typer.echo(f"{output}: up to date.")
+        typer.echo(f"{folder.generated}: up to date.")
+    _tell_of_orphans(skillset, file, folder)
     raise typer.Exit(PROBLEMS if stale else 0)
+
+
+def _products(skillset: Skillset, file: Path, source: str, folder: RobotFolder) -> dict[str, str]:
+    files = generate_files(skillset, file, folder.path, folder.managed(skillset))
+    return {**files, **skillset_copy(skillset, file, folder.path, source)}
+
+
+def _tell_of_orphans(skillset: Skillset, file: Path, folder: RobotFolder) -> None:
+    for path in folder.orphans(skillset):
+        typer.echo(f"{path} manages a skill that {file} does not have. Remove it, or rename it with its classes.")
+
+
+def _place_problem(output: Path) -> str | None:
+    """Why a package cannot go there; None if it can."""
+    if is_generated(output / "__init__.py"):
+        return f"`{output}` is the generated part of a package. Name the package: `-o {output.parent}`."
+    if output.is_file():
+        return f"`{output}` is a file. Name the folder of the robot's package."
+    return name_problem(output)
+
+
+def _listed(paths: Sequence[Path]) -> str:
+    return ", ".join(str(path) for path in paths)

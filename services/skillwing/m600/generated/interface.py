@@ -1,22 +1,76 @@
 # Generated from m600.skillset by `skillwing generate`. Do not edit: change the skillset instead.
-"""Typed access to the skills of `m600`."""
+"""Typed access to `m600`, for scripts that wait: methods return a goal at once, whose `wait` tells how it ended.
+
+with connect() as m600:
+    outcome = m600.takeoff(...).wait()
+"""
 
 from __future__ import annotations
 
-from skillwing.services.client.interface import GoalHandle, SkillsetInterface
+from collections.abc import Generator
+from contextlib import contextmanager
 
-from .types import Position
+from skillwing.services.client.sync import Client, Datum, Goal, Resource
+from skillwing.services.client.sync import connect as _connect
+
+from . import SCHEMA_HASH
+from . import signatures as _signatures
+from .processes import TABLE
+from .types import (
+    AxesAuthorityState,
+    BatteryStatusState,
+    DepthmapSourceState,
+    FlightStatusState,
+    GotoFeedback,
+    GotoOutputs,
+    GotoResult,
+    GotoStraightFeedback,
+    GotoStraightOutputs,
+    GotoStraightResult,
+    HeadingAuthorityState,
+    HomepointStatusState,
+    HoverFeedback,
+    HoverResult,
+    InspectFeedback,
+    InspectResult,
+    LandFeedback,
+    LandResult,
+    LidarDepthmapFeedback,
+    LidarDepthmapResult,
+    LidarMappingFeedback,
+    LidarMappingResult,
+    LidarStatusState,
+    LinkStatusState,
+    LockHeadFeedback,
+    LockHeadResult,
+    MapStatistics,
+    Position,
+    ReturnHomeFeedback,
+    ReturnHomeResult,
+    RotateHeadFeedback,
+    RotateHeadResult,
+    SDKAuthorityState,
+    SlamStatusState,
+    StreamFeedback,
+    StreamResult,
+    TakeoffFeedback,
+    TakeoffResult,
+    Velocity,
+    ZedDepthmapFeedback,
+    ZedDepthmapResult,
+    ZedStatusState,
+)
 
 
 class M600Skills:
-    """Starts skills through an interface; each method returns the goal at once, still to be answered.
+    """Starts skills.
 
-    goal_id: the interface chooses one unless given. cause: the timeline record that leads here.
+    goal_id: the client chooses one unless given. cause: the timeline record that leads here.
     Raises InvalidInputError for a value of a wrong type.
     """
 
-    def __init__(self, interface: SkillsetInterface) -> None:
-        self._interface = interface
+    def __init__(self, client: Client) -> None:
+        self._client = client
 
     def takeoff(
         self,
@@ -25,10 +79,9 @@ class M600Skills:
         speed: float = 1.0,
         goal_id: str | None = None,
         cause: str | None = None,
-    ) -> GoalHandle:
+    ) -> Goal[TakeoffResult, None, TakeoffFeedback]:
         """Start `takeoff`. height: [m] in 1.0..50.0; speed: [m/s] in 0.1..3.0."""
-        inputs = {"height": height, "speed": speed}
-        return self._interface.start("takeoff", inputs, goal_id=goal_id, cause=cause)
+        return self._client.start(_signatures.takeoff, {"height": height, "speed": speed}, goal_id=goal_id, cause=cause)
 
     def land(
         self,
@@ -36,10 +89,9 @@ class M600Skills:
         speed: float = 0.7,
         goal_id: str | None = None,
         cause: str | None = None,
-    ) -> GoalHandle:
+    ) -> Goal[LandResult, None, LandFeedback]:
         """Start `land`. speed: [m/s] in 0.1..2.0."""
-        inputs = {"speed": speed}
-        return self._interface.start("land", inputs, goal_id=goal_id, cause=cause)
+        return self._client.start(_signatures.land, {"speed": speed}, goal_id=goal_id, cause=cause)
 
     def hover(
         self,
@@ -47,10 +99,9 @@ class M600Skills:
         duration: float = 5.0,
         goal_id: str | None = None,
         cause: str | None = None,
-    ) -> GoalHandle:
+    ) -> Goal[HoverResult, None, HoverFeedback]:
         """Start `hover`. duration: [s] in 0.0..3600.0."""
-        inputs = {"duration": duration}
-        return self._interface.start("hover", inputs, goal_id=goal_id, cause=cause)
+        return self._client.start(_signatures.hover, {"duration": duration}, goal_id=goal_id, cause=cause)
 
     def goto(
         self,
@@ -59,10 +110,9 @@ class M600Skills:
         speed: float = 2.0,
         goal_id: str | None = None,
         cause: str | None = None,
-    ) -> GoalHandle:
+    ) -> Goal[GotoResult, GotoOutputs, GotoFeedback]:
         """Start `goto`. speed: [m/s] in 0.1..5.0."""
-        inputs = {"target": target, "speed": speed}
-        return self._interface.start("goto", inputs, goal_id=goal_id, cause=cause)
+        return self._client.start(_signatures.goto, {"target": target, "speed": speed}, goal_id=goal_id, cause=cause)
 
     def goto_straight(
         self,
@@ -71,10 +121,14 @@ class M600Skills:
         speed: float = 2.0,
         goal_id: str | None = None,
         cause: str | None = None,
-    ) -> GoalHandle:
+    ) -> Goal[GotoStraightResult, GotoStraightOutputs, GotoStraightFeedback]:
         """Start `goto_straight`. speed: [m/s] in 0.1..5.0."""
-        inputs = {"target": target, "speed": speed}
-        return self._interface.start("goto_straight", inputs, goal_id=goal_id, cause=cause)
+        return self._client.start(
+            _signatures.goto_straight,
+            {"target": target, "speed": speed},
+            goal_id=goal_id,
+            cause=cause,
+        )
 
     def return_home(
         self,
@@ -83,10 +137,14 @@ class M600Skills:
         speed: float = 2.0,
         goal_id: str | None = None,
         cause: str | None = None,
-    ) -> GoalHandle:
+    ) -> Goal[ReturnHomeResult, None, ReturnHomeFeedback]:
         """Start `return_home`. height: [m] in 1.0..50.0; speed: [m/s] in 0.1..5.0."""
-        inputs = {"height": height, "speed": speed}
-        return self._interface.start("return_home", inputs, goal_id=goal_id, cause=cause)
+        return self._client.start(
+            _signatures.return_home,
+            {"height": height, "speed": speed},
+            goal_id=goal_id,
+            cause=cause,
+        )
 
     def rotate_head(
         self,
@@ -94,10 +152,9 @@ class M600Skills:
         heading: float,
         goal_id: str | None = None,
         cause: str | None = None,
-    ) -> GoalHandle:
+    ) -> Goal[RotateHeadResult, None, RotateHeadFeedback]:
         """Start `rotate_head`. heading: [rad] in -6.3..6.3."""
-        inputs = {"heading": heading}
-        return self._interface.start("rotate_head", inputs, goal_id=goal_id, cause=cause)
+        return self._client.start(_signatures.rotate_head, {"heading": heading}, goal_id=goal_id, cause=cause)
 
     def lock_head(
         self,
@@ -105,37 +162,36 @@ class M600Skills:
         heading: float,
         goal_id: str | None = None,
         cause: str | None = None,
-    ) -> GoalHandle:
+    ) -> Goal[LockHeadResult, None, LockHeadFeedback]:
         """Start `lock_head`. heading: [rad] in -6.3..6.3."""
-        inputs = {"heading": heading}
-        return self._interface.start("lock_head", inputs, goal_id=goal_id, cause=cause)
+        return self._client.start(_signatures.lock_head, {"heading": heading}, goal_id=goal_id, cause=cause)
 
     def zed_depthmap(
         self,
         *,
         goal_id: str | None = None,
         cause: str | None = None,
-    ) -> GoalHandle:
+    ) -> Goal[ZedDepthmapResult, None, ZedDepthmapFeedback]:
         """Start `zed_depthmap`."""
-        return self._interface.start("zed_depthmap", {}, goal_id=goal_id, cause=cause)
+        return self._client.start(_signatures.zed_depthmap, {}, goal_id=goal_id, cause=cause)
 
     def lidar_depthmap(
         self,
         *,
         goal_id: str | None = None,
         cause: str | None = None,
-    ) -> GoalHandle:
+    ) -> Goal[LidarDepthmapResult, None, LidarDepthmapFeedback]:
         """Start `lidar_depthmap`."""
-        return self._interface.start("lidar_depthmap", {}, goal_id=goal_id, cause=cause)
+        return self._client.start(_signatures.lidar_depthmap, {}, goal_id=goal_id, cause=cause)
 
     def lidar_mapping(
         self,
         *,
         goal_id: str | None = None,
         cause: str | None = None,
-    ) -> GoalHandle:
+    ) -> Goal[LidarMappingResult, None, LidarMappingFeedback]:
         """Start `lidar_mapping`."""
-        return self._interface.start("lidar_mapping", {}, goal_id=goal_id, cause=cause)
+        return self._client.start(_signatures.lidar_mapping, {}, goal_id=goal_id, cause=cause)
 
     def inspect(
         self,
@@ -147,7 +203,7 @@ class M600Skills:
         speed: float = 2.0,
         goal_id: str | None = None,
         cause: str | None = None,
-    ) -> GoalHandle:
+    ) -> Goal[InspectResult, None, InspectFeedback]:
         """Start `inspect`.
 
         radius: [m] in 2.0..100.0.
@@ -155,8 +211,12 @@ class M600Skills:
         laps: in 0.1..20.0.
         speed: [m/s] in 0.1..5.0.
         """
-        inputs = {"center": center, "radius": radius, "height": height, "laps": laps, "speed": speed}
-        return self._interface.start("inspect", inputs, goal_id=goal_id, cause=cause)
+        return self._client.start(
+            _signatures.inspect,
+            {"center": center, "radius": radius, "height": height, "laps": laps, "speed": speed},
+            goal_id=goal_id,
+            cause=cause,
+        )
 
     def stream(
         self,
@@ -165,7 +225,71 @@ class M600Skills:
         min_quality: float = 0.7,
         goal_id: str | None = None,
         cause: str | None = None,
-    ) -> GoalHandle:
+    ) -> Goal[StreamResult, None, StreamFeedback]:
         """Start `stream`. min_fps: [1/s] in 1.0..60.0; min_quality: in 0.0..1.0."""
-        inputs = {"min_fps": min_fps, "min_quality": min_quality}
-        return self._interface.start("stream", inputs, goal_id=goal_id, cause=cause)
+        return self._client.start(
+            _signatures.stream,
+            {"min_fps": min_fps, "min_quality": min_quality},
+            goal_id=goal_id,
+            cause=cause,
+        )
+
+
+class M600Resources:
+    """The resources of `m600`."""
+
+    def __init__(self, client: Client) -> None:
+        self.SDK_authority = Resource[SDKAuthorityState](client, "SDK_authority")
+        self.flight_status = Resource[FlightStatusState](client, "flight_status")
+        self.homepoint_status = Resource[HomepointStatusState](client, "homepoint_status")
+        self.zed_status = Resource[ZedStatusState](client, "zed_status")
+        self.lidar_status = Resource[LidarStatusState](client, "lidar_status")
+        self.battery_status = Resource[BatteryStatusState](client, "battery_status")
+        self.link_status = Resource[LinkStatusState](client, "link_status")
+        self.axes_authority = Resource[AxesAuthorityState](client, "axes_authority")
+        self.heading_authority = Resource[HeadingAuthorityState](client, "heading_authority")
+        self.depthmap_source = Resource[DepthmapSourceState](client, "depthmap_source")
+        self.slam_status = Resource[SlamStatusState](client, "slam_status")
+
+
+class M600Data:
+    """The data of `m600`."""
+
+    def __init__(self, client: Client) -> None:
+        self.position = Datum[Position](client, "position", Position)
+        """every 0.1 s"""
+        self.velocity = Datum[Velocity](client, "velocity", Velocity)
+        """every 0.1 s"""
+        self.heading = Datum[float](client, "heading", float)
+        """[rad] every 0.1 s"""
+        self.battery = Datum[float](client, "battery", float)
+        """[%] every 1.0 s"""
+        self.link_bandwidth = Datum[float](client, "link_bandwidth", float)
+        """[Mbit/s] every 1.0 s"""
+        self.video_quality = Datum[float](client, "video_quality", float)
+        """every 1.0 s"""
+        self.obstacle_distance = Datum[float](client, "obstacle_distance", float)
+        """[m] every 0.2 s"""
+        self.map_statistics = Datum[MapStatistics](client, "map_statistics", MapStatistics)
+        """every 1.0 s"""
+
+
+class M600(M600Skills):
+    """The robot: its skills, and what is known of it."""
+
+    def __init__(self, client: Client) -> None:
+        super().__init__(client)
+        self.resources = M600Resources(client)
+        self.data = M600Data(client)
+
+
+@contextmanager
+def connect(robot: str | None = None, *, endpoint: str | None = None) -> Generator[M600, None, None]:
+    """Connect to a running `m600`; goals that still run at the end of the context go on.
+
+    robot: its name, which may be left out if only one runs here. endpoint: `tcp/HOST:PORT` of its router, where it
+    runs elsewhere. Raises NoSystemError, UnansweredError, and a SkillwingError where the system runs another skillset
+    than this code was made from.
+    """
+    with _connect(robot, endpoint=endpoint, table=TABLE, schema=SCHEMA_HASH) as client:
+        yield M600(client)

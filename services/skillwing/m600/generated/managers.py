@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from skillwing.services.managers.skill_manager import SkillHooks
+from skillwing.services.managers.hooks import SkillHooks
 
 from .types import (
     GotoFeedback,

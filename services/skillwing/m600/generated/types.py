@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import typing
+
 import msgspec
 
 
@@ -259,3 +261,29 @@ class StreamFeedback(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
 
     bitrate: float
     """[Mbit/s]"""
+
+
+TakeoffResult: typing.TypeAlias = typing.Literal["AT_ALTITUDE", "BLOCKED", "ABORTED"]
+LandResult: typing.TypeAlias = typing.Literal["LANDED", "BLOCKED"]
+HoverResult: typing.TypeAlias = typing.Literal["DONE"]
+GotoResult: typing.TypeAlias = typing.Literal["ARRIVED", "BLOCKED", "ABORTED"]
+GotoStraightResult: typing.TypeAlias = typing.Literal["ARRIVED", "BLOCKED", "ABORTED"]
+ReturnHomeResult: typing.TypeAlias = typing.Literal["ARRIVED", "ABORTED"]
+RotateHeadResult: typing.TypeAlias = typing.Literal["ALIGNED"]
+LockHeadResult: typing.TypeAlias = typing.Never
+ZedDepthmapResult: typing.TypeAlias = typing.Literal["NO_DATA"]
+LidarDepthmapResult: typing.TypeAlias = typing.Literal["NO_DATA"]
+LidarMappingResult: typing.TypeAlias = typing.Literal["DIVERGED"]
+InspectResult: typing.TypeAlias = typing.Literal["COMPLETED", "BLOCKED", "ABORTED"]
+StreamResult: typing.TypeAlias = typing.Literal["FPS_LOST"]
+SDKAuthorityState: typing.TypeAlias = typing.Literal["UNAVAILABLE", "AVAILABLE"]
+FlightStatusState: typing.TypeAlias = typing.Literal["ON_GROUND", "IN_AIR"]
+HomepointStatusState: typing.TypeAlias = typing.Literal["INVALID", "VALID"]
+ZedStatusState: typing.TypeAlias = typing.Literal["UNKNOWN", "OK", "FAILED"]
+LidarStatusState: typing.TypeAlias = typing.Literal["UNKNOWN", "OK", "FAILED"]
+BatteryStatusState: typing.TypeAlias = typing.Literal["NORMAL", "LOW", "CRITICAL"]
+LinkStatusState: typing.TypeAlias = typing.Literal["GOOD", "DEGRADED", "LOST"]
+AxesAuthorityState: typing.TypeAlias = typing.Literal["AVAILABLE", "USED"]
+HeadingAuthorityState: typing.TypeAlias = typing.Literal["AVAILABLE", "USED"]
+DepthmapSourceState: typing.TypeAlias = typing.Literal["NONE", "ZED", "LIDAR"]
+SlamStatusState: typing.TypeAlias = typing.Literal["IDLE", "RUNNING", "DIVERGED"]

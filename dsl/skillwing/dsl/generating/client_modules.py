@@ -1,0 +1,263 @@
+"""`interface.py` and `aio.py`: typed access to the robot, for scripts that wait and for asyncio; one text but for that.
+
+`signatures.py` holds what both know of each skill.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from skillwing.dsl.generating.source_text import (
+    INDENT,
+    LINE_LENGTH,
+    TypeNames,
+    annotation,
+    answer_classes,
+    default,
+    method,
+    remark,
+)
+from skillwing.dsl.model import DataItem, Field, Skill, Skillset
+from skillwing.dsl.naming import class_name
+
+_OPTIONS = ("goal_id", "cause")
+_IMPORTED = ("Client", "Datum", "Goal", "Resource")
+_OWN = ("Skills", "Resources", "Data", "Events")
+_CONNECT = '''\
+
+
+@{decorator}
+{asynchronous}def connect(robot: str | None = None, *, endpoint: str | None = None) -> {generator}[{robot}{sends}]:
+    """Connect to a running `{skillset}`; goals that still run at the end of the context go on.
+
+    robot: its name, which may be left out if only one runs here. endpoint: `tcp/HOST:PORT` of its router, where it
+    runs elsewhere. Raises NoSystemError, UnansweredError, and a SkillwingError where the system runs another skillset
+    than this code was made from.
+    """
+    {asynchronous}with _connect(robot, endpoint=endpoint, table=TABLE, schema=SCHEMA_HASH) as client:
+        yield {robot}(client)'''
+
+
+@dataclass(frozen=True)
+class Manner:
+    """How a client waits: what its module is called, what it imports, and the words in which it differs."""
+
+    module: str
+    summary: str
+    runtime: str
+    generator: str
+    sends: str
+    decorator: str
+    asynchronous: str
+    awaited: str
+    goal: str
+
+
+WAITING = Manner(
+    "interface.py",
+    "for scripts that wait",
+    "skillwing.services.client.sync",
+    "Generator",
+    ", None, None",
+    "contextmanager",
+    "",
+    "",
+    "methods return a goal at once, whose `wait` tells how it ended",
+)
+ASYNCHRONOUS = Manner(
+    "aio.py",
+    "for asyncio",
+    "skillwing.services.client.aio",
+    "AsyncGenerator",
+    ", None",
+    "asynccontextmanager",
+    "async ",
+    "await ",
+    "methods return a goal at once; awaited, it tells how it ended",
+)
+
+
+def signatures(skillset: Skillset) -> Iterator[str]:
+    """The lines of `signatures.py`."""
+    names = TypeNames({"Signature"})
+    body = [line for skill in skillset.skills for line in _signature(skill, names)]
+    yield f'"""What a client of `{skillset.name}` knows of each skill: its results, outputs and feedback."""'
+    yield ""
+    yield "from __future__ import annotations"
+    if body:
+        yield from ("", "from skillwing.services.client.outcome import Signature", "")
+        yield from names.imports()
+        yield ""
+        yield from body
+
+
+def _signature(skill: Skill, names: TypeNames) -> Iterator[str]:
+    outputs, feedback = answer_classes(skill, names)
+    kind = f"Signature[{names(class_name(skill.name) + 'Result')}, {outputs}, {feedback}]"
+    one_line = f'{skill.name} = {kind}("{skill.name}", {outputs}, {feedback})'
+    if len(one_line) <= LINE_LENGTH:
+        yield one_line
+    else:
+        yield from (f"{skill.name} = {kind}(", f'{INDENT}"{skill.name}", {outputs}, {feedback}', ")")
+
+
+def lines(skillset: Skillset, manner: Manner) -> Iterator[str]:
+    """The lines of the client's module."""
+    robot = class_name(skillset.name)
+    names = TypeNames({*_IMPORTED, manner.generator, robot, *(robot + suffix for suffix in _OWN)})
+    views = [
+        ("resources", "Resources", skillset.resources, _resources),
+        ("data", "Data", skillset.data, _data),
+        ("events", "Events", skillset.events, _events),
+    ]
+    present = [(view, suffix, write) for view, suffix, declared, write in views if declared]
+    body = list(_skills(skillset, names))
+    for _, suffix, write in present:
+        body += ["", "", f"class {robot}{suffix}:", *write(skillset, names, manner)]
+    # A skill called like a view hides it: `M600Data(client)` still makes one.
+    hidden = {skill.name for skill in skillset.skills}
+    body += _robot(robot, [(view, suffix) for view, suffix, _ in present if view not in hidden])
+    body += _CONNECT.format(skillset=skillset.name, robot=robot, **vars(manner)).splitlines()
+    used = [name for name in _IMPORTED if any(f"{name}[" in line or f": {name})" in line for line in body)]
+    yield f'"""Typed access to `{skillset.name}`, {manner.summary}: {manner.goal}.'
+    yield ""
+    yield f"{manner.asynchronous}with connect() as {skillset.name}:"
+    yield f"{INDENT}outcome = {_example(skillset, manner)}"
+    yield '"""'
+    yield ""
+    yield "from __future__ import annotations"
+    yield ""
+    yield f"from collections.abc import {manner.generator}"
+    yield f"from contextlib import {manner.decorator}"
+    yield ""
+    yield f"from {manner.runtime} import {', '.join(used)}"
+    yield f"from {manner.runtime} import connect as _connect"
+    yield ""
+    yield "from . import SCHEMA_HASH"
+    if skillset.skills:
+        yield "from . import signatures as _signatures"
+    yield "from .processes import TABLE"
+    yield from names.imports()
+    yield from body
+
+
+def _example(skillset: Skillset, manner: Manner) -> str:
+    """The first call that anybody would try."""
+    skill = skillset.skills[0].name if skillset.skills else "skill"
+    started = f"{skillset.name}.{skill}(...)"
+    return f"await {started}" if manner.awaited else f"{started}.wait()"
+
+
+# --- skills
+
+
+def _skills(skillset: Skillset, names: TypeNames) -> Iterator[str]:
+    yield from ("", "", f"class {class_name(skillset.name)}Skills:")
+    yield f'{INDENT}"""Starts skills.'
+    yield ""
+    yield f"{INDENT}goal_id: the client chooses one unless given. cause: the timeline record that leads here."
+    yield f"{INDENT}Raises InvalidInputError for a value of a wrong type."
+    yield f'{INDENT}"""'
+    yield ""
+    yield f"{INDENT}def __init__(self, client: Client) -> None:"
+    yield f"{INDENT * 2}self._client = client"
+    for skill in skillset.skills:
+        yield ""
+        yield from _starter(skill, names)
+
+
+def _starter(skill: Skill, names: TypeNames) -> Iterator[str]:
+    taken = {field.name for field in skill.inputs}
+    options = [option for option in _OPTIONS if option not in taken]
+    parameters = [
+        *(f"{field.name}: {annotation(field.type, names)}{default(field, names)}" for field in skill.inputs),
+        *(f"{option}: str | None = None" for option in options),
+    ]
+    outputs, feedback = answer_classes(skill, names)
+    goal = f"Goal[{names(class_name(skill.name) + 'Result')}, {outputs}, {feedback}]"
+    yield from method(f"def {skill.name}", parameters, goal)
+    yield from _starter_docstring(skill)
+    inputs = [f'"{field.name}": {field.name}' for field in skill.inputs]
+    passed = "".join(f", {option}={option}" for option in options)
+    one_line = f"{INDENT * 2}return self._client.start(_signatures.{skill.name}, {{{', '.join(inputs)}}}{passed})"
+    if len(one_line) <= LINE_LENGTH:
+        yield one_line
+        return
+    yield f"{INDENT * 2}return self._client.start("
+    yield f"{INDENT * 3}_signatures.{skill.name},"
+    in_one = f"{INDENT * 3}{{{', '.join(inputs)}}},"
+    if len(in_one) <= LINE_LENGTH:
+        yield in_one
+    else:
+        yield from (f"{INDENT * 3}{{", *(f"{INDENT * 4}{pair}," for pair in inputs), f"{INDENT * 3}}},")
+    yield from (f"{INDENT * 3}{option}={option}," for option in options)
+    yield f"{INDENT * 2})"
+
+
+def _starter_docstring(skill: Skill) -> Iterator[str]:
+    remarks = [f"{field.name}: {told}" for field in skill.inputs if (told := remark(field))]
+    summary = f'{INDENT * 2}"""Start `{skill.name}`.'
+    if not remarks:
+        yield f'{summary}"""'
+    elif len(one_line := f'{summary} {"; ".join(remarks)}."""') <= LINE_LENGTH:
+        yield one_line
+    else:
+        yield from (summary, "", *(f"{INDENT * 2}{told}." for told in remarks), f'{INDENT * 2}"""')
+
+
+# --- views
+
+
+def _resources(skillset: Skillset, names: TypeNames, manner: Manner) -> Iterator[str]:
+    del manner
+    yield f'{INDENT}"""The resources of `{skillset.name}`."""'
+    yield ""
+    yield f"{INDENT}def __init__(self, client: Client) -> None:"
+    for resource in skillset.resources:
+        states = names(f"{class_name(resource.name)}State")
+        yield f'{INDENT * 2}self.{resource.name} = Resource[{states}](client, "{resource.name}")'
+
+
+def _data(skillset: Skillset, names: TypeNames, manner: Manner) -> Iterator[str]:
+    del manner
+    yield f'{INDENT}"""The data of `{skillset.name}`."""'
+    yield ""
+    yield f"{INDENT}def __init__(self, client: Client) -> None:"
+    for item in skillset.data:
+        kind = annotation(item.type, names)
+        yield f'{INDENT * 2}self.{item.name} = Datum[{kind}](client, "{item.name}", {kind})'
+        if told := _data_remark(item):
+            yield f'{INDENT * 2}"""{told}"""'
+
+
+def _data_remark(item: DataItem) -> str:
+    told = remark(Field(item.name, item.type, item.unit))
+    return f"{told} every {item.period} s".strip() if item.period is not None else told
+
+
+def _events(skillset: Skillset, names: TypeNames, manner: Manner) -> Iterator[str]:
+    del names
+    yield f'{INDENT}"""Fires the events of `{skillset.name}`, in the functional layer\'s place.'
+    yield ""
+    yield f"{INDENT}Raises RefusedError where the guard of one says no, UnansweredError."
+    yield f'{INDENT}"""'
+    yield ""
+    yield f"{INDENT}def __init__(self, client: Client) -> None:"
+    yield f"{INDENT * 2}self._client = client"
+    for event in skillset.events:
+        yield ""
+        yield f"{INDENT}{manner.asynchronous}def {event.name}(self) -> None:"
+        yield f'{INDENT * 2}{manner.awaited}self._client.fire("{event.name}")'
+
+
+# --- the robot
+
+
+def _robot(robot: str, views: list[tuple[str, str]]) -> Iterator[str]:
+    yield from ("", "", f"class {robot}({robot}Skills):")
+    yield f'{INDENT}"""The robot: its skills, and what is known of it."""'
+    yield ""
+    yield f"{INDENT}def __init__(self, client: Client) -> None:"
+    yield f"{INDENT * 2}super().__init__(client)"
+    yield from (f"{INDENT * 2}self.{view} = {robot}{suffix}(client)" for view, suffix in views)

@@ -1,0 +1,69 @@
+"""`compose.yml`: the managers as containers, one each, and the router that joins them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+
+from skillwing.dsl.model import Skillset
+
+_FRAME = """\
+#
+# The managers of `{robot}` as containers, one each, joined by the Zenoh router:
+#
+#   docker compose -f {package}/generated/compose.yml up
+#
+# The image is Skillwing's own (`docker build --target manager -t skillwing-manager .` in its sources), and this package
+# is mounted into it. Processes below the managers go into a second file, given with another -f. Only loopback of the
+# host is opened, for Zenoh at 7447. Valid for Compose v2 and for docker-compose 1.29.
+
+x-process: &process
+  init: true
+  restart: "no"
+  stop_grace_period: 10s
+  environment: &environment
+    SKILLWING_CONNECT: tcp/router:7447
+    SKILLWING_ROBOT: /robot/{package}
+    SKILLWING_HEARTBEAT: /tmp/heartbeat
+  depends_on:
+    router: {{condition: service_healthy}}
+  # The process touches this file from its own thread once a second: an old one tells a crash and a hang alike.
+  healthcheck: &heartbeat
+    test: ["CMD-SHELL", "test $$(( $$(date +%s) - $$(stat -c %Y /tmp/heartbeat) )) -lt 20"]
+    interval: 15s
+    timeout: 5s
+    retries: 2
+    start_period: 20s
+
+x-manager: &manager
+  <<: *process
+  image: skillwing-manager
+  volumes: ["..:/robot/{package}:ro"]
+
+services:
+  router:
+    image: skillwing-manager
+    init: true
+    entrypoint: ["python3", "-m", "skillwing.services.processes.router"]
+    command: ["--listen", "tcp/0.0.0.0:7447"]
+    ports: ["127.0.0.1:7447:7447"]
+    healthcheck:
+      test: ["CMD", "python3", "-c", "import socket; socket.create_connection(('127.0.0.1', 7447), 2)"]
+      interval: 5s
+      timeout: 4s
+      retries: 6
+"""
+
+
+def lines(skillset: Skillset, package: str, managed: Collection[str]) -> Iterator[str]:
+    """The lines of the file. package: name of the robot's folder. managed: the skills that have a manager."""
+    yield from _FRAME.format(package=package, robot=skillset.name).splitlines()
+    yield ""
+    yield from manager_services(skillset, managed)
+
+
+def manager_services(skillset: Skillset, managed: Collection[str]) -> Iterator[str]:
+    """The services of the managers, as every compose file of the robot has them."""
+    skills = [skill.name for skill in skillset.skills if skill.name in managed]
+    services = ["data_manager", "resource_manager", *(f"skill/{skill}" for skill in skills)]
+    for process in services:
+        yield f"  {process.replace('/', '_')}: {{<<: *manager, command: [--process, {process}]}}"

@@ -1,0 +1,89 @@
+"""`mocks.py`: typed ways to say how a mocked skill goes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from skillwing.dsl.generating.source_text import INDENT, LINE_LENGTH, TypeNames, answer_classes, bracketed
+from skillwing.dsl.model import Result, Skill, Skillset
+from skillwing.dsl.naming import class_name
+
+
+def lines(skillset: Skillset) -> Iterator[str]:
+    classes = [f"{class_name(skill.name)}Mock" for skill in skillset.skills]
+    names = TypeNames({"Delay", "MockRun", "MockScript", "Runs", "SkillMock", "StopDelay", *classes})
+    body = [line for skill in skillset.skills for line in _mock(skill, names)]
+    yield "# ruff: noqa: N802 - results keep the names that the skillset gives them"
+    yield f'"""How goals of mocked skills of `{skillset.name}` go, for tests and for missions without a robot.'
+    yield ""
+    yield _example(skillset)
+    yield '"""'
+    yield ""
+    yield "from __future__ import annotations"
+    yield ""
+    ending = any(skill.results for skill in skillset.skills)
+    yield f"from skillwing.services.mocking import {'MockRun, ' if ending else ''}MockScript"
+    typed = ["Delay"] * ending + ["Runs", "SkillMock"] * bool(skillset.skills) + ["StopDelay"] * ending + ["scripted"]
+    yield f"from skillwing.services.mocking.typed import {', '.join(typed)}"
+    yield ""
+    yield from names.imports()
+    yield from body
+    yield from _script(skillset)
+
+
+def _example(skillset: Skillset) -> str:
+    for skill in skillset.skills:
+        for result in skill.results:
+            return f"script({skill.name}=[{class_name(skill.name)}Mock.ended_{result.name}(delay=0.5)])"
+    return "script()"
+
+
+def _mock(skill: Skill, names: TypeNames) -> Iterator[str]:
+    outputs, feedback = answer_classes(skill, names)
+    yield from ("", "", f"class {class_name(skill.name)}Mock(SkillMock[{outputs}, {feedback}]):")
+    yield f'{INDENT}"""How one goal of a mocked `{skill.name}` goes."""'
+    for result in skill.results:
+        yield ""
+        yield from _ending(result, outputs, feedback)
+
+
+def _ending(result: Result, outputs: str, feedback: str) -> Iterator[str]:
+    parameters = ["cls"]
+    passed = [f'"{result.name}"']
+    if outputs != "None":
+        parameters.append(f"output: {outputs} | None = None")
+        passed.append("output=output")
+    parameters.append("*")
+    if feedback != "None":
+        parameters.append(f"feedback: {feedback} | None = None")
+        passed.append("feedback=feedback")
+    parameters += ["delay: Delay = 1.0", "stop_delay: StopDelay = 0.0"]
+    passed += ["delay=delay", "stop_delay=stop_delay"]
+    yield f"{INDENT}@classmethod"
+    yield from (INDENT + line for line in bracketed(f"def ended_{result.name}(", parameters, ") -> MockRun:"))
+    ending = "success" if result.success else "failure"
+    yield f'{INDENT * 2}"""End as a {ending}, `delay` seconds after the dispatch."""'
+    yield f"{INDENT * 2}return cls.ended({', '.join(passed)})"
+
+
+def _script(skillset: Skillset) -> Iterator[str]:
+    skills = [skill.name for skill in skillset.skills]
+    seed = "" if "seed" in skills else "seed"
+    yield from ("", "")
+    parameters = [f"{name}: Runs = ()" for name in skills] + (["seed: int = 0"] if seed else [])
+    yield from bracketed("def script(", ["*", *parameters], ") -> MockScript:")
+    yield f'{INDENT}"""For each skill the runs of its goals, one after the other; the last one repeats.'
+    yield ""
+    yield f"{INDENT}`Choices` of runs are drawn with the seed. A skill without runs does what it does unscripted."
+    yield f'{INDENT}"""'
+    pairs = [f'"{name}": {name}' for name in skills]
+    passed = ["seed"] if seed else []
+    runs = "{" + ", ".join(pairs) + "}"
+    one_line = f"{INDENT}return scripted({', '.join([runs, *passed])})"
+    if len(one_line) <= LINE_LENGTH:
+        yield one_line
+        return
+    yield f"{INDENT}return scripted("
+    yield from (INDENT * 2 + line for line in bracketed("{", pairs, "},"))
+    yield from (f"{INDENT * 2}{argument}," for argument in passed)
+    yield f"{INDENT})"

@@ -1,0 +1,133 @@
+"""Pieces of Python that several generated modules are put together from."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from textwrap import wrap
+
+from skillwing.dsl.checking.types import bounds_text
+from skillwing.dsl.model import ArrayType, EnumType, Field, Skill, StructType, Type
+from skillwing.dsl.naming import class_name
+
+INDENT = "    "
+LINE_LENGTH = 120
+
+
+class TypeNames:
+    """The names of the skillset's own types, and of what is made from it, in one module.
+
+    reserved: what the module names so already. A type of the same name is imported under an underscore. origin: the
+    module that they come from.
+    """
+
+    def __init__(self, reserved: Iterable[str], origin: str = ".types") -> None:
+        self._reserved = frozenset(reserved)
+        self._origin = origin
+        self._used: set[str] = set()
+
+    def __call__(self, name: str) -> str:
+        """What a type from `types.py` is called here."""
+        self._used.add(name)
+        return f"_{name}" if name in self._reserved else name
+
+    def imports(self) -> Iterator[str]:
+        """The import of all that was used so far, in one line if it fits."""
+        plain = sorted(self._used - self._reserved, key=_import_order)
+        statements = [(name, [f"from {self._origin} import {name} as _{name}"]) for name in self._used & self._reserved]
+        if plain:
+            opening = f"from {self._origin} import"
+            one_line = f"{opening} {', '.join(plain)}"
+            fits = len(one_line) <= LINE_LENGTH
+            statements.append((plain[0], [one_line] if fits else list(bracketed(f"{opening} (", plain, ")"))))
+        for _, lines in sorted(statements, key=lambda statement: _import_order(statement[0])):
+            yield from lines
+
+
+def _import_order(name: str) -> tuple[bool, list[str | int]]:
+    """The order in which ruff and isort have classes: those in capitals first, then by letter, numbers by value."""
+    pieces = re.split(r"(\d+)", name.lower())
+    return not name.isupper() or len(name) == 1, [int(piece) if piece.isdigit() else piece for piece in pieces]
+
+
+def annotation(declared: Type, names: TypeNames | None = None) -> str:
+    """A type of the language as Python writes it. names: of the module that it stands in, None for `types.py`."""
+    if isinstance(declared, ArrayType):
+        return f"list[{annotation(declared.element, names)}]"
+    if isinstance(declared, EnumType | StructType):
+        name = class_name(declared.name)
+        return name if names is None else names(name)
+    if declared.is_number:
+        return "float" if declared.is_float else "int"
+    return "str" if declared.name == "string" else declared.name
+
+
+def default(field: Field, names: TypeNames | None = None) -> str:
+    """` = value` for a field that has a default, else nothing."""
+    if field.default is None:
+        return ""
+    if isinstance(field.type, EnumType):
+        return f" = {annotation(field.type, names)}.{field.default}"
+    return f" = {quoted(field.default) if isinstance(field.default, str) else repr(field.default)}"
+
+
+def quoted(text: str) -> str:
+    """A string literal in double quotes wherever that needs no escapes, as the formatter would have it."""
+    literal = repr(text)
+    return literal if '"' in text else f'"{literal[1:-1]}"' if "'" not in text else literal
+
+
+def remark(field: Field) -> str:
+    """Unit, range and length of a field, as far as the annotation does not tell."""
+    parts = [f"[{field.unit}]"] if field.unit else []
+    if field.low is not None and field.high is not None:
+        parts.append(f"in {bounds_text(field.low, field.high)}")
+    if isinstance(field.type, ArrayType) and field.type.length is not None:
+        parts.append(f"of {field.type.length} elements")
+    return " ".join(parts)
+
+
+def inputs_class(skill: Skill, names: TypeNames) -> str:
+    """The class of a skill's inputs."""
+    return names(f"{class_name(skill.name)}Inputs")
+
+
+def answer_classes(skill: Skill, names: TypeNames) -> tuple[str, str]:
+    """The classes of a skill's outputs and feedback; `None` for what it does not have."""
+    stem = class_name(skill.name)
+    return (
+        names(f"{stem}Outputs") if skill.outputs else "None",
+        names(f"{stem}Feedback") if skill.feedback else "None",
+    )
+
+
+def enumeration(names: Sequence[str], last: str) -> str:
+    """`A, B or C`, with `last` for the `or`."""
+    return f"{', '.join(names[:-1])} {last} {names[-1]}" if names[1:] else "".join(names)
+
+
+def bracketed(opening: str, items: Iterable[str], closing: str) -> Iterator[str]:
+    """Items one to a line, as the formatter writes what does not fit into one."""
+    yield opening
+    yield from (f"{INDENT}{item}," for item in items)
+    yield closing
+
+
+def docstring(summary: str, more: str = "") -> Iterator[str]:
+    """A method's docstring, in one line if it fits."""
+    margin = INDENT * 2
+    one_line = f'{margin}"""{" ".join(filter(None, [summary, more]))}"""'
+    if len(one_line) <= LINE_LENGTH:
+        yield one_line
+    else:
+        yield from (f'{margin}"""{summary}', "")
+        yield from wrap(more, LINE_LENGTH, initial_indent=margin, subsequent_indent=margin)
+        yield f'{margin}"""'
+
+
+def method(head: str, parameters: Sequence[str], result: str) -> Iterator[str]:
+    """The first lines of a method with keyword parameters, each on its own line if it has any."""
+    if not parameters:
+        yield f"{INDENT}{head}(self) -> {result}:"
+        return
+    yield from (INDENT + line for line in bracketed(f"{head}(", ["self", "*", *parameters], f") -> {result}:"))

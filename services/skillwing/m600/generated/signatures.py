@@ -1,0 +1,55 @@
+# Generated from m600.skillset by `skillwing generate`. Do not edit: change the skillset instead.
+"""What a client of `m600` knows of each skill: its results, outputs and feedback."""
+
+from __future__ import annotations
+
+from skillwing.services.client.outcome import Signature
+
+from .types import (
+    GotoFeedback,
+    GotoOutputs,
+    GotoResult,
+    GotoStraightFeedback,
+    GotoStraightOutputs,
+    GotoStraightResult,
+    HoverFeedback,
+    HoverResult,
+    InspectFeedback,
+    InspectResult,
+    LandFeedback,
+    LandResult,
+    LidarDepthmapFeedback,
+    LidarDepthmapResult,
+    LidarMappingFeedback,
+    LidarMappingResult,
+    LockHeadFeedback,
+    LockHeadResult,
+    ReturnHomeFeedback,
+    ReturnHomeResult,
+    RotateHeadFeedback,
+    RotateHeadResult,
+    StreamFeedback,
+    StreamResult,
+    TakeoffFeedback,
+    TakeoffResult,
+    ZedDepthmapFeedback,
+    ZedDepthmapResult,
+)
+
+takeoff = Signature[TakeoffResult, None, TakeoffFeedback]("takeoff", None, TakeoffFeedback)
+land = Signature[LandResult, None, LandFeedback]("land", None, LandFeedback)
+hover = Signature[HoverResult, None, HoverFeedback]("hover", None, HoverFeedback)
+goto = Signature[GotoResult, GotoOutputs, GotoFeedback]("goto", GotoOutputs, GotoFeedback)
+goto_straight = Signature[GotoStraightResult, GotoStraightOutputs, GotoStraightFeedback](
+    "goto_straight", GotoStraightOutputs, GotoStraightFeedback
+)
+return_home = Signature[ReturnHomeResult, None, ReturnHomeFeedback]("return_home", None, ReturnHomeFeedback)
+rotate_head = Signature[RotateHeadResult, None, RotateHeadFeedback]("rotate_head", None, RotateHeadFeedback)
+lock_head = Signature[LockHeadResult, None, LockHeadFeedback]("lock_head", None, LockHeadFeedback)
+zed_depthmap = Signature[ZedDepthmapResult, None, ZedDepthmapFeedback]("zed_depthmap", None, ZedDepthmapFeedback)
+lidar_depthmap = Signature[LidarDepthmapResult, None, LidarDepthmapFeedback](
+    "lidar_depthmap", None, LidarDepthmapFeedback
+)
+lidar_mapping = Signature[LidarMappingResult, None, LidarMappingFeedback]("lidar_mapping", None, LidarMappingFeedback)
+inspect = Signature[InspectResult, None, InspectFeedback]("inspect", None, InspectFeedback)
+stream = Signature[StreamResult, None, StreamFeedback]("stream", None, StreamFeedback)
