@@ -45,6 +45,6 @@ class Report:
             self.add("SW016", word.span, message, "Rename or remove one of them.", (first.span, "first declared here"))
             return False
         if kind != "state" and not is_usable(word.text):  # States are never names in code, only texts.
-            message = f"A {kind} cannot be called `{word.text}`."
+            message = f"No {kind} can be called `{word.text}`."
             self.add("SW018", word.span, message, f"Choose another name, such as `{word.text.strip('_') or 'item'}_1`.")
         return True
