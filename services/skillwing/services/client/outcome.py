@@ -17,7 +17,7 @@ F = TypeVar("F")
 T = TypeVar("T")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Signature(Generic[R, O, F]):
     """A skill as the generated client describes it. R: the names of its results, as a Literal.
 
@@ -38,7 +38,7 @@ class Signature(Generic[R, O, F]):
         return _message(self.feedback, progress)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Outcome(Generic[R, O]):
     """How a goal ended.
 
@@ -85,7 +85,7 @@ class GoalFailedError(SkillwingError):
         super().__init__(str(outcome))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Reading(Generic[T]):
     """A datum. value: None if there never was one. age: in seconds of robot time. stale: too old to rely on."""
 
