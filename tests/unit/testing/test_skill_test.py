@@ -93,6 +93,9 @@ def test_hooks_may_be_made_by_any_callable() -> None:
     test = SkillTest(LIFTER, make)
     assert test.hooks["lift"] is made[0]
     assert len(made) == 1
+    already_made: Any = Lift()
+    with pytest.raises(TypeError, match="Give the class, or a function"):
+        SkillTest(LIFTER, already_made)
 
 
 # --- the context -----------------------------------------------------------------------------------------------------

@@ -34,7 +34,8 @@ class SkillsetInProcess(Bench):
     start, each at its promised period. layer: the fake functional layer. nodes: what else the robot needs. seed,
     jitter: of the time that messages take; with the same ones everything happens again.
 
-    Raises SkillsetError for a file with errors, ContextError for a context that does not fit the model.
+    Raises SkillsetError for a file with errors, ContextError for a context that does not fit the model, TypeError for
+    hooks that are made already.
     """
 
     def __init__(
@@ -104,6 +105,9 @@ class SkillsetInProcess(Bench):
 
     def _manage(self, model: Skillset, make_hooks: HooksFactory) -> None:
         """Run the manager of the skill whose hooks these are; each restart makes new ones."""
+        if isinstance(make_hooks, SkillHooks):
+            kind = type(make_hooks).__name__
+            raise TypeError(f"These hooks of {kind} are made already. Give the class, or a function that makes them.")
 
         def make() -> Node:
             made = make_hooks()
