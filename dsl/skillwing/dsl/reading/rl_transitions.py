@@ -15,11 +15,10 @@ def divided(
 ) -> ResourceSyntax:
     """Mark the transitions of a resource as internal, extern or both. by_...: (resource, target state) pairs.
 
-    What events bring about is extern. So is the whole of a resource that neither event nor skill changes: only the
-    functional layer can be meant to. Everything else is internal.
+    What a skill brings about is internal, what an event does is extern. What nobody in the file brings about is
+    extern, too: published files leave it to the robot, a pilot handing over authority for instance.
     """
     name = resource.name.text
-    left_alone = all(changed != name for changed, _ in by_skills | by_events)
     items: list[StatesSyntax | InitialSyntax | TransitionSyntax] = []
     for item in resource.items:
         if not isinstance(item, TransitionSyntax):
@@ -27,10 +26,9 @@ def divided(
             continue
         for edge in _by_target(item, resource):
             change = (name, edge.target.text)
-            extern = left_alone or change in by_events
-            if change in by_skills or not extern:
+            if change in by_skills:
                 items.append(edge)
-            if extern:
+            if change in by_events or change not in by_skills:
                 items.append(replace(edge, extern=True))
     return ResourceSyntax(resource.name, tuple(items))
 
