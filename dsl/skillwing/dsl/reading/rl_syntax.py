@@ -76,7 +76,7 @@ class InvariantsNode:
 
 @dataclass(frozen=True, slots=True)
 class PostNode:
-    """`postcondition expression`, in the oldest files with a name: `postcondition n: expression`."""
+    """`postcondition expression`, in some files with a name: `postcondition n: expression`."""
 
     name: Word | None
     predicate: PredicateSyntax
