@@ -22,6 +22,8 @@ from skillwing.services.mocking.system import mock_processes, scripts_for
 from skillwing.services.processes.router import LOOPBACK
 from skillwing.services.robot import Robot, find_robot
 
+WORLD_SEED = 1
+
 
 def up(
     mocked: Annotated[
@@ -31,7 +33,10 @@ def up(
         str, typer.Option("--robot", "-r", metavar="NAME", help="Robot to run: its name or its package's folder.")
     ] = "m600",
     speed: Annotated[float, typer.Option(metavar="FACTOR", min=0.05, help="Robot seconds per second.")] = 1.0,
-    seed: Annotated[int, typer.Option(metavar="N", min=0, help="Seed of the simulated world, or of mocks.")] = 1,
+    seed: Annotated[
+        int | None,
+        typer.Option(metavar="N", min=0, help="Of the simulated world, default 1; of mocks, default their script's."),
+    ] = None,
     mock: Annotated[
         bool, typer.Option("--mock", help="Mock skills: all of them without a robot, or those named.")
     ] = False,
@@ -57,13 +62,15 @@ def up(
     directory = make_run_dir(run_dir, "up")
     if detach:
         # Not the words we were called with: any of them, such as `-dr`, might say --detach once more.
-        words = ["up", *skills, "--robot", robot, "--speed", str(speed), "--seed", str(seed), "--listen", listen]
+        words = ["up", *skills, "--robot", robot, "--speed", str(speed), "--listen", listen]
+        words += [] if seed is None else ["--seed", str(seed)]
         words += ["--mock"] if mock else []
         words += [] if script is None else ["--script", str(script.absolute())]
         run_detached(table.name, words, directory)
         return
     everything = mock and not skills
-    layer = () if everything else table.functional_layer({"seed": seed, "speed": speed, "run_dir": str(directory)})
+    world = WORLD_SEED if seed is None else seed
+    layer = () if everything else table.functional_layer({"seed": world, "speed": speed, "run_dir": str(directory)})
     managers = (
         mock_processes(table, scripts=scripts_for(table.skillset, script), seed=seed, skills=skills or None)
         if mock

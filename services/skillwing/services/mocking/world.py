@@ -79,8 +79,7 @@ class MockWorld:
         )
         serve(bus, keys.mocked_world, MockedWorldCall, self._answer)
         self._alive = bus.declare_alive(keys.alive(self.name))
-        for publish in self._publish.values():
-            publish()
+        self._publish_all()
         self._take(self._reactions.begin())
 
     def detach(self) -> None:
@@ -122,6 +121,10 @@ class MockWorld:
         now = self._bus.now()
         put(encode(DataSample(name=datum, value=self._values.sample(datum, now), t=now)))
 
+    def _publish_all(self) -> None:
+        for publish in self._publish.values():
+            publish()
+
     def _set(self, datum: str, signal: Signal, inputs: dict[str, Any]) -> None:
         self._values.set(datum, signal, self._bus.now(), inputs)
         self._publish[datum]()
@@ -130,6 +133,7 @@ class MockWorld:
         del key
         if isinstance(call, ResetMock):
             self._values.reset(self._bus.now())
+            self._publish_all()
         elif isinstance(call, SetMockedData):
             problems: list[str] = []
             signals = {name: fit_datum(raw, name, self._skillset, problems.append) for name, raw in call.data.items()}
