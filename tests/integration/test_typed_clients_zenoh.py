@@ -1,0 +1,136 @@
+"""A generated package as a running system: skeletons that refuse, mocks that answer, and both typed clients."""
+
+from __future__ import annotations
+
+import asyncio
+import importlib
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from skillwing.dsl import load
+from skillwing.dsl.generating.package import RobotFolder, generate, skillset_copy
+from skillwing.dsl.generating.skeletons import skeletons
+from skillwing.services.errors import NoSystemError, SkillwingError
+from skillwing.services.mocking.system import mock_processes
+from skillwing.services.processes.launcher import Launcher
+from skillwing.services.processes.run_state import announced
+from skillwing.services.protocol import Ending
+from skillwing.services.robot import Robot, find_robot
+
+pytestmark = pytest.mark.slow
+
+SOURCE = """
+skillset winch {
+    resource drum { initial FREE  FREE -> USED  USED -> FREE }
+    skill pull {
+        progress=0.1 { length: float64 [m] }
+        input { length: float64 [m] in 0.0..9.0 = 1.0 }
+        output { pulled: float64 [m] }
+        effect { take: drum -> USED  release: drum -> FREE }
+        precondition { free: resource=(drum == FREE)  success take }
+        interrupt { apply=release timeout=2.0 }
+        result { success DONE: apply=release  failure STUCK: apply=release }
+    }
+}
+"""
+
+
+@pytest.fixture
+def robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Robot]:
+    """A freshly generated package."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.delenv("SKILLWING_CONNECT", raising=False)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    monkeypatch.setenv("PYTHONPATH", "")
+    source, folder = tmp_path / "winch.skillset", RobotFolder(tmp_path / "winch")
+    source.write_text(SOURCE, encoding="utf-8")
+    skillset = load(source)
+    folder.write_once(skeletons(skillset, "winch"))
+    copy = skillset_copy(skillset, source, folder.path, SOURCE)
+    folder.write({**generate(skillset, source, folder.path, folder.managed(skillset)), **copy})
+    yield find_robot(str(folder.path))
+    for name in [name for name in sys.modules if name == "winch" or name.startswith("winch.")]:
+        del sys.modules[name]
+
+
+@contextmanager
+def running(robot: Robot, run_dir: Path, *, mock: bool) -> Iterator[str]:
+    """The system as processes, announced as `skillwing up` does; gives its endpoint."""
+    with Launcher(robot.name, "winch", run_dir, clock="wall") as launcher:
+        launcher.start_router()
+        launcher.start(mock_processes(robot) if mock else robot.managers())
+        with announced(robot, launcher.endpoint, run_dir, clock="wall", mock=mock):
+            yield launcher.endpoint
+
+
+def clients() -> tuple[Any, Any]:
+    """The generated clients, untyped: the package is there for the tests only."""
+    return importlib.import_module("winch.generated.interface"), importlib.import_module("winch.generated.aio")
+
+
+def test_skeletons_start_and_refuse_and_a_script_of_a_few_lines_is_told_so(robot: Robot, tmp_path: Path) -> None:
+    script = """
+from winch.generated.interface import connect
+
+with connect() as winch:
+    outcome = winch.pull(length=2.0).wait(timeout=20.0)
+    print(outcome.ending, outcome.reason)
+"""
+    with running(robot, tmp_path / "run", mock=False):
+        done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, cwd=tmp_path)
+    assert done.stdout.strip() == "ERROR `pull` is not written yet: fill in skills/pull.py."
+
+
+def test_both_clients_of_a_mocked_system(robot: Robot, tmp_path: Path) -> None:
+    interface, aio = clients()
+
+    async def fly() -> None:
+        async with aio.connect("winch", endpoint=endpoint) as winch:
+            goal = winch.pull()
+            assert len([feedback async for feedback in goal.feedback()]) >= 1
+            assert (await goal).result == "DONE"
+            with pytest.raises(TimeoutError):
+                async with asyncio.timeout(0.05):
+                    await winch.pull()
+            assert winch.resources.drum.state == "FREE"
+        with pytest.raises(SkillwingError, match="closed"):
+            await winch.pull()
+
+    with running(robot, tmp_path / "run", mock=True) as endpoint:
+        with interface.connect() as winch:
+            outcome = winch.pull(length=2.0).wait(timeout=20.0).require_success()
+            assert isinstance(outcome.output.pulled, float)
+            goal = winch.pull()
+            winch.resources.drum.wait_for("USED", timeout=20.0)
+            goal.interrupt()
+            assert goal.wait(timeout=20.0).ending is Ending.INTERRUPTED
+        asyncio.run(fly())
+
+
+def test_where_nothing_runs_both_say_so(robot: Robot) -> None:
+    interface, aio = clients()
+    with pytest.raises(NoSystemError), interface.connect():
+        pass
+    with pytest.raises(NoSystemError, match="No router answers"), interface.connect(endpoint="tcp/127.0.0.1:1"):
+        pass
+
+    async def connect() -> None:
+        async with aio.connect():
+            pass
+
+    with pytest.raises(NoSystemError):
+        asyncio.run(connect())
+
+
+def test_a_system_with_another_skillset_is_refused(robot: Robot, tmp_path: Path) -> None:
+    interface, _ = clients()
+    with running(robot, tmp_path / "run", mock=True):
+        robot.skillset.write_text(SOURCE.replace("0.0..9.0", "0.0..8.0"))
+        with pytest.raises(SkillwingError, match="another skillset"), interface.connect():
+            pass

@@ -1,0 +1,152 @@
+"""The generated `aio.py` against mocked managers in virtual time, which passes whenever the event loop is idle."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Coroutine
+from typing import Any
+
+import pytest
+from lift_robot import MockedLift
+
+from skillwing.dsl.model import UnknownNameError
+from skillwing.services.client.aio import Client
+from skillwing.services.errors import InvalidInputError, RefusedError, SkillwingError
+from skillwing.services.mocking import MockRun, MockScript
+from skillwing.services.protocol import Ending
+
+Generated = Callable[[str], Any]
+Scenario = Callable[[Any, Any], Coroutine[Any, Any, None]]
+LONGEST = 60.0
+"""Virtual seconds after which a scenario has failed."""
+
+
+def play(generated: Generated, scenario: Scenario, *runs: MockRun) -> None:
+    """Run `scenario(lift, types)` on an event loop that shares its thread with the network."""
+
+    async def main() -> None:
+        system = MockedLift(MockScript(skills={"go": runs} if runs else {}))
+        client = Client(system.bus, system.interface)
+        task = asyncio.ensure_future(scenario(generated("aio").Lift(client), generated("types")))
+        while not task.done() and system.network.now() < LONGEST:
+            system.network.run_for(0.01)
+            for _ in range(4):  # what was handed over wakes waiters, who ask for something
+                await asyncio.sleep(0)
+        assert task.done(), "the scenario came to no end"
+        await task
+
+    asyncio.run(main())
+
+
+def test_awaiting_a_goal_gives_its_outcome(generated: Generated) -> None:
+    async def scenario(lift: Any, types: Any) -> None:
+        outcome = await lift.go(place=types.Place(floor=3))
+        assert outcome.succeeded and outcome.result == "ARRIVED"
+        assert isinstance(outcome.output, types.GoOutputs)
+
+    play(generated, scenario)
+
+
+def test_several_goals_run_at_once(generated: Generated) -> None:
+    async def scenario(lift: Any, types: Any) -> None:
+        first, second = await asyncio.gather(lift.go(place=types.Place(floor=1)), lift.go(place=types.Place(floor=2)))
+        assert {first.ending, second.ending} == {Ending.SUCCEEDED, Ending.BUSY}
+
+    play(generated, scenario)
+
+
+def test_cancelling_the_task_interrupts_the_goal_and_waits_for_its_end(generated: Generated) -> None:
+    async def scenario(lift: Any, types: Any) -> None:
+        goal = lift.go(place=types.Place(floor=3))
+        waiting = asyncio.ensure_future(goal.wait())
+        await lift.resources.motor.wait_for("USED")
+        waiting.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await waiting
+        assert goal.done
+        assert (await goal).ending is Ending.INTERRUPTED
+        assert lift.resources.motor.state == "FREE"
+
+    play(generated, scenario, MockRun(forever=True, stop_delay=1.0))
+
+
+def test_cancelling_once_more_leaves_the_goal_alone(generated: Generated) -> None:
+    async def scenario(lift: Any, types: Any) -> None:
+        goal = lift.go(place=types.Place(floor=3))
+        waiting = asyncio.ensure_future(goal.wait())
+        await lift.resources.motor.wait_for("USED")
+        waiting.cancel()
+        await asyncio.sleep(0)
+        waiting.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await waiting
+        assert not goal.done
+        assert (await goal).terminal.forced
+
+    play(generated, scenario, MockRun(forever=True, stop_delay="never"))
+
+
+def test_feedback_is_an_asynchronous_iterator(generated: Generated) -> None:
+    async def scenario(lift: Any, types: Any) -> None:
+        goal = lift.go(place=types.Place(floor=3))
+        assert [feedback.level async for feedback in goal.feedback()] == [1.5, 1.5, 1.5]
+        assert (await goal).succeeded
+
+    mocks, types = generated("mocks"), generated("types")
+    play(generated, scenario, mocks.GoMock.ended_ARRIVED(feedback=types.GoFeedback(level=1.5), delay=1.9))
+
+
+def test_wrong_inputs_are_told_before_anything_is_sent(generated: Generated) -> None:
+    async def scenario(lift: Any, types: Any) -> None:
+        with pytest.raises(InvalidInputError, match="speed"):
+            lift.go(place=types.Place(floor=3), speed="fast")
+
+    play(generated, scenario)
+
+
+def test_resources_are_awaited_and_driven(generated: Generated) -> None:
+    async def scenario(lift: Any, types: Any) -> None:
+        goal = lift.go(place=types.Place(floor=3))
+        assert await lift.resources.motor.wait_for("USED") == "USED"
+        await lift.resources.power.trigger("OFF")
+        assert await lift.resources.power.wait_for("OFF") == "OFF"
+        assert (await goal).ending is Ending.INVARIANT_VIOLATED
+        with pytest.raises(RefusedError):
+            await lift.resources.motor.trigger("USED")
+        with pytest.raises(UnknownNameError, match="did you mean `USED`"):
+            await lift.resources.motor.trigger("USE")
+
+    play(generated, scenario)
+
+
+def test_events_are_fired(generated: Generated) -> None:
+    async def scenario(lift: Any, types: Any) -> None:
+        await lift.events.blackout()
+        assert await lift.resources.power.wait_for("OFF") == "OFF"
+        with pytest.raises(RefusedError):
+            await lift.events.blackout()
+
+    play(generated, scenario)
+
+
+def test_data_are_read_and_awaited(generated: Generated) -> None:
+    async def scenario(lift: Any, types: Any) -> None:
+        assert await lift.data.level.wait_for(lambda level: level >= 0.0) == 0.0
+        reading = await lift.data.level.read()
+        assert (reading.value, reading.stale) == (0.0, False)
+
+    play(generated, scenario)
+
+
+def test_whoever_waits_learns_that_the_connection_is_closed(generated: Generated) -> None:
+    async def main() -> None:
+        system = MockedLift(MockScript())
+        client = Client(system.bus, system.interface)
+        lift, types = generated("aio").Lift(client), generated("types")
+        waiting = asyncio.ensure_future(lift.go(place=types.Place(floor=3)).wait())
+        await asyncio.sleep(0)
+        client.close()
+        with pytest.raises(SkillwingError, match="Connect again"):
+            await waiting
+
+    asyncio.run(main())
