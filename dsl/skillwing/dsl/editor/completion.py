@@ -12,9 +12,9 @@ from typing import Literal as OneOf
 
 from skillwing.dsl.editor.description import describe
 from skillwing.dsl.editor.document import Document
+from skillwing.dsl.editor.glossary import glossary_of
 from skillwing.dsl.editor.grammar_state import allowed_after
 from skillwing.dsl.editor.index import TYPES
-from skillwing.dsl.editor.keywords import KEYWORDS, SCALAR_TYPES
 from skillwing.dsl.editor.names import Kind, Scope
 from skillwing.dsl.reading.dialects import dialect_of
 from skillwing.dsl.reading.lexemes import COMMENT, Lexeme
@@ -45,7 +45,8 @@ def completions(document: Document, offset: int) -> tuple[Completion, ...]:
     allowed = allowed_after(before, dialect)
     names = list(_names(document, start, end)) if "NAME" in allowed else []
     keywords = sorted(kind.lower() for kind in allowed if dialect.vocabulary.is_word(kind))
-    return (*names, *(Completion(word, "keyword", KEYWORDS.get(word, ""), start, end) for word in keywords))
+    meaning = glossary_of(document.file).keywords
+    return (*names, *(Completion(word, "keyword", meaning.get(word, ""), start, end) for word in keywords))
 
 
 def _names(document: Document, start: int, end: int) -> Iterator[Completion]:
@@ -53,17 +54,17 @@ def _names(document: Document, start: int, end: int) -> Iterator[Completion]:
         for symbol in document.names.names(scope):
             yield Completion(symbol.name, scope.kind, describe(document, symbol), start, end)
         if scope == TYPES:
-            for name, meaning in SCALAR_TYPES.items():
+            for name, meaning in glossary_of(document.file).types.items():
                 yield Completion(name, "scalar", meaning, start, end)
 
 
 def _scopes(document: Document, start: int, end: int) -> tuple[Scope, ...]:
-    """Where a name at this place is looked for; nowhere if the place declares one. A state is declared by its use."""
+    """Where a name at this place is looked for; nowhere if the place only declares one."""
     for form in _FORMS:
         text = f"{document.text[:start]} {form} {document.text[end:]}"
         found = Document(text, document.file).names.at(start + 1)
         if found is not None and found.name == _PLACEHOLDER:
-            return () if found.declares and found.scopes[0].kind != "state" else found.scopes
+            return found.scopes if found.uses else ()
     return ()
 
 

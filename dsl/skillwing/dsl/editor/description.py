@@ -92,8 +92,8 @@ def _sentences(document: Document, symbol: Symbol) -> Iterator[str]:
 
 def _counted(document: Document) -> str:
     names = document.names
-    counts = ((len(names.names(Scope(kind))), plural) for kind, plural in _PLURALS)
-    return ", ".join(f"{count} {plural}" for count, plural in counts if count) or "Empty."
+    counts = [(len(names.names(Scope(kind))), kind, plural) for kind, plural in _PLURALS]
+    return ", ".join(f"{count} {kind if count == 1 else plural}" for count, kind, plural in counts if count) + "."
 
 
 _PLURALS: tuple[tuple[Kind, str], ...] = (

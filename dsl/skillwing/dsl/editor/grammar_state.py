@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 
 from skillwing.dsl.reading.dialect import Dialect
 from skillwing.dsl.reading.lexemes import Lexeme
@@ -14,8 +15,8 @@ from skillwing.dsl.reading.terminals import CLOSERS
 def allowed_after(words: Sequence[Lexeme], dialect: Dialect) -> frozenset[str]:
     """The terminals that may follow these words, as kinds. words: everything before the place, without comments."""
     states = _States(dialect)
-    for word, follower in zip(words, [*(word.kind for word in words[1:]), ""], strict=True):
-        states.read(word.kind, follower)
+    for word, follower in zip_longest(words, words[1:]):
+        states.read(word.kind, follower.kind if follower else "")
     return states.allowed()
 
 

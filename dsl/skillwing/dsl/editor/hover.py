@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from skillwing.dsl.editor.description import describe
 from skillwing.dsl.editor.document import Document
-from skillwing.dsl.editor.keywords import KEYWORDS, SCALAR_TYPES
+from skillwing.dsl.editor.glossary import glossary_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +29,7 @@ def hover(document: Document, offset: int) -> Hover | None:
         word = document.words[position] if position >= 0 else None
         if word is None or not word.start <= offset <= word.end:
             continue
-        text = KEYWORDS.get(word.text) or SCALAR_TYPES.get(word.text)
+        text = glossary_of(document.file).meaning(word.text)
         if text is not None:
             return Hover(text, word.start, word.end)
     return None

@@ -7,6 +7,7 @@ goes on where those report a problem: a name that nothing declares is an occurre
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from typing import TypeAlias
 
 from skillwing.dsl.checking.types import SCALARS
@@ -23,6 +24,7 @@ TYPES = Scope("type")
 _DATA = Scope("datum")
 _RESOURCES = Scope("resource")
 _ANY = "*"
+_SIGNS = frozenset({"ARROW", "COMPARATOR"})
 
 _Named: TypeAlias = (
     syntax.FieldSyntax
@@ -41,7 +43,8 @@ def index(root: syntax.SkillsetSyntax | None, lines: Lines, words: Sequence[Lexe
     if root is not None:
         builder.declare_all(root)
         builder.use_all(root)
-    return Index(builder.declarations, builder.occurrences.values())
+        builder.use_unread()
+    return builder.index()
 
 
 class _Builder:
@@ -51,6 +54,14 @@ class _Builder:
         self._lines = lines
         self._words = words
         self._positions = {word.start: position for position, word in enumerate(words)}
+
+    def index(self) -> Index:
+        """The names collected so far. A place that declares a name was perhaps found to use it, too."""
+        declarations = {
+            symbol: replace(declaration, place=declaration.place and self.occurrences[declaration.place.start])
+            for symbol, declaration in self.declarations.items()
+        }
+        return Index(declarations, self.occurrences.values())
 
     # --- declarations
 
@@ -175,6 +186,15 @@ class _Builder:
             self._use(change.resource, _RESOURCES)
             self._use(change.target, Scope("state", change.resource.text))
 
+    def use_unread(self) -> None:
+        """Resources and states in words that no node holds: in an element with a syntax error, or because the `.rl`
+        dialect makes one effect of equal ones. They are known by the sign between them."""
+        for subject, sign, state in zip(self._words, self._words[1:], self._words[2:], strict=False):
+            known = Symbol(_RESOURCES, subject.text) in self.declarations
+            if known and sign.kind in _SIGNS and not {subject.start, state.start} & self.occurrences.keys():
+                self._use(subject, _RESOURCES)
+                self._use(state, Scope("state", subject.text))
+
     # --- predicates
 
     def _use_predicate(self, predicate: syntax.PredicateSyntax, skill: str | None) -> None:
@@ -249,8 +269,13 @@ class _Builder:
         """A word that was made up, or supposed where a mistake was mended, occurs nowhere."""
         if isinstance(word, CoinedWord) or self._lines.text[word.start : word.end] != word.text:
             return None
-        occurrence = Occurrence(word.text, word.start, word.end, scopes, symbol, declares)
-        return self.occurrences.setdefault(word.start, occurrence)
+        known = self.occurrences.get(word.start)
+        if known is None:
+            known = Occurrence(word.text, word.start, word.end, scopes, symbol, declares, uses=not declares)
+        elif not declares:
+            known = replace(known, uses=True)
+        self.occurrences[word.start] = known
+        return known
 
 
 def _fields_kind(keyword: Word) -> Kind:

@@ -90,8 +90,8 @@ class Symbol:
 class Occurrence:
     """A name where it stands in the text, from offset `start` up to, and without, `end`.
 
-    scopes: where it was looked for, in this order. symbol: what was found, None where nothing is called so. declares:
-    whether this place declares it.
+    scopes: where it was looked for, in this order. symbol: what was found, None where nothing is called so. declares,
+    uses: what this place does with it; the first mention of a state does both where there is no list of them.
     """
 
     name: str
@@ -100,6 +100,7 @@ class Occurrence:
     scopes: tuple[Scope, ...]
     symbol: Symbol | None
     declares: bool
+    uses: bool
 
 
 @dataclass(frozen=True, slots=True)

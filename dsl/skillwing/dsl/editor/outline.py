@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal as OneOf
 
 from skillwing.dsl.editor.document import Document
@@ -35,13 +35,21 @@ class Fold:
 
 
 def outline(document: Document) -> tuple[Entry, ...]:
-    """The skillset with its elements, and those with what belongs to them, in the order of the file."""
+    """The skillset with its elements, and those with what belongs to them, in the order of the file.
+
+    What stands outside the skillset, as types do in `.rl` files, is beside it.
+    """
     owned: dict[Symbol | None, list[Symbol]] = {}
     for symbol in document.names.declarations:
         owned.setdefault(symbol.owner, []).append(symbol)
-    roots = [symbol for symbol in owned.get(None, ()) if symbol.kind == "skillset"]
-    elements = [symbol for symbol in owned.get(None, ()) if symbol.kind != "skillset"]
-    return tuple(_entries(document, {**owned, **dict.fromkeys(roots, elements)}, roots))
+    top = sorted(_entries(document, owned, owned.get(None, [])), key=lambda entry: entry.start)
+    inside = {
+        whole: tuple(entry for entry in top if entry is not whole and whole.start <= entry.start < whole.end)
+        for whole in top
+        if whole.kind == "skillset"
+    }
+    nested = {entry for entries in inside.values() for entry in entries}
+    return tuple(replace(entry, children=inside.get(entry, entry.children)) for entry in top if entry not in nested)
 
 
 def _entries(document: Document, owned: dict[Symbol | None, list[Symbol]], symbols: list[Symbol]) -> Iterator[Entry]:

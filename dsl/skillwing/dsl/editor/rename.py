@@ -10,7 +10,6 @@ from skillwing.dsl.diagnostics.diagnostic import Diagnostic
 from skillwing.dsl.editor.document import Document
 from skillwing.dsl.editor.index import TYPES
 from skillwing.dsl.editor.names import Occurrence, Symbol
-from skillwing.dsl.naming import is_usable
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
@@ -49,6 +48,7 @@ def rename(document: Document, offset: int, name: str) -> tuple[Edit, ...]:
     if name == symbol.name:
         return ()
     _refuse_unusable(document, symbol, name)
+    _refuse_unread(document, symbol)
     edits = tuple(Edit(place.start, place.end, name) for place in document.names.of(symbol))
     renamed = Document(applied(document.text, edits), document.file)
     _refuse_other_meaning(document, renamed, symbol, name)
@@ -71,13 +71,22 @@ def _refuse_unusable(document: Document, symbol: Symbol, name: str) -> None:
         raise RenameRefusedError(
             f"`{name}` is not a name. Use letters, digits and underscores, and do not start with a digit."
         )
-    if not is_usable(name):
-        raise RenameRefusedError(f"No {symbol.kind} can be called `{name}`: generated code needs that word for itself.")
     if symbol.scope == TYPES and name in SCALARS:
         raise RenameRefusedError(f"`{name}` is a built-in type. Choose another name.")
     taken = Symbol(symbol.scope, name)
     if taken in document.names.declarations:
         raise RenameRefusedError(f"The {taken.title} exists already. Choose another name.")
+
+
+def _refuse_unread(document: Document, symbol: Symbol) -> None:
+    """In words with a syntax error nobody can tell what a name stands for."""
+    known = {place.start for place in document.names.occurrences}
+    for word in document.words:
+        if word.kind == "NAME" and word.text == symbol.name and word.start not in known:
+            line = document.lines.line(word.start)
+            raise RenameRefusedError(
+                f"`{symbol.name}` also stands in line {line}, which cannot be read. Mend it first."
+            )
 
 
 def _refuse_other_meaning(before: Document, after: Document, symbol: Symbol, name: str) -> None:

@@ -1,10 +1,10 @@
-"""The words of the language, each in a sentence for the reader who points at it."""
+"""The words of the `.skillset` dialect, each in a sentence for the reader who points at it."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
-KEYWORDS: Mapping[str, str] = {
+SKILLSET_KEYWORDS: Mapping[str, str] = {
     "skillset": "`skillset NAME { ... }`: everything a robot, or one of its subsystems, can do. A file holds one.",
     "type": "`type Name { field: T ... }`: a structure.",
     "enum": "`enum Name { A B C }`: one of the values.",
@@ -45,7 +45,7 @@ KEYWORDS: Mapping[str, str] = {
     "false": "The `bool` that is false.",
 }
 
-SCALAR_TYPES: Mapping[str, str] = {
+SKILLSET_TYPES: Mapping[str, str] = {
     "bool": "`true` or `false`.",
     "string": 'A text, written `"like this"`.',
     "float32": "A number in single precision; NaN and infinity are refused.",
