@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
 
-.PHONY: setup demo test lint format pictures lock clean
+.PHONY: setup demo test lint format pictures reference lock clean
 
 setup: $(READY)
 
@@ -39,6 +39,10 @@ pictures: setup
 	$(BIN)/skillwing demo --no-viewer --run-dir runs/pictures
 	mkdir -p docs/images
 	cp runs/pictures/timeline.png runs/pictures/map.png docs/images/
+
+# The reference page of the robot's skillset.
+reference: setup
+	$(BIN)/skillwing docs services/skillwing/m600/m600.skillset -o docs/m600.md
 
 # Locks hold hashes and no addresses; `uv` is needed only here. requirements.lock is everything a developer
 # needs; locks/ holds what the container images need.

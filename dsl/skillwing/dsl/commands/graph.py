@@ -1,0 +1,89 @@
+"""`skillwing graph`: pictures of a skillset."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from skillwing.dsl import parse
+from skillwing.dsl.commands.source import misuse, read
+from skillwing.dsl.model import Skillset
+from skillwing.dsl.printing.pictures.diagram import Diagram
+from skillwing.dsl.printing.pictures.dot import to_dot
+from skillwing.dsl.printing.pictures.mermaid import to_mermaid
+from skillwing.dsl.printing.pictures.placement import PicturesUnavailableError
+from skillwing.dsl.printing.pictures.subjects import map_diagram, resource_diagram, skill_diagram
+from skillwing.dsl.printing.pictures.svg import to_svg
+
+
+class Format(StrEnum):
+    SVG = "svg"
+    DOT = "dot"
+    MERMAID = "mermaid"
+
+
+_PRINTERS = {Format.SVG: to_svg, Format.DOT: to_dot, Format.MERMAID: to_mermaid}
+_EXTENSIONS = {".svg": Format.SVG, ".dot": Format.DOT, ".gv": Format.DOT, ".mmd": Format.MERMAID}
+_EXTENSION = {Format.SVG: "svg", Format.DOT: "dot", Format.MERMAID: "mmd"}
+
+
+def graph(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Skillset file.", show_default=False)],
+    resource: Annotated[str | None, typer.Option(help="Draw the state machine of this resource.")] = None,
+    skill: Annotated[str | None, typer.Option(help="Draw the machine of this skill, with its own names.")] = None,
+    everything: Annotated[
+        bool, typer.Option("--all", help="Draw all pictures, each into a file of the directory that -o names.")
+    ] = False,
+    written_as: Annotated[
+        Format | None, typer.Option("--format", help="What to write; the extension of -o decides, or else svg.")
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="File to write, or directory with --all.", show_default=False)
+    ] = None,
+) -> None:
+    """Draw a skillset: which skill uses which resource, or one of its resources or skills."""
+    if sum((resource is not None, skill is not None, everything)) > 1:
+        misuse("Choose one of `--resource`, `--skill` and `--all`.")
+    if everything and output is None:
+        misuse("`--all` draws many pictures. Name a directory for them: `--all -o pictures`.")
+    skillset = parse(read(file), str(file))
+    extension = output.suffix.lower() if output is not None and not everything else ""
+    form = written_as or _EXTENSIONS.get(extension, Format.SVG)
+    try:
+        if everything and output is not None:
+            _draw_all(skillset, form, output)
+            return
+        text = _PRINTERS[form](_diagram(skillset, resource, skill))
+    except PicturesUnavailableError as error:
+        misuse(str(error))
+    if output is None:
+        typer.echo(text, nl=False)
+    else:
+        _write(output, text)
+
+
+def _diagram(skillset: Skillset, resource: str | None, skill: str | None) -> Diagram:
+    """The picture that was asked for; raises UnknownNameError."""
+    if resource is not None:
+        return resource_diagram(skillset.resource(resource))
+    return map_diagram(skillset) if skill is None else skill_diagram(skillset.skill(skill))
+
+
+def _draw_all(skillset: Skillset, form: Format, directory: Path) -> None:
+    diagrams = {"skillset": map_diagram(skillset)}
+    diagrams |= {f"resource-{resource.name}": resource_diagram(resource) for resource in skillset.resources}
+    diagrams |= {f"skill-{skill.name}": skill_diagram(skill) for skill in skillset.skills}
+    for name, diagram in diagrams.items():
+        _write(directory / f"{name}.{_EXTENSION[form]}", _PRINTERS[form](diagram))
+    typer.echo(f"{directory}: {len(diagrams)} pictures of `{skillset.name}`.")
+
+
+def _write(path: Path, text: str) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        misuse(f"`{path}` cannot be written: {error.strerror}.")
