@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from typer.main import get_command
 
+from skillwing.m600.robot import SKILLSET
 from skillwing.services import cli
 from skillwing.services.commands.ending import ended_by_signals
 from skillwing.services.commands.exit_codes import USAGE
@@ -37,16 +38,49 @@ def launched(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Any:
     return call
 
 
+def up_options(words: list[str]) -> dict[str, Any]:
+    """The options of `up` that words stand for."""
+    up = cli.LazyGroup.get_command(get_command(cli.app), None, "up")  # pyright: ignore[reportArgumentType]
+    return up.make_context("up", words).params
+
+
 @pytest.mark.parametrize("flags", [["-dr", "m600"], ["-d"], ["--detach", "-r", "m600"], ["-r", "m600", "-d"]])
 def test_the_detached_process_does_not_detach(launched: Any, tmp_path: Path, flags: list[str]) -> None:
     command = launched("up", *flags, "--mock", "--seed", "7", "--speed", "2", "--run-dir", str(tmp_path / "run"))
     module = command.index("skillwing.services.cli")
     assert command[module + 1] == "up"
-    up = cli.LazyGroup.get_command(get_command(cli.app), None, "up")  # pyright: ignore[reportArgumentType]
-    given = up.make_context("up", command[module + 2 :]).params
+    given = up_options(command[module + 2 :])
     assert given["detach"] is False
     assert (given["robot"], given["mock"], given["seed"], given["speed"]) == ("m600", True, 7, 2.0)
     assert given["run_dir"] == tmp_path / "run"
+
+
+def test_the_detached_process_mocks_the_same_skills(launched: Any, tmp_path: Path) -> None:
+    script = SKILLSET.with_name("camera_fails.mock.toml")
+    words = ["up", "-d", "--mock", "goto", "hover", "--script", str(script), "--run-dir", str(tmp_path / "run")]
+    command = launched(*words)
+    given = up_options(command[command.index("skillwing.services.cli") + 2 :])
+    assert (given["mocked"], given["mock"], given["script"]) == (["goto", "hover"], True, script)
+    assert given["seed"] is None
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["goto"], "Write `up --mock goto`."),
+        (["--mock", "gotoo"], "did you mean `goto`?"),
+        (["--script", "x.toml"], "Write `up --mock --script FILE`."),
+        (["--mock", "--script", "no_such.toml"], "`no_such.toml` cannot be used"),
+    ],
+)
+def test_a_slip_in_what_to_mock_starts_nothing(
+    words: list[str], sentence: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("sys.argv", ["skillwing", "up", *words])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert ended.value.code == USAGE
+    assert sentence in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("speed", ["0", "0.01", "-1", "nan"])

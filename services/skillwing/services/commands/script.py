@@ -32,11 +32,11 @@ When = Literal["now", "next", "always"]
 
 def script(
     name: Annotated[
-        str | None, typer.Argument(metavar="[SKILL|DATUM]", help="What to show or to change; all if left out.")
+        str | None, typer.Argument(metavar="SKILL|DATUM", help="What to show or to change; all if left out.")
     ] = None,
     words: Annotated[
         list[str] | None,
-        typer.Argument(metavar="[KEY=VALUE]...", help="As in result=BLOCKED delay=0.2, or for a datum value=12."),
+        typer.Argument(metavar="KEY=VALUE", help="As in result=BLOCKED delay=0.2, or for a datum value=12."),
     ] = None,
     next_goal: Annotated[bool, typer.Option("--next", help="Change the next goal; the default.")] = False,
     always: Annotated[bool, typer.Option("--always", help="Change all goals from now on.")] = False,
@@ -157,11 +157,13 @@ def _ask_world(system: System, message: Message, name: str | None) -> MockedData
 
 
 class _NotMockedError(SkillwingError):
-    """What was asked for is no mock. key: where it was asked for."""
+    """What was asked for is no mock. key: where it was asked for, which ends with its name."""
 
     def __init__(self, key: str) -> None:
         self.key = key
-        super().__init__(f"Nobody answers at `{key}`: it is not mocked, hangs, or has crashed. See `skillwing status`.")
+        what = f"The {key.rpartition('/')[2]}" if key.endswith("/world") else f"`{key.rpartition('/')[2]}`"
+        text = f"{what} does not answer as a mock: it is real, hangs, or has crashed. See `skillwing status`."
+        super().__init__(text)
 
 
 def _ask(system: System, key: str, message: Message, reply: type[M]) -> M:

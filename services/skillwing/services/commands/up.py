@@ -27,7 +27,7 @@ WORLD_SEED = 1
 
 def up(
     mocked: Annotated[
-        list[str] | None, typer.Argument(metavar="[SKILL]...", help="With --mock: the skills to mock, default all.")
+        list[str] | None, typer.Argument(metavar="SKILL", help="With --mock: the skills to mock, default all.")
     ] = None,
     robot: Annotated[
         str, typer.Option("--robot", "-r", metavar="NAME", help="Robot to run: its name or its package's folder.")
