@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import Annotated
 
 import typer
@@ -12,7 +13,7 @@ from skillwing.dsl.commands.source import misuse
 def language_server(
     tcp: Annotated[
         int | None,
-        typer.Option("--tcp", metavar="PORT", min=0, max=65535, help="Listen on this loopback port, for debugging."),
+        typer.Option("--tcp", metavar="PORT", min=1, max=65535, help="Listen on this loopback port, for debugging."),
     ] = None,
 ) -> None:
     """Serve an editor over standard input and output: problems, completion, hover, definitions, renaming, format."""
@@ -29,4 +30,4 @@ def language_server(
     try:
         server.start_tcp("127.0.0.1", tcp)
     except OSError as error:
-        misuse(f"Port {tcp} cannot be opened: {error.strerror}.")
+        misuse(f"Port {tcp} cannot be opened: {os.strerror(error.errno or 0)}.")
