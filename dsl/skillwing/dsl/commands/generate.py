@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -35,32 +35,40 @@ def generate(
     DIR/generated is made anew each time. DIR/skills/SKILL.py and DIR/robot.py are written once and then yours.
     """
     source = read(file)
+    if is_generated(file):
+        misuse(f"`{file}` is a copy that was generated. Name the skillset that it is a copy of.")
     outcome = check_source(source, str(file))
     if outcome.skillset is None:
         show(outcome, source)
         typer.echo(f"{file}: {summary(outcome.diagnostics)}; nothing was generated.")
         raise typer.Exit(PROBLEMS)
-    if problem := _place_problem(output):
+    if problem := place_problem(output):
         misuse(problem)
     try:
         if check_only:
             _check(outcome.skillset, file, source, RobotFolder(output))
         else:
-            write_package(outcome.skillset, file, source, RobotFolder(output), with_skeletons=not no_skeletons)
+            once: Mapping[str, str] = {}
+            if not no_skeletons:
+                once = skeletons(outcome.skillset, output.resolve().name)
+            write_package(outcome.skillset, file, source, RobotFolder(output), once)
     except OSError as error:
         misuse(f"`{output}` cannot be written: {error.strerror}.")
 
 
-def write_package(skillset: Skillset, file: Path, source: str, folder: RobotFolder, *, with_skeletons: bool) -> None:
-    """Bring a robot's package up to date and say what was done. Raises OSError where the disk does."""
+def write_package(skillset: Skillset, file: Path, source: str, folder: RobotFolder, once: Mapping[str, str]) -> None:
+    """Bring a robot's package up to date and say what was done. Raises OSError where the disk does.
+
+    once: files by their path in the package, which are written if they are not there yet.
+    """
     if theirs := folder.foreign(_products(skillset, file, source, folder)):
         misuse(f"`{theirs[0]}` was not generated and would be overwritten. Choose another directory.")
-    fresh = folder.write_once(skeletons(skillset, folder.path.resolve().name)) if with_skeletons else ()
+    fresh = folder.write_once(once)
     products = _products(skillset, file, source, folder)
     folder.write(products)
     typer.echo(f"{folder.generated}: {len(products)} files from {file}.")
     if fresh:
-        typer.echo(f"Written once, and yours from now on: {_listed(fresh)}.")
+        typer.echo(f"Written once, and yours from now on: {', '.join(str(path) for path in fresh)}.")
     _tell_of_orphans(skillset, file, folder)
 
 
@@ -84,14 +92,10 @@ def _tell_of_orphans(skillset: Skillset, file: Path, folder: RobotFolder) -> Non
         typer.echo(f"{path} manages a skill that {file} does not have. Remove it, or rename it with its classes.")
 
 
-def _place_problem(output: Path) -> str | None:
+def place_problem(output: Path) -> str | None:
     """Why a package cannot go there; None if it can."""
     if is_generated(output / "__init__.py"):
         return f"`{output}` is the generated part of a package. Name the package: `-o {output.parent}`."
     if output.is_file():
         return f"`{output}` is a file. Name the folder of the robot's package."
     return name_problem(output)
-
-
-def _listed(paths: Sequence[Path]) -> str:
-    return ", ".join(str(path) for path in paths)

@@ -1,0 +1,93 @@
+"""`skillwing new-skill`: one more skill, with a manager that refuses, a test, and a list of what is left to do."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from skillwing.dsl.checking.checker import check as check_source
+from skillwing.dsl.commands.generate import place_problem, write_package
+from skillwing.dsl.commands.source import PROBLEMS, misuse, read, show
+from skillwing.dsl.diagnostics.diagnostic import has_errors, summary
+from skillwing.dsl.generating.new_skill import checklist, skill_test, with_skill
+from skillwing.dsl.generating.package import RobotFolder, is_generated
+from skillwing.dsl.generating.skeletons import skeletons
+from skillwing.dsl.model import Skillset
+from skillwing.dsl.naming import is_usable
+
+
+def new_skill(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the skill.", show_default=False)],
+    skillset: Annotated[
+        Path, typer.Option("--skillset", "-s", metavar="FILE", help="Skillset file.", show_default=False)
+    ],
+    robot: Annotated[
+        Path | None,
+        typer.Option(
+            "--robot", "-r", metavar="DIR", help="The robot's package; default the folder of FILE if it is one."
+        ),
+    ] = None,
+) -> None:
+    """Add a skill to a skillset, with its manager and its test, and say what is left to do.
+
+    The file stays valid and keeps its comments; nothing that is there is overwritten. Until the manager is written it
+    refuses its goals, and its test says so.
+    """
+    source = read(skillset)
+    before = _checked(skillset, source)
+    if problem := _name_problem(name, before) or _file_problem(skillset):
+        misuse(problem)
+    folder = robot or (skillset.parent if (skillset.parent / "robot.py").is_file() else None)
+    if folder is not None and (problem := place_problem(folder)):
+        misuse(problem)
+    extended = with_skill(source, name, str(skillset))
+    outcome = check_source(extended, str(skillset))
+    after = outcome.skillset
+    if after is None:
+        # What the words and classes of the language leave open as a name, only the checker knows.
+        first = next(each for each in outcome.diagnostics if has_errors([each]))
+        misuse(f"`{name}` cannot be the name of a skill here: {first.message} Choose another one.")
+    try:
+        skillset.write_text(extended, encoding="utf-8", newline="\n")
+        typer.echo(f"{skillset}: `{name}` was added.")
+        if folder is not None:
+            package = folder.resolve().name
+            once = {**skeletons(after, package, skills=[name]), **skill_test(name)}
+            write_package(after, skillset, extended, RobotFolder(folder), once)
+    except OSError as error:
+        misuse(f"`{error.filename}` cannot be written: {error.strerror}.")
+    typer.echo("")
+    for line in checklist(after.skill(name), str(skillset), None if folder is None else str(folder)):
+        typer.echo(line)
+
+
+def _checked(file: Path, source: str) -> Skillset:
+    """The skillset as it is; shows what is wrong with it and exits if anything is."""
+    outcome = check_source(source, str(file))
+    if outcome.skillset is None:
+        show(outcome, source)
+        typer.echo(f"{file}: {summary(outcome.diagnostics)}; nothing was added.")
+        raise typer.Exit(PROBLEMS)
+    return outcome.skillset
+
+
+def _name_problem(name: str, skillset: Skillset) -> str | None:
+    if not name.isidentifier() or not name.isascii():
+        return f"`{name}` is no name: write letters, digits and underscores, as in `take_sample`."
+    if not is_usable(name):
+        return f"`{name}` cannot be used in Python, into which skills are generated. Choose another name."
+    if any(skill.name == name for skill in skillset.skills):
+        return f"There is a skill `{name}` already. Choose another name, or change that one."
+    return None
+
+
+def _file_problem(file: Path) -> str | None:
+    if file.suffix == ".rl":
+        return (
+            f"`{file}` is in the .rl notation, which is only read. Turn it into the other: `skillwing convert {file}`."
+        )
+    if is_generated(file):
+        return f"`{file}` is a copy that is made anew each time. Name the skillset that it is a copy of."
+    return None
