@@ -222,6 +222,49 @@ _TABLE = (
         "invariant may be false from the start",
         "The preconditions admit a state in which the invariant is false; such a goal would end at once.",
     ),
+    # --- files in ONERA's robot language
+    Code(
+        "SW090",
+        "warning",
+        "type that holds nothing",
+        "The file names a type and does not say what it holds: a structure without fields.",
+    ),
+    Code(
+        "SW091",
+        "warning",
+        "parameter read as something else",
+        "A parameter of a skill is read as an input, one of the skillset as a datum.",
+    ),
+    Code(
+        "SW092",
+        "error",
+        "nothing is included",
+        "A file holds one whole skillset; `include` is not followed.",
+    ),
+    Code(
+        "SW093",
+        "warning",
+        "postcondition of an interruption",
+        "An interruption cannot fail, so its postcondition is not judged.",
+    ),
+    Code(
+        "SW094",
+        "warning",
+        "interruption that changes nothing",
+        "The results apply different effects and there is no `interrupt`, so an interruption applies none.",
+    ),
+    Code(
+        "SW095",
+        "warning",
+        "postcondition judged after the effect",
+        "A postcondition speaks of a resource that the effect of the same result changes.",
+    ),
+    Code(
+        "SW096",
+        "warning",
+        "name of a postcondition",
+        "Several postconditions are joined; their names are not kept.",
+    ),
 )
 
 CODES = {code.name: code for code in _TABLE}

@@ -9,7 +9,7 @@ from skillwing.dsl.reading.dialect import Dialect
 
 def dialect_of(file: str) -> Dialect:
     """The dialect in which a file of that name is written: `.skillset` unless its extension says another."""
-    return _skillset()
+    return _rl() if file.endswith(".rl") else _skillset()
 
 
 @cache
@@ -18,3 +18,11 @@ def _skillset() -> Dialect:
     from skillwing.dsl.reading.skillset_words import SKILLSET_WORDS  # noqa: PLC0415
 
     return Dialect("skillset.lark", SkillsetBuilder(), SKILLSET_WORDS)
+
+
+@cache
+def _rl() -> Dialect:
+    from skillwing.dsl.reading.rl_builder import RlBuilder  # noqa: PLC0415
+    from skillwing.dsl.reading.rl_words import RL_WORDS  # noqa: PLC0415
+
+    return Dialect("rl.lark", RlBuilder(), RL_WORDS)

@@ -1,0 +1,2 @@
+// expect: SW002
+type Float

@@ -1,0 +1,7 @@
+// expect: SW025 SW025 SW004
+type Float
+skillset periods {
+    data x: Float period 0 ms
+    data y: Float period -1.5
+    data z: Float period 99999999999999999999999 sec
+}

@@ -1,0 +1,5 @@
+// expect: SW006
+skillset first {
+}
+skillset second {
+}

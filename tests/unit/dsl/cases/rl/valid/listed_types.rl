@@ -1,0 +1,5 @@
+// expect:
+skillset listed<Float, Double> {
+    data x: Float
+    data y: Double
+}

@@ -1,0 +1,294 @@
+"""Files in ONERA's robot language: their diagnostics, and the models that they are read into."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+from types import ModuleType
+
+import msgspec
+import pytest
+import typer
+from hypothesis import given
+from hypothesis import strategies as st
+from typer.testing import CliRunner
+
+from skillwing.dsl import load, parse
+from skillwing.dsl.checking.checker import check
+from skillwing.dsl.commands.check import check as check_command
+from skillwing.dsl.commands.convert import convert as convert_command
+from skillwing.dsl.commands.generate import generate as generate_command
+from skillwing.dsl.expressions import to_text
+from skillwing.dsl.model import Skillset
+
+CASES = Path(__file__).parent / "cases" / "rl"
+FILES = sorted(CASES.glob("*/*.rl"))
+EXAMPLES = Path(__file__).parents[3] / "examples" / "onera"
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: f"{path.parent.name}/{path.stem}")
+def test_file_gets_exactly_the_expected_diagnostics(path: Path) -> None:
+    text = path.read_text()
+    expected = text.split("\n", 1)[0].removeprefix("// expect:").split()
+    checked = check(text, path.name)
+    assert [diagnostic.code for diagnostic in checked.diagnostics] == expected
+    assert (checked.skillset is not None) == (path.parent.name == "valid")
+
+
+@pytest.mark.parametrize("name", ["forklift.rl", "gimbal.rl"])
+def test_the_examples_lack_nothing_but_the_contents_of_their_types(name: str) -> None:
+    checked = check((EXAMPLES / name).read_text(), name)
+    assert checked.skillset is not None
+    assert {diagnostic.code for diagnostic in checked.diagnostics} == {"SW090"}
+
+
+# --- the same model from both languages
+
+GIMBAL = """
+skillset gimbal {
+    type Image {}
+    data { angle: float64 period=0.25  last_picture: Image }
+
+    resource motor {
+        state { Off Still Turning }
+        initial Off
+        extern * -> Off
+        * -> Still
+        extern * -> Still
+        * -> Turning
+    }
+
+    event power_on { guard resource=(motor == Off)  effect { motor -> Still } }
+    event power_off { effect { motor -> Off } }
+
+    skill turn {
+        progress=1 { remaining: float64 }
+        input { angle: float64 }
+        effect { motor_to_Turning: motor -> Turning  motor_to_Still: motor -> Still }
+        precondition { ready: resource=(motor == Still)  success motor_to_Turning }
+        invariant { powered: resource=(motor == Turning) }
+        interrupt { apply=motor_to_Still }
+        result {
+            success turned: apply=motor_to_Still
+            failure jammed: apply=motor_to_Still
+        }
+    }
+    skill take_picture {
+        output { picture: Image }
+        precondition { ready: resource=(not (motor == Off or motor == Turning)) }
+        result { success taken  failure too_dark }
+    }
+}
+"""
+
+
+def test_a_file_means_the_same_in_both_languages() -> None:
+    gimbal = load(EXAMPLES / "gimbal.rl")
+    twin = parse(GIMBAL)
+    assert _sorted_transitions(gimbal) == _sorted_transitions(twin)
+    for part in ("types", "data", "events", "skills"):
+        assert getattr(gimbal, part) == getattr(twin, part)
+
+
+def _sorted_transitions(skillset: Skillset) -> dict[str, list[tuple[str, str, bool]]]:
+    return {
+        resource.name: sorted((edge.source, edge.target, edge.extern) for edge in resource.transitions)
+        for resource in skillset.resources
+    }
+
+
+@given(st.integers(1, 10**6))
+def test_periods_count_in_seconds_whatever_their_unit(amount: int) -> None:
+    datum = "type Float skillset s {{ data x: Float period {} }}".format
+    assert parse(datum(f"{amount} ms"), "s.rl").datum("x").period == amount / 1000
+    assert parse(datum(f"{amount} sec"), "s.rl") == parse(datum(f"{amount}.0"), "s.rl") == parse(datum(amount), "s.rl")
+
+
+@pytest.mark.parametrize(
+    ("written", "meant"),
+    [
+        ("Float", "float64"),
+        ("float32", "float32"),
+        ("Double", "float64"),
+        ("UInt8", "uint8"),
+        ("Integer", "int64"),
+        ("Boolean", "bool"),
+        ("STRING", "string"),
+    ],
+)
+def test_type_names_that_can_mean_one_thing_only_are_built_in_types(written: str, meant: str) -> None:
+    skillset = parse(f"type {written} skillset s {{ data x: {written} }}", "s.rl")
+    assert skillset.datum("x").type == parse(f"skillset s {{ data {{ x: {meant} }} }}").datum("x").type
+    assert skillset.types == ()
+
+
+# --- who takes a transition
+
+LAMP = """
+skillset s {
+    resource lamp {
+        state { Off On Broken }
+        initial Off
+        transition { Off -> On  On -> Off  On -> Broken  Broken -> Off }
+    }
+"""
+
+
+@pytest.mark.parametrize(
+    ("behaviour", "internal", "extern"),
+    [
+        ("", "", "Off-On On-Off On-Broken Broken-Off"),
+        ("skill shine { success shone { effect lamp -> On } }", "Off-On", "On-Off On-Broken Broken-Off"),
+        ("event burst { effect lamp -> Broken }", "", "Off-On On-Off On-Broken Broken-Off"),
+        (
+            "event off { effect lamp -> Off } skill dim { success dimmed { effect lamp -> Off } }",
+            "On-Off Broken-Off",
+            "Off-On On-Off On-Broken Broken-Off",
+        ),
+    ],
+    ids=["nobody", "a skill", "an event", "both"],
+)
+def test_who_takes_a_transition(behaviour: str, internal: str, extern: str) -> None:
+    checked = check(f"{LAMP} {behaviour} }}", "s.rl")
+    assert checked.skillset is not None
+    edges = checked.skillset.resource("lamp").transitions
+    assert " ".join(f"{edge.source}-{edge.target}" for edge in edges if not edge.extern) == internal
+    assert " ".join(f"{edge.source}-{edge.target}" for edge in edges if edge.extern) == extern
+
+
+# --- skills
+
+
+def everything() -> Skillset:
+    return load(CASES / "valid" / "everything.rl")
+
+
+def test_inline_effects_are_named_after_what_they_do_and_shared() -> None:
+    effects = {effect.name: effect.transitions for effect in everything().skill("inspect").effects}
+    assert effects == {
+        "motion_to_Used_and_lamp_to_On": (("motion", "Used"), ("lamp", "On")),
+        "motion_to_Free": (("motion", "Free"),),
+        "motion_to_Free_and_lamp_to_Off": (("motion", "Free"), ("lamp", "Off")),
+    }
+
+
+def test_different_effects_never_share_a_name() -> None:
+    text = """skillset s {
+        resource a { state { B C B_and_c_to_D } initial B transition all }
+        resource c { state { D E } initial E transition all }
+        skill k {
+            success both { effect { a -> B  c -> D } }
+            failure one { effect a -> B_and_c_to_D }
+            interrupt { interrupting false }
+        }
+    }"""
+    skill = parse(text, "s.rl").skill("k")
+    assert [effect.name for effect in skill.effects] == ["a_to_B_and_c_to_D", "a_to_B_and_c_to_D_", "nothing"]
+    assert skill.transitions(skill.results[1].apply) == (("a", "B_and_c_to_D"),)
+    assert (skill.interrupt.apply, skill.lost) == ("nothing", "nothing")
+
+
+def test_results_and_postconditions() -> None:
+    seen, unseen, lost = everything().skill("inspect").results
+    assert (seen.success, unseen.success, lost.success) == (True, False, False)
+    assert seen.apply == "motion_to_Free_and_lamp_to_Off"
+    assert lost.apply is None
+    assert unseen.post is not None
+    assert to_text(unseen.post) == "lamp != Off and (weather == Dry or false)"
+
+
+def test_implication_is_read_from_the_left() -> None:
+    text = "skillset s { resource a { state { X Y } initial X transition all } skill k { precondition p: %s } }"
+    [check] = parse(text % "a == X => a == Y => a == X", "s.rl").skill("k").preconditions.checks
+    assert to_text(check.expression) == "(a == X => a == Y) => a == X"
+
+
+def test_parameters_are_inputs_of_their_skill_and_data_of_the_skillset() -> None:
+    skillset = everything()
+    assert {field.name for field in skillset.skill("inspect").inputs} == {"place", "patience"}
+    assert skillset.datum("fence").period is None
+
+
+def test_without_an_interrupt_the_effect_of_all_results_is_the_interruptions() -> None:
+    text = """skillset s {
+        resource a { state { X Y } initial X transition all }
+        skill k { start a -> Y success s { effect a -> X } failure f { effect a -> X } }
+    }"""
+    checked = check(text, "s.rl")
+    assert checked.skillset is not None
+    assert checked.skillset.skill("k").interrupt.apply == "a_to_X"
+    assert "SW094" not in [diagnostic.code for diagnostic in checked.diagnostics]
+
+
+@pytest.mark.parametrize("guard", ["not " * 5000 + "a == X", " and ".join(["a == X"] * 5000)], ids=["not", "and"])
+def test_guards_as_deep_as_nobody_writes_are_refused_and_not_choked_on(guard: str) -> None:
+    text = f"""skillset s {{
+        resource a {{ state {{ X Y }} initial X transition all }}
+        skill k {{ success s {{ effect a -> X postcondition {guard} }} }}
+    }}"""
+    assert [diagnostic.code for diagnostic in check(text, "s.rl").diagnostics] == ["SW029"]
+
+
+# --- the commands
+
+
+@pytest.fixture
+def app() -> typer.Typer:
+    application = typer.Typer()
+    application.command("check")(check_command)
+    application.command("generate")(generate_command)
+    application.command("convert")(convert_command)
+    return application
+
+
+def test_check_takes_rl_files(app: typer.Typer) -> None:
+    output = CliRunner().invoke(app, ["check", str(EXAMPLES / "gimbal.rl"), str(CASES / "invalid" / "unclosed.rl")])
+    assert output.exit_code == 1
+    assert "warning[SW090]" in output.output
+    assert "Missing `}`" in output.output
+
+
+def _imported(path: Path) -> ModuleType:
+    spec = importlib.util.spec_from_file_location("forklift_types", path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_generated_package_can_be_imported(app: typer.Typer, tmp_path: Path) -> None:
+    package = tmp_path / "forklift"
+    outcome = CliRunner().invoke(app, ["generate", str(EXAMPLES / "forklift.rl"), "-o", str(package)])
+    assert outcome.exit_code == 0, outcome.output
+    for path in package.rglob("*.py"):
+        compile(path.read_text(), str(path), "exec")
+    [path] = package.rglob("types.py")
+    types = _imported(path)
+    inputs = types.DriveToInputs(target=types.Pose(), speed=1.0)
+    assert msgspec.to_builtins(inputs) == {"target": {}, "speed": 1.0}
+
+
+@pytest.mark.parametrize(
+    "path", [EXAMPLES / "forklift.rl", CASES / "valid" / "everything.rl"], ids=lambda path: path.stem
+)
+def test_converted_files_mean_the_same(app: typer.Typer, path: Path, tmp_path: Path) -> None:
+    target = tmp_path / "converted.skillset"
+    outcome = CliRunner().invoke(app, ["convert", str(path), "-o", str(target)])
+    assert outcome.exit_code == 0, outcome.output
+    assert load(target) == load(path)
+    assert CliRunner().invoke(app, ["convert", str(path)]).output == target.read_text()
+    assert CliRunner().invoke(app, ["convert", str(path), "-o", str(target)]).exit_code == 2
+
+
+def test_broken_files_are_not_converted(app: typer.Typer, tmp_path: Path) -> None:
+    target = tmp_path / "converted.skillset"
+    outcome = CliRunner().invoke(app, ["convert", str(CASES / "invalid" / "names.rl"), "-o", str(target)])
+    assert outcome.exit_code == 1
+    assert "error[SW013]" in outcome.output
+    assert not target.exists()
+
+
+def test_a_name_that_the_skillset_language_cannot_tell_from_its_words_is_said(app: typer.Typer) -> None:
+    outcome = CliRunner().invoke(app, ["convert", str(CASES / "valid" / "words_as_names.rl")])
+    assert outcome.exit_code == 2
+    assert "as a name" in outcome.output
