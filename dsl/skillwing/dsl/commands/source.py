@@ -5,6 +5,7 @@ Exit codes: 0 all is well, 1 problems were found, 2 the command itself was wrong
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import NoReturn
 
@@ -17,8 +18,14 @@ PROBLEMS = 1
 MISUSE = 2
 
 
+STANDARD_INPUT = Path("-")
+
+
 def read(file: Path) -> str:
+    """The text of a file, or of standard input for `-`; line ends become line feeds."""
     try:
+        if file == STANDARD_INPUT:
+            return sys.stdin.buffer.read().decode("utf-8").replace("\r\n", "\n")
         return file.read_text(encoding="utf-8")
     except UnicodeDecodeError:
         misuse(f"`{file}` is not a text file in UTF-8.")
