@@ -7,11 +7,14 @@ import re
 from pathlib import Path
 
 import pytest
+import typer
 from hypothesis import HealthCheck, given, settings
 from skillset_strategies import skillsets
+from typer.testing import CliRunner
 
 from skillwing import m600
 from skillwing.dsl.checking.resolver import resolve
+from skillwing.dsl.commands.fmt import fmt
 from skillwing.dsl.diagnostics.report import Report
 from skillwing.dsl.model import Skillset
 from skillwing.dsl.printing.formatting import UnformattableError, format_source
@@ -22,22 +25,23 @@ from skillwing.dsl.reading.parser import parse_file
 ROOT = Path(__file__).parents[3]
 M600 = Path(m600.__path__[0]) / "m600.skillset"
 EXAMPLES = sorted((ROOT / "examples").glob("*/*.skillset"))
-FILES = [M600, *EXAMPLES, *sorted((Path(__file__).parent / "cases").glob("*/**/*.skillset"))]
+CASES = [path for path in sorted((Path(__file__).parent / "cases").rglob("*")) if path.suffix in {".skillset", ".rl"}]
+FILES = [M600, *EXAMPLES, *sorted((ROOT / "examples").glob("*/*.rl")), *CASES]
 READABLE = [path for path in FILES if not parse_file(path.read_text(), path.name).diagnostics]
 DAMAGED = [path for path in FILES if path not in READABLE]
 
 
-def contents(text: str) -> tuple[list[tuple[str, str]], list[list[str]]]:
+def contents(text: str, file: str = "contents.skillset") -> tuple[list[tuple[str, str]], list[list[str]]]:
     """The words of a text, and the lines of its comments without the space around them."""
-    lexemes = lex(text, "contents.skillset")
+    lexemes = lex(text, file)
     words = [(lexeme.kind, lexeme.text) for lexeme in lexemes if lexeme.kind != "COMMENT"]
     comments = [lexeme.text for lexeme in lexemes if lexeme.kind == "COMMENT"]
     return words, [[line.strip() for line in comment.split("\n")] for comment in comments]
 
 
-def model(text: str) -> tuple[Skillset, list[str]]:
+def model(text: str, file: str = "model.skillset") -> tuple[Skillset, list[str]]:
     """What a readable text means, and what the reader finds wrong with it."""
-    parsed = parse_file(text, "model.skillset")
+    parsed = parse_file(text, file)
     assert parsed.root is not None
     report = Report()
     return resolve(parsed.root, report), sorted(item.message for item in report.diagnostics)
@@ -68,9 +72,9 @@ def is_safe(pieces: list[str], following: str) -> bool:
 def test_formatting_keeps_every_word_and_comment_and_is_idempotent(path: Path) -> None:
     text = path.read_text()
     once = format_source(text, path.name)
-    assert contents(once) == contents(text)
+    assert contents(once, path.name) == contents(text, path.name)
     assert format_source(once, path.name) == once
-    assert model(once) == model(text)
+    assert model(once, path.name) == model(text, path.name)
 
 
 @pytest.mark.parametrize("path", [M600, *EXAMPLES, *(READABLE[-3:])], ids=lambda path: path.name)
@@ -199,7 +203,7 @@ skillset s {   // a
     )
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 @given(skillsets())
 def test_a_model_printed_as_source_is_that_model(skillset: Skillset) -> None:
     source = to_source(skillset)
@@ -208,3 +212,56 @@ def test_a_model_printed_as_source_is_that_model(skillset: Skillset) -> None:
     assert again.schema_hash == skillset.schema_hash
     assert not [problem for problem in problems if not re.match("Nothing ", problem)]  # unused elements are no problem
     assert format_source(source) == source
+
+
+# --- the command
+
+RAW = "skillset s { data { a:float64 } } // end\n"
+NEAT = "skillset s {\n    data { a: float64 }\n}   // end\n"
+
+
+def run(*arguments: str | Path, given: str | bytes | None = None) -> tuple[int, str, str]:
+    app = typer.Typer()
+    app.command("fmt")(fmt)
+    result = CliRunner().invoke(app, [str(argument) for argument in arguments], input=given)
+    return result.exit_code, result.stdout, result.stderr
+
+
+@pytest.fixture
+def raw(tmp_path: Path) -> Path:
+    (tmp_path / "raw.skillset").write_text(RAW)
+    return tmp_path / "raw.skillset"
+
+
+def test_files_are_formatted_in_place(raw: Path) -> None:
+    assert run(raw) == (0, f"{raw}: formatted.\n", "")
+    assert raw.read_text() == NEAT
+    assert run(raw) == (0, "", "")
+    assert run("--check", raw) == (0, "", "")
+
+
+def test_check_and_diff_write_nothing(raw: Path) -> None:
+    assert run("--check", raw) == (1, f"{raw} is not in the style; run `skillwing fmt {raw}`.\n", "")
+    code, output, _ = run("--diff", raw)
+    assert code == 1
+    assert "\n-skillset s { data { a:float64 } } // end\n+skillset s {\n" in output
+    assert raw.read_text() == RAW
+
+
+def test_standard_input_goes_to_standard_output() -> None:
+    assert run("-", given=RAW) == (0, NEAT, "")
+    assert run("-", given=b"\xff\xfe") == (2, "", "`-` is not a text file in UTF-8.\n")
+
+
+def test_a_damaged_file_stays_as_it_is_and_the_others_are_formatted(raw: Path, tmp_path: Path) -> None:
+    damaged = tmp_path / "damaged.skillset"
+    damaged.write_text("skillset s { skill k {")
+    code, output, error = run(damaged, raw)
+    assert (code, output) == (1, f"{raw}: formatted.\n")
+    assert error.startswith(f"`{damaged}` has syntax errors. Mend what `skillwing check {damaged}` shows")
+    assert damaged.read_text() == "skillset s { skill k {"
+
+
+def test_nothing_is_written_if_a_file_is_missing(raw: Path) -> None:
+    assert run(raw, "nowhere.skillset")[::2] == (2, "`nowhere.skillset` cannot be read: No such file or directory.\n")
+    assert raw.read_text() == RAW

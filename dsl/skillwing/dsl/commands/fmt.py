@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import difflib
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from skillwing.dsl.commands.source import PROBLEMS, misuse, read
+from skillwing.dsl.commands.source import PROBLEMS, STANDARD_INPUT, misuse, read
 from skillwing.dsl.printing.formatting import UnformattableError, format_source
 
-STANDARD_INPUT = Path("-")
 _COLOURS = {"+": "green", "-": "red", "@": "cyan"}
 
 
@@ -25,7 +23,7 @@ def fmt(
     diff: Annotated[bool, typer.Option("--diff", help="Write nothing; show what would change.")] = False,
 ) -> None:
     """Bring skillset files into the one style; what they mean, and every comment, stays."""
-    sources = {file: sys.stdin.read() if file == STANDARD_INPUT else read(file) for file in files}
+    sources = {file: read(file) for file in files}
     failed = False
     for file, source in sources.items():
         try:

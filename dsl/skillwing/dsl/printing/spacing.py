@@ -7,11 +7,13 @@ from itertools import pairwise
 
 from skillwing.dsl.reading.lexemes import Lexeme
 
-_NONE_BEFORE = frozenset({"COLON", "CLOSE_PAREN", "ARRAY", "UP_TO", "DOT"})
+_NONE_BEFORE = frozenset({"COLON", "COMMA", "CLOSE_PAREN", "ARRAY", "UP_TO", "DOT"})
 _NONE_BEHIND = frozenset({"OPEN_PAREN", "UP_TO", "DOT"})
 # What the default of a field stands behind. Every other `=` belongs to a word of the language: `period=0.1`.
 _TYPED = frozenset({"NAME", "ARRAY", "UNIT", "NUMBER"})
 _OPTIONS = frozenset({"IN", "PERIOD", "VIOLATION", "POST"})
+# What may stand before the name of a result.
+_MARKS = frozenset({"SUCCESS", "FAILURE"})
 
 
 def joined(words: Sequence[Lexeme], start: int = 0, stop: int | None = None) -> str:
@@ -28,9 +30,9 @@ def cells(words: Sequence[Lexeme]) -> tuple[str, ...]:
 
 def _cuts(words: Sequence[Lexeme]) -> Iterator[int]:
     kinds = [word.kind for word in words]
-    if "COLON" not in kinds:
+    head = kinds.index("COLON") + 1 if "COLON" in kinds else 0
+    if head != (3 if kinds[0] in _MARKS else 2):
         return
-    head = kinds.index("COLON") + 1
     yield head
     depth = 0
     for index in range(head + 1, len(words)):

@@ -1,7 +1,7 @@
 """A source text as statements and blocks, with every comment in its place: what the formatter lays out.
 
 Only the lexemes are looked at, not the grammar's rules: a statement ends where the next word cannot continue it. So
-nothing of a text can get lost here, and a misjudged word could only make a line look odd.
+nothing of a text can get lost here, a misjudged word could only make a line look odd, and all dialects are one.
 """
 
 from __future__ import annotations
@@ -12,15 +12,19 @@ from dataclasses import dataclass
 from skillwing.dsl.reading.lexemes import COMMENT, Lexeme
 
 # Signs that stand between two words of one statement.
-_CONNECTORS = frozenset({"COLON", "EQUALS", "ARROW", "UP_TO", "DOT", "COMPARATOR", "IMPLIES", "AND", "OR"})
+_CONNECTORS = frozenset(
+    {"COLON", "COMMA", "EQUALS", "ARROW", "UP_TO", "DOT", "COMPARATOR", "LESS", "MORE", "IMPLIES", "AND", "OR"}
+)
 # Words that continue a statement, unless they are names themselves: `period: float64`.
-_OPTIONS = frozenset({"IN", "PERIOD", "VIOLATION", "POST"})
+_OPTIONS = frozenset({"IN", "PERIOD", "VIOLATION", "POST", "SEC", "MS"})
 # What waits for a word behind it, and what belongs to the word before it.
-_PREFIXES = _CONNECTORS | _OPTIONS | {"OPEN_PAREN", "NOT"}
+_PREFIXES = _CONNECTORS | _OPTIONS - {"SEC", "MS"} | {"OPEN_PAREN", "NOT"}
 _SUFFIXES = _CONNECTORS | {"OPEN", "CLOSE_PAREN", "UNIT", "ARRAY"}
-# Words that begin a statement and are followed by a name.
+# Words that begin a statement and need another one.
 _HEADINGS = frozenset(
-    {"SKILLSET", "TYPE", "ENUM", "RESOURCE", "EVENT", "SKILL", "INITIAL", "EXTERN", "GUARD", "SUCCESS", "FAILURE"}
+    {"SKILLSET", "INCLUDE", "TYPE", "ENUM", "DATA", "PARAMETER", "RESOURCE", "INITIAL", "EXTERN", "TRANSITION"}
+    | {"EVENT", "GUARD", "EFFECT", "SKILL", "INPUT", "OUTPUT", "PRECONDITION", "START", "INVARIANT", "MESSAGE"}
+    | {"INTERRUPTING", "SUCCESS", "FAILURE", "POSTCONDITION"}
 )
 
 
