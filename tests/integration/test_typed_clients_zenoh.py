@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import importlib
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -41,28 +42,41 @@ skillset winch {
 """
 
 
+ROOT = Path(__file__).parents[2]
+
+
+def make(source: Path, folder: Path) -> Robot:
+    """A freshly generated package, found by its folder."""
+    robot, skillset = RobotFolder(folder), load(source)
+    robot.write_once(skeletons(skillset, folder.name))
+    copy = skillset_copy(skillset, source, folder, source.read_text("utf-8"))
+    robot.write({**generate(skillset, source, folder, robot.managed(skillset)), **copy})
+    return find_robot(str(folder))
+
+
 @pytest.fixture
-def robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Robot]:
-    """A freshly generated package."""
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A folder for packages; what importing them changes is undone."""
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     monkeypatch.delenv("SKILLWING_CONNECT", raising=False)
     monkeypatch.setattr(sys, "path", list(sys.path))
     monkeypatch.setenv("PYTHONPATH", "")
-    source, folder = tmp_path / "winch.skillset", RobotFolder(tmp_path / "winch")
-    source.write_text(SOURCE, encoding="utf-8")
-    skillset = load(source)
-    folder.write_once(skeletons(skillset, "winch"))
-    copy = skillset_copy(skillset, source, folder.path, SOURCE)
-    folder.write({**generate(skillset, source, folder.path, folder.managed(skillset)), **copy})
-    yield find_robot(str(folder.path))
-    for name in [name for name in sys.modules if name == "winch" or name.startswith("winch.")]:
+    yield tmp_path
+    for name in [name for name in sys.modules if name.split(".")[0] in ("winch", "rover")]:
         del sys.modules[name]
+
+
+@pytest.fixture
+def robot(place: Path) -> Robot:
+    source = place / "winch.skillset"
+    source.write_text(SOURCE, encoding="utf-8")
+    return make(source, place / "winch")
 
 
 @contextmanager
 def running(robot: Robot, run_dir: Path, *, mock: bool) -> Iterator[str]:
     """The system as processes, announced as `skillwing up` does; gives its endpoint."""
-    with Launcher(robot.name, "winch", run_dir, clock="wall") as launcher:
+    with Launcher(robot.name, robot.skillset.stem, run_dir, clock="wall") as launcher:
         launcher.start_router()
         launcher.start(mock_processes(robot) if mock else robot.managers())
         with announced(robot, launcher.endpoint, run_dir, clock="wall", mock=mock):
@@ -134,3 +148,16 @@ def test_a_system_with_another_skillset_is_refused(robot: Robot, tmp_path: Path)
         robot.skillset.write_text(SOURCE.replace("0.0..9.0", "0.0..8.0"))
         with pytest.raises(SkillwingError, match="another skillset"), interface.connect():
             pass
+
+
+def test_the_scripts_of_the_documentation(place: Path) -> None:
+    page = (ROOT / "docs" / "robots.md").read_text("utf-8")
+    waiting, asynchronous = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    rover = make(ROOT / "examples" / "rover" / "rover.skillset", place / "rover")
+    with running(rover, place / "run", mock=True):
+        said = [
+            subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, cwd=place).stdout
+            for script in (waiting, asynchronous)
+        ]
+    assert re.fullmatch(r"(.* m to go\n)+drive_to ended S_ARRIVED: .* PARKED \d.*\n", said[0])
+    assert said[1] == "too slow; the wheels are PARKED\nTrue\n"
