@@ -52,7 +52,7 @@ COMPILE := uv pip compile --universal --python-version 3.11 --generate-hashes --
 lock:
 	$(COMPILE) pyproject.toml --all-extras --group dev -o requirements.lock
 	$(COMPILE) pyproject.toml -c requirements.lock -o locks/manager.lock
-	$(COMPILE) pyproject.toml --extra all -c requirements.lock -o locks/full.lock
+	$(COMPILE) pyproject.toml --extra sim --extra missions --extra viewer -c requirements.lock -o locks/full.lock
 	echo "hatchling>=1.26" | $(COMPILE) - -c requirements.lock -o locks/build.lock
 
 clean:
