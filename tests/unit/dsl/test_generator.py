@@ -20,7 +20,7 @@ from skillwing.dsl.generating.skeletons import skeletons
 ROOT = Path(__file__).parents[3]
 CASE = Path(__file__).parent / "cases" / "valid" / "everything.skillset"
 M600 = Path(m600.__path__[0])
-EXAMPLES = sorted((ROOT / "examples").glob("*/*.skillset"))
+EXAMPLES = sorted((ROOT / "examples").glob("*/*.skillset")) + sorted((ROOT / "examples").glob("*/*.rl"))
 
 
 def make(source: Path, folder: Path) -> Skillset:

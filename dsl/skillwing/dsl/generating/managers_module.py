@@ -4,7 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from skillwing.dsl.generating.source_text import INDENT, TypeNames, answer_classes, enumeration, inputs_class
+from skillwing.dsl.generating.source_text import (
+    INDENT,
+    TypeNames,
+    answer_classes,
+    enumeration,
+    exemptions,
+    inputs_class,
+)
 from skillwing.dsl.model import Result, Skill, Skillset
 from skillwing.dsl.naming import class_name
 
@@ -17,7 +24,7 @@ def abstract_manager(skill: str) -> str:
 def lines(skillset: Skillset) -> Iterator[str]:
     names = TypeNames({"SkillHooks", *(abstract_manager(skill.name) for skill in skillset.skills)})
     body = [line for skill in skillset.skills for line in _manager(skill, names)]
-    yield "# ruff: noqa: N802 - results keep the names that the skillset gives them"
+    yield from exemptions(skillset)
     yield f'"""What the managers of `{skillset.name}` derive from: one class for each skill, its results as methods."""'
     yield ""
     yield "from __future__ import annotations"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from skillwing.dsl.generating.source_text import INDENT, LINE_LENGTH, TypeNames, answer_classes, bracketed
+from skillwing.dsl.generating.source_text import INDENT, LINE_LENGTH, TypeNames, answer_classes, bracketed, exemptions
 from skillwing.dsl.model import Result, Skill, Skillset
 from skillwing.dsl.naming import class_name
 
@@ -13,7 +13,7 @@ def lines(skillset: Skillset) -> Iterator[str]:
     classes = [f"{class_name(skill.name)}Mock" for skill in skillset.skills]
     names = TypeNames({"Delay", "MockRun", "MockScript", "Runs", "SkillMock", "StopDelay", *classes})
     body = [line for skill in skillset.skills for line in _mock(skill, names)]
-    yield "# ruff: noqa: N802 - results keep the names that the skillset gives them"
+    yield from exemptions(skillset)
     yield f'"""How goals of mocked skills of `{skillset.name}` go, for tests and for missions without a robot.'
     yield ""
     yield _example(skillset)

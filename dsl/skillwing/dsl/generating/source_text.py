@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from textwrap import wrap
 
 from skillwing.dsl.checking.types import bounds_text
-from skillwing.dsl.model import ArrayType, EnumType, Field, Skill, StructType, Type
+from skillwing.dsl.model import ArrayType, EnumType, Field, Skill, Skillset, StructType, Type
 from skillwing.dsl.naming import class_name
 
 INDENT = "    "
@@ -99,6 +99,12 @@ def answer_classes(skill: Skill, names: TypeNames) -> tuple[str, str]:
         names(f"{stem}Outputs") if skill.outputs else "None",
         names(f"{stem}Feedback") if skill.feedback else "None",
     )
+
+
+def exemptions(skillset: Skillset) -> Iterator[str]:
+    """What a module tells the linter whose methods are named after results, where these are not in small letters."""
+    if any(result.name != result.name.lower() for skill in skillset.skills for result in skill.results):
+        yield "# ruff: noqa: N802 - results keep the names that the skillset gives them"
 
 
 def enumeration(names: Sequence[str], last: str) -> str:
