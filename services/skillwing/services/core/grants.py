@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from skillwing.dsl.model import Skill
+from skillwing.services.core.kept import GoalOver, GrantOpened, Keep
 from skillwing.services.core.memory import Recent
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.protocol import EndGoal, ErrorCode, GoalVerdict, Granted, Lost, RenewGoal
@@ -37,22 +38,21 @@ class Grant:
         return self.granted.token
 
 
-@dataclass(frozen=True, slots=True)
-class Past:
-    """A goal that holds nothing any more, or never did."""
-
-    skill: str
-    token: int
-    verdict: GoalVerdict
-
-
 class Ledger:
-    """Every goal by its id: the grants in force, in order of their granting, and the verdicts on recent goals."""
+    """Every goal by its id: the grants in force, in order of their granting, and the verdicts on recent goals.
 
-    def __init__(self) -> None:
-        self._grants: dict[str, Grant] = {}
-        self._past: Recent[str, Past] = Recent(GOALS_REMEMBERED)
-        self._last_token = NO_TOKEN
+    keep: told of each grant and of each end. grants, past, last_token: what a predecessor of this process has told of.
+    """
+
+    def __init__(
+        self, keep: Keep, grants: Iterable[Grant] = (), past: Iterable[GoalOver] = (), last_token: int = NO_TOKEN
+    ) -> None:
+        self._keep = keep
+        self._grants = {grant.goal_id: grant for grant in grants}
+        self._past: Recent[str, GoalOver] = Recent(GOALS_REMEMBERED)
+        for over in past:
+            self._past[over.goal_id] = over
+        self._last_token = last_token
 
     @property
     def grants(self) -> tuple[Grant, ...]:
@@ -70,19 +70,21 @@ class Ledger:
 
     def open(self, grant: Grant) -> None:
         self._grants[grant.goal_id] = grant
+        self._keep(GrantOpened(grant.skill.name, grant.inputs, grant.manager, grant.incarnation, grant.granted))
 
     def close(self, grant: Grant, verdict: GoalVerdict) -> None:
         """The goal is over, and this is what anybody is told who asks for it."""
         del self._grants[grant.goal_id]
-        self.remember(grant.goal_id, Past(grant.skill.name, grant.token, verdict))
+        self.remember(GoalOver(grant.goal_id, grant.skill.name, grant.token, verdict))
 
-    def remember(self, goal_id: str, past: Past) -> None:
-        self._past[goal_id] = past
+    def remember(self, over: GoalOver) -> None:
+        self._past[over.goal_id] = over
+        self._keep(over)
 
     def in_force(self, goal_id: str) -> Grant | None:
         return self._grants.get(goal_id)
 
-    def past(self, goal_id: str) -> Past | None:
+    def past(self, goal_id: str) -> GoalOver | None:
         return self._past.get(goal_id)
 
     def verdict(self, goal_id: str, skill: str) -> GoalVerdict | None:

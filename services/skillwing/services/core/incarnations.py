@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
+from skillwing.services.core.kept import Keep, ManagerNoted
 from skillwing.services.core.memory import Recent
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.protocol import ErrorCode
@@ -10,11 +13,17 @@ INCARNATIONS_REMEMBERED = 1000
 
 
 class Incarnations:
-    """The latest incarnation of each manager, and those that it has replaced."""
+    """The latest incarnation of each manager, and those that it has replaced.
 
-    def __init__(self) -> None:
+    keep: told of each new one; kept: those that a predecessor of this process has told of.
+    """
+
+    def __init__(self, keep: Keep, kept: Iterable[ManagerNoted] = ()) -> None:
+        self._keep = keep
         self._latest: Recent[str, str] = Recent(INCARNATIONS_REMEMBERED)
         self._replaced: Recent[tuple[str, str], None] = Recent(INCARNATIONS_REMEMBERED)
+        for noted in kept:
+            self._take(noted)
 
     def check(self, manager: str, incarnation: str) -> None:
         """Refuse one that has been replaced: its messages were under way for long, or it hung and woke up."""
@@ -24,7 +33,13 @@ class Incarnations:
 
     def note(self, manager: str, incarnation: str) -> None:
         """Take it for the latest."""
-        before = self._latest.get(manager)
-        if before is not None and before != incarnation:
-            self._replaced[manager, before] = None
-        self._latest[manager] = incarnation
+        if self._latest.get(manager) != incarnation:
+            noted = ManagerNoted(manager, incarnation)
+            self._take(noted)
+            self._keep(noted)
+
+    def _take(self, noted: ManagerNoted) -> None:
+        before = self._latest.get(noted.manager)
+        if before is not None:
+            self._replaced[noted.manager, before] = None
+        self._latest[noted.manager] = noted.incarnation

@@ -28,6 +28,7 @@ class LatestData:
             item.name: item for item in skillset.data if wanted is None or item.name in wanted
         }
         self._latest: dict[str, _Stamped] = {}
+        self._awaited: dict[str, float] = {}
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -46,10 +47,30 @@ class LatestData:
             return " ".join(problem.sentence for problem in problems)
         # A stamp from the future would keep the value fresh for ever and shut out its successors.
         stamp = min(sample.t, now)
+        self._awaited.pop(item.name, None)
         known = self._latest.get(item.name)
         if known is None or stamp >= known.t:
             self._latest[item.name] = _Stamped(value, stamp)
         return None
+
+    def value(self, name: str) -> object:
+        """The latest value, stale or not; None if there is none."""
+        stamped = self._latest.get(name)
+        return None if stamped is None else stamped.value
+
+    def lasts(self, name: str) -> bool:
+        """Tell whether values of the datum never turn stale."""
+        return self._items[name].stale_after is None
+
+    def await_news(self, now: float) -> None:
+        """Take every datum without a value for one whose value is not known here, but may be fresh."""
+        for item in self._items.values():
+            if item.name not in self._latest and item.stale_after is not None:
+                self._awaited[item.name] = now + item.stale_after
+
+    def awaited(self, names: Iterable[str], now: float) -> bool:
+        """Tell whether one of these data may be fresh although its value is not known here."""
+        return any(now < self._awaited.get(name, float("-inf")) for name in names)
 
     def is_fresh(self, name: str, now: float) -> bool:
         return now < self._fresh_until(name)
@@ -67,8 +88,9 @@ class LatestData:
         return DataReading(name=name, value=stamped.value, t=stamped.t, age=age, stale=not self.is_fresh(name, now))
 
     def next_stale_at(self, now: float) -> float | None:
-        """When the next datum that is fresh at `now` turns stale if nothing more comes in; None for never."""
-        times = [until for name in self._latest if now < (until := self._fresh_until(name)) < float("inf")]
+        """When the next datum that is or may be fresh at `now` turns stale if nothing more comes in; None for never."""
+        ends = [*(self._fresh_until(name) for name in self._latest), *self._awaited.values()]
+        times = [until for until in ends if now < until < float("inf")]
         return min(times, default=None)
 
     def _fresh_until(self, name: str) -> float:

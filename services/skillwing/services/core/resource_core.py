@@ -14,9 +14,10 @@ from typing import Generic, TypeAlias, TypeVar
 from skillwing.dsl.expressions import Environment, Expression, names_used
 from skillwing.dsl.model import Invariant, Skill, Skillset, UnknownNameError
 from skillwing.services.core.checks import check_goal_id, check_schema, unknown_name
-from skillwing.services.core.grants import NO_TOKEN, Grant, Ledger, Past, check_token, unknown_goal
+from skillwing.services.core.grants import NO_TOKEN, Grant, Ledger, check_token, unknown_goal
 from skillwing.services.core.incarnations import Incarnations
 from skillwing.services.core.judge import why_not
+from skillwing.services.core.kept import DatumKept, Entry, GoalOver, Kept
 from skillwing.services.core.latest import LatestData
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_table import Event, ResourceTable
@@ -43,22 +44,27 @@ from skillwing.services.protocol import (
 )
 
 Publication: TypeAlias = Event | Record
+SAID_AGAIN = 10.0
+"""Seconds for which the network may have failed to pass on what a process said before it died."""
 R = TypeVar("R")
+NOTHING_KEPT = Kept(resources=(), grants=(), goals=(), managers=(), data=(), last_token=NO_TOKEN, records=(), t=0.0)
 
 
 @dataclass(frozen=True, slots=True)
 class Step(Generic[R]):
-    """What one atomic step answers to the one who asked, and tells everybody."""
+    """What one atomic step answers to the one who asked, tells everybody, and must not forget."""
 
     reply: R
     publications: tuple[Publication, ...] = ()
+    entries: tuple[Entry, ...] = ()
 
 
 class ResourceCore:
     """States of all resources, the grants, and the latest values of the data that guards name.
 
     source: name of the process, for the timeline. new_record_id: gives each timeline record its id. found: states in
-    which resources are found at the start instead of their initial ones.
+    which resources are found at the start instead of their initial ones. kept: what the entries of a predecessor's
+    steps add up to; this core goes on from there, beginning with `resume`. data: instead of none yet.
     """
 
     def __init__(
@@ -68,13 +74,25 @@ class ResourceCore:
         source: str,
         new_record_id: Callable[[], str],
         found: Mapping[str, str] | None = None,
+        kept: Kept | None = None,
+        data: LatestData | None = None,
     ) -> None:
+        kept = kept or NOTHING_KEPT
         self._skillset = skillset
+        self._source = source
+        self._entries: list[Entry] = []
+        keep = self._entries.append
         self._scribe: Scribe[Event] = Scribe(source, new_record_id)
-        self._table = ResourceTable(skillset, self._scribe, found)
-        self._ledger = Ledger()
-        self._incarnations = Incarnations()
-        self._data = LatestData(skillset, _data_in_guards(skillset))
+        self._table = ResourceTable(skillset, self._scribe, keep, found=found, kept=kept.resources)
+        grants = (
+            Grant(skillset.skill(each.skill), each.inputs, each.manager, each.incarnation, each.granted)
+            for each in kept.grants
+        )
+        self._ledger = Ledger(keep, grants, kept.goals, kept.last_token)
+        self._incarnations = Incarnations(keep, kept.managers)
+        self._data = data or LatestData(skillset, _data_in_guards(skillset))
+        for datum in kept.data if data is None else ():
+            self._data.accept(DataSample(name=datum.name, value=datum.value, t=datum.t), datum.t)
 
     @property
     def states(self) -> Mapping[str, str]:
@@ -102,6 +120,33 @@ class ResourceCore:
     def next_tick(self, now: float) -> float | None:
         """When `tick` is due if nothing happens before: the next datum turns stale. None for never."""
         return self._data.next_stale_at(now) if self.grants else None
+
+    # --- going on where another process has stopped ------------------------------------------------------------------
+
+    @property
+    def data(self) -> LatestData:
+        """The latest values, for a core that takes this one's place."""
+        return self._data
+
+    def inventory(self) -> tuple[Entry, ...]:
+        """The entries that a new journal begins with."""
+        return self._table.inventory()
+
+    def resume(self, kept: Kept, now: float) -> Step[None]:
+        """Say again what may not have got out before the predecessor died, for it does no harm twice.
+
+        Of the data nothing is known at first. Each is taken for as fresh as its last value may have been.
+        """
+        self._data.await_news(now)
+        goals = f"{len(self.grants)} goal{'' if len(self.grants) == 1 else 's'}"
+        text = f"went on from its journal at revision {self.revision} with {goals}"
+        since = now - SAID_AGAIN
+        again: list[Publication] = [record for record in kept.records if record.t >= since]
+        verdicts = (over.verdict for over in kept.goals)
+        again += [each for each in verdicts if isinstance(each, (Violated, Lost)) and each.t >= since]
+        self._scribe.record(now, RecordKind.PROCESS, self._source, None, "RESUMED", text)
+        step = self._finish(None)
+        return Step(None, (*again, *step.publications), step.entries)
 
     # --- from the functional layer and operators ---------------------------------------------------------------------
 
@@ -145,9 +190,12 @@ class ResourceCore:
     def update_datum(self, sample: DataSample, now: float) -> Step[None]:
         """Take a datum that guards name; any other is ignored."""
         if sample.name in self._data.names:
+            before = self._data.value(sample.name)
             problem = self._data.accept(sample, now)
             if problem is not None:
                 raise RefusedError(ErrorCode.BAD_REQUEST, problem, help="The sample was dropped.")
+            if self._data.lasts(sample.name) and self._data.value(sample.name) != before:
+                self._entries.append(DatumKept(sample.name, self._data.value(sample.name), now))
             self._enforce_invariants(now)
         return self._finish(None)
 
@@ -225,6 +273,12 @@ class ResourceCore:
         self._lose_all([grant for grant in self.grants if grant.manager == manager], reason, now)
         return self._finish(None)
 
+    def goal_lost(self, goal_id: str, now: float, reason: str) -> Step[None]:
+        """Take one goal from a manager that says nothing about it any more; a goal that is over stays as it is."""
+        grant = self._ledger.in_force(goal_id)
+        self._lose_all([] if grant is None else [grant], reason, now)
+        return self._finish(None)
+
     # --- verdicts ----------------------------------------------------------------------------------------------------
 
     def _failing_preconditions(self, skill: Skill, inputs: Mapping[str, object], now: float) -> dict[str, str]:
@@ -245,7 +299,7 @@ class ResourceCore:
         record = self._record(skill, "NOT_READY", now, request.goal_id, request.cause, text)
         self._apply(skill, effect, record, request.goal_id, now)
         verdict = NotReady(goal_id=request.goal_id, failing=failing, record=record)
-        self._ledger.remember(request.goal_id, Past(skill.name, NO_TOKEN, verdict))
+        self._ledger.remember(GoalOver(request.goal_id, skill.name, NO_TOKEN, verdict))
         self._enforce_invariants(now)
         return verdict
 
@@ -262,7 +316,7 @@ class ResourceCore:
         text = "The manager gave the goal up before it was granted."
         record = self._record(skill, "ENDED", now, request.goal_id, request.cause, text)
         ended = Ended(goal_id=request.goal_id, held=False, reason=text, revision=self.revision, record=record)
-        self._ledger.remember(request.goal_id, Past(skill.name, NO_TOKEN, ended))
+        self._ledger.remember(GoalOver(request.goal_id, skill.name, NO_TOKEN, ended))
         return self._finish(ended)
 
     def _replace(self, manager: str, incarnation: str, now: float) -> None:
@@ -310,7 +364,7 @@ class ResourceCore:
             environment = self._environment(grant.inputs, now)
             for invariant in grant.skill.invariants:
                 why = why_not(invariant.expression, environment)
-                if why is not None:
+                if why is not None and not self._data.awaited(names_used(invariant.expression, "data"), now):
                     return grant, invariant, why
         return None
 
@@ -383,7 +437,9 @@ class ResourceCore:
         return self._scribe.record(now, RecordKind.GOAL, skill.name, None, after, text, cause=cause, goal_id=goal_id)
 
     def _finish(self, reply: R) -> Step[R]:
-        return Step(reply, self._scribe.hand_over())
+        entries = tuple(self._entries)
+        self._entries.clear()
+        return Step(reply, self._scribe.hand_over(), entries)
 
 
 def _effect_of_end(skill: Skill, request: EndGoal) -> tuple[str | None, Expression | None]:

@@ -7,6 +7,7 @@ from types import MappingProxyType
 from typing import TypeAlias
 
 from skillwing.dsl.model import Skillset
+from skillwing.services.core.kept import Keep, ResourceStands
 from skillwing.services.core.scribe import Scribe
 from skillwing.services.protocol import Lost, RecordKind, ResourceChange, Violated
 
@@ -16,20 +17,40 @@ Transitions: TypeAlias = Iterable[tuple[str, str]]
 
 
 class ResourceTable:
-    """State of each resource of a skillset, at first that in `found`, else its initial one; changes go to a scribe."""
+    """State of each resource of a skillset; changes go to a scribe, and what must not be forgotten to `keep`.
 
-    def __init__(self, skillset: Skillset, scribe: Scribe[Event], found: Mapping[str, str] | None = None) -> None:
+    found: the states at first, instead of the initial ones; kept: those that a predecessor of this process has kept.
+    """
+
+    def __init__(
+        self,
+        skillset: Skillset,
+        scribe: Scribe[Event],
+        keep: Keep,
+        *,
+        found: Mapping[str, str] | None = None,
+        kept: Iterable[ResourceStands] = (),
+    ) -> None:
         self._resources = {resource.name: resource for resource in skillset.resources}
         self._states = {resource.name: resource.initial for resource in skillset.resources} | dict(found or {})
         self._scribe = scribe
+        self._keep = keep
         self._last_change: dict[str, tuple[int, str]] = {}
-        self.revision = 0
+        for stands in kept:
+            self._states[stands.resource] = stands.state
+            if stands.revision:
+                self._last_change[stands.resource] = (stands.revision, stands.record)
+        self.revision = max((revision for revision, _ in self._last_change.values()), default=0)
         """Grows by one with every change set."""
 
     @property
     def states(self) -> Mapping[str, str]:
         """A live view."""
         return MappingProxyType(self._states)
+
+    def inventory(self) -> tuple[ResourceStands, ...]:
+        """Every resource as it stands."""
+        return tuple(self._standing(name) for name in self._states)
 
     def obstacle(self, transitions: Transitions, *, extern: bool = False) -> str | None:
         """None if all transitions may be taken now, else a sentence on the first that may not."""
@@ -59,6 +80,7 @@ class ResourceTable:
                 now, RecordKind.RESOURCE, name, before, target, text, cause=cause, goal_id=goal_id
             )
             self._last_change[name] = (self.revision, record)
+            self._keep(self._standing(name))
             self._scribe.add(
                 ResourceChange(
                     resource=name,
@@ -78,3 +100,6 @@ class ResourceTable:
             return None
         latest = max(changed, key=lambda name: self._last_change[name][0])
         return latest, self._last_change[latest][1]
+
+    def _standing(self, name: str) -> ResourceStands:
+        return ResourceStands(name, self._states[name], *self._last_change.get(name, (0, "")))

@@ -1,0 +1,84 @@
+"""What a resource manager must not forget: an entry for each change of its memory, and the memory as a whole.
+
+Plain values: a journal stores the entries of a step before anybody hears of the step, and another process goes on from
+what they add up to.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from skillwing.services.protocol import GoalVerdict, Granted, Record
+
+
+@dataclass(frozen=True, slots=True)
+class ResourceStands:
+    """The state of a resource, the revision that brought it there, and the timeline record of that; "" for none."""
+
+    resource: str
+    state: str
+    revision: int
+    record: str
+
+
+@dataclass(frozen=True, slots=True)
+class GrantOpened:
+    """A goal holds from now on what it was granted. inputs: defaults filled in."""
+
+    skill: str
+    inputs: Mapping[str, object]
+    manager: str
+    incarnation: str
+    granted: Granted
+
+
+@dataclass(frozen=True, slots=True)
+class GoalOver:
+    """A goal holds nothing any more, or never did. token: of its grant, if it had one; verdict: the last word on it."""
+
+    goal_id: str
+    skill: str
+    token: int
+    verdict: GoalVerdict
+
+
+@dataclass(frozen=True, slots=True)
+class ManagerNoted:
+    """Another process has taken the place of a manager, or is the first of its name."""
+
+    manager: str
+    incarnation: str
+
+
+@dataclass(frozen=True, slots=True)
+class DatumKept:
+    """The value of a datum that never turns stale; any other is measured anew sooner than it matters."""
+
+    name: str
+    value: object
+    t: float
+
+
+Entry: TypeAlias = ResourceStands | GrantOpened | GoalOver | ManagerNoted | DatumKept
+Keep: TypeAlias = Callable[[Entry], None]
+"""Where parts of a core put their entries."""
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """What the entries of all steps add up to, each kind in the order in which it was kept.
+
+    resources: one for each; goals, managers: the latest of them; last_token: the largest that was ever granted;
+    records: the latest timeline records; t: robot time of the last step.
+    """
+
+    resources: tuple[ResourceStands, ...]
+    grants: tuple[GrantOpened, ...]
+    goals: tuple[GoalOver, ...]
+    managers: tuple[ManagerNoted, ...]
+    data: tuple[DatumKept, ...]
+    last_token: int
+    records: tuple[Record, ...]
+    t: float
