@@ -89,6 +89,15 @@ class Bus(Protocol):
         """Robot time in seconds."""
         ...
 
+    def wall(self) -> float:
+        """Transport time in seconds from any origin, which always passes: wall time on Zenoh, virtual in process."""
+        ...
+
+    @property
+    def connected(self) -> bool:
+        """False while this node is cut off from the network, so that the silence of others means nothing."""
+        ...
+
     def advertise(self, key: str, *, events: bool = False) -> Publisher:
         """A publisher. `events=True`: nothing may be lost (cache, recovery, history for late joiners);
         otherwise a stream, where an old sample may be dropped for a new one."""

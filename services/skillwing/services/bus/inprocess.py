@@ -6,6 +6,8 @@ wall clock. Messages take `latency` seconds; with `jitter` each takes a seeded r
 between the same two nodes keep their order, as they do on a network.
 
 An exception in a callback leaves `run_until` with its traceback: in a test nothing is swallowed.
+
+This network never fails. `faulty.FaultyNetwork` does to messages and nodes what a real one may do to them.
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ import random
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from enum import Enum, auto
 from typing import TypeVar
 
 from skillwing.services.bus import (
@@ -30,9 +33,30 @@ from skillwing.services.bus import (
 )
 from skillwing.services.bus.agenda import Agenda, Entry
 from skillwing.services.bus.keys import matches
-from skillwing.services.protocol import ErrorReply
+from skillwing.services.protocol import ErrorReply, encode
 
 T = TypeVar("T")
+
+
+class Traffic(Enum):
+    """What a message is, hence what a network owes it."""
+
+    REQUEST = auto()
+    REPLY = auto()
+    EVENT = auto()
+    STREAM = auto()
+    LIVELINESS = auto()
+
+
+@dataclass(frozen=True, slots=True)
+class Utterance:
+    """Something a node says: `put` of a publication, `ask`, `reply` or `refuse`. payload: encoded, also of a refusal."""
+
+    t: float
+    node: str
+    what: str
+    key: str
+    payload: bytes
 
 
 class InProcessNetwork:
@@ -50,6 +74,8 @@ class InProcessNetwork:
         self._robots: dict[str, _Robot] = {}
         self._last_arrival: dict[tuple[InProcessBus, InProcessBus], float] = {}
         self._running = False
+        self.tap: Callable[[Utterance], None] | None = None
+        """Gets everything that nodes say, before anybody else does."""
 
     def now(self) -> float:
         """Virtual time in seconds."""
@@ -111,8 +137,42 @@ class InProcessNetwork:
         """Put an action on the agenda at each multiple of `period` from now on."""
         return self._agenda.add_periodic(self._now, period, action)
 
-    def send(self, source: InProcessBus, target: InProcessBus, arrive: Callable[[], None]) -> None:
-        """Run `arrive` after the time that a message from one node to another takes."""
+    def perform(self, bus: InProcessBus, action: Callable[[], None]) -> None:
+        """Have a node do something now, unless it has left."""
+        if not bus.closed:
+            action()
+
+    def tell_tap(self, bus: InProcessBus, what: str, key: str, payload: bytes) -> None:
+        if self.tap is not None:
+            self.tap(Utterance(self._now, bus.name, what, key, payload))
+
+    def forward(self, robot: _Robot, question: _Question) -> None:
+        """Take a question to the node that serves its key. Which one that is, is found out on arrival."""
+
+        def arrive() -> None:
+            service = robot.service_for(question.key)
+            if service is None:
+                self.send(question.asker, question.asker, lambda: question.settle(Unanswered(timed_out=False)))
+            else:
+                service.bus.take(question, service.on_request)
+
+        # Until it is known who serves the key, the link is the asker's own.
+        self.send(question.asker, question.asker, arrive)
+
+    def send(
+        self,
+        source: InProcessBus,
+        target: InProcessBus,
+        arrive: Callable[[], None],
+        traffic: Traffic = Traffic.REPLY,
+        channel: object = None,
+    ) -> None:
+        """Run `arrive` after the time that a message from one node to another takes.
+
+        traffic, channel: what kind of message it is, and which others it must not overtake; this network has no need
+        to know, for it loses nothing and keeps the order of each link.
+        """
+        del traffic, channel
         at = self._now + self._latency
         if self._jitter > 0.0:
             link = (source, target)
@@ -130,6 +190,8 @@ class InProcessBus:
         self._name = name
         self._serving: dict[_Question, None] = {}
         self.closed = False
+        self.given_up = False
+        """It was cut off, or did not run, for so long that the network took its session for dead."""
 
     @property
     def name(self) -> str:
@@ -137,6 +199,18 @@ class InProcessBus:
 
     def now(self) -> float:
         return self._network.now()
+
+    def wall(self) -> float:
+        return self._network.now()
+
+    @property
+    def connected(self) -> bool:
+        return not (self.closed or self.given_up)
+
+    @property
+    def unanswered(self) -> int:
+        """How many questions have come in that are not answered yet."""
+        return len(self._serving)
 
     def advertise(self, key: str, *, events: bool = False) -> _Publisher:
         publisher = _Publisher(self._network, self._robot, self, key, deque(maxlen=EVENT_HISTORY) if events else None)
@@ -151,13 +225,13 @@ class InProcessBus:
         events: bool = False,
         latest_only: bool = False,
     ) -> _Registration:
-        subscription = _Subscription(self._network, self, key_expression, on_sample, latest_only)
+        subscription = _Subscription(self._network, self, key_expression, on_sample, events, latest_only)
         self._robot.add_subscription(subscription)
         if events:
             for publisher in self._robot.publishers:
                 if matches(key_expression, publisher.key):
                     for sample in publisher.history or ():
-                        subscription.send(publisher.bus, sample)
+                        subscription.send(publisher, sample)
         return _Registration(lambda: self._robot.remove_subscription(subscription))
 
     def serve(self, key_expression: str, on_request: Callable[[Request], None]) -> _Registration:
@@ -176,27 +250,28 @@ class InProcessBus:
     ) -> None:
         question = _Question(self, key, payload, attachment, on_answer)
         question.expiry = self.after(timeout, lambda: question.settle(Unanswered(timed_out=True)))
-
-        def arrive() -> None:
-            service = self._robot.service_for(key)
-            if service is None:
-                self._network.send(self, self, lambda: question.settle(Unanswered(timed_out=False)))
-            else:
-                service.bus.take(question, service.on_request)
-
-        # Which node serves the key is found out on arrival; until then the link is the asker's own.
-        self._network.send(self, self, arrive)
+        self._network.tell_tap(self, "ask", key, payload)
+        self._network.forward(self._robot, question)
 
     def take(self, question: _Question, on_request: Callable[[Request], None]) -> None:
         """Serve a question that has arrived here."""
-        question.server = self
-        self._serving[question] = None
+        if not question.settled:
+            question.server = self
+            self._serving[question] = None
         on_request(_Request(self, question))
 
     def answer(self, question: _Question, answer: Answer) -> None:
         """Send the answer to a question that is served here; a closed bus sends nothing."""
-        if not self.closed:
-            self._network.send(self, question.asker, lambda: question.settle(answer))
+        if self.closed:
+            return
+        match answer:
+            case Answered():
+                self._network.tell_tap(self, "reply", question.key, answer.payload)
+            case Refused():
+                self._network.tell_tap(self, "refuse", question.key, encode(answer.error))
+            case Unanswered():
+                pass
+        self._network.send(self, question.asker, lambda: question.settle(answer))
 
     def release(self, question: _Question) -> None:
         """Nobody waits for this question any more."""
@@ -210,7 +285,7 @@ class InProcessBus:
 
     def watch_alive(self, key_expression: str, on_change: Callable[[str, bool], None]) -> _Registration:
         watch = _Watch(self._network, self, key_expression, on_change)
-        for key in dict.fromkeys(key for _, key, _ in self._robot.tokens):
+        for key in self._robot.standing():
             watch.send(self, key, alive=True)
         self._robot.watches.append(watch)
         return _Registration(lambda: self._robot.remove_watch(watch))
@@ -223,7 +298,7 @@ class InProcessBus:
             if self.closed:
                 entry.cancel()
             else:
-                action()
+                self._network.perform(self, action)
 
         entry = self._network.schedule_periodic(period, fire)
         return entry
@@ -242,11 +317,12 @@ class InProcessBus:
         self._robot.remove_node(self)
         abandoned, self._serving = self._serving, {}
         for question in abandoned:
-            self._network.send(self, question.asker, lambda q=question: q.settle(Unanswered(timed_out=False)))
+            nobody = Unanswered(timed_out=False)
+            self._network.send(self, question.asker, lambda q=question: q.settle(nobody), Traffic.LIVELINESS)
 
     def _while_open(self, action: Callable[[], None]) -> Callable[[], None]:
         """The action, as long as this bus is not closed."""
-        return lambda: None if self.closed else action()
+        return lambda: self._network.perform(self, action)
 
 
 # --- what lives on the network ---------------------------------------------------------------------------------------
@@ -300,11 +376,15 @@ class _Robot:
     def service_for(self, key: str) -> _Service | None:
         return next((each for each in self.services if matches(each.key_expression, key)), None)
 
+    def standing(self) -> tuple[str, ...]:
+        """Keys of the tokens that the network knows of."""
+        return tuple(dict.fromkeys(key for owner, key, _ in self.tokens if not owner.given_up))
+
     def announce(self, source: InProcessBus, key: str, *, alive: bool) -> None:
         """Tell the watches of a token that comes or goes, unless another one of the same key stands."""
         if not alive:
             self.tokens[:] = [token for token in self.tokens if token[:2] != (source, key)]
-        if not any(other == key for _, other, _ in self.tokens):
+        if key not in self.standing():
             for watch in list(self.watches):
                 watch.send(source, key, alive=alive)
 
@@ -318,7 +398,8 @@ class _Robot:
         for owner, _, registration in list(self.tokens):
             if owner is bus:
                 registration.cancel()
-        del self.nodes[bus.name]
+        if self.nodes.get(bus.name) is bus:
+            del self.nodes[bus.name]
 
 
 @dataclass(eq=False, slots=True)
@@ -332,11 +413,12 @@ class _Publisher:
     def put(self, payload: bytes, attachment: bytes = b"") -> None:
         if self.bus.closed:
             return
+        self.network.tell_tap(self.bus, "put", self.key, payload)
         sample = Sample(self.key, payload, attachment)
         if self.history is not None:
             self.history.append(sample)
         for subscription in self.robot.receivers(self.key):
-            subscription.send(self.bus, sample)
+            subscription.send(self, sample)
 
 
 @dataclass(eq=False, slots=True)
@@ -345,13 +427,16 @@ class _Subscription:
     bus: InProcessBus
     key_expression: str
     on_sample: Callable[[Sample], None]
+    events: bool
     latest_only: bool
     active: bool = True
     newest: dict[str, Sample] = field(default_factory=dict)
 
-    def send(self, source: InProcessBus, sample: Sample) -> None:
+    def send(self, publisher: _Publisher, sample: Sample) -> None:
         arrive = self._arrive_in_slot if self.latest_only else self._deliver
-        self.network.send(source, self.bus, lambda: arrive(sample))
+        recovered = self.events and publisher.history is not None
+        traffic = Traffic.EVENT if recovered else Traffic.STREAM
+        self.network.send(publisher.bus, self.bus, lambda: arrive(sample), traffic, (publisher, self))
 
     def _deliver(self, sample: Sample) -> None:
         if self.active:
@@ -360,7 +445,7 @@ class _Subscription:
     def _arrive_in_slot(self, sample: Sample) -> None:
         """Keep the sample, and hand over the newest one when all that arrives at this instant has arrived."""
         if sample.key not in self.newest:
-            self.network.schedule(0.0, lambda: self._deliver(self.newest.pop(sample.key)))
+            self.bus.post(lambda: self._deliver(self.newest.pop(sample.key)))
         self.newest[sample.key] = sample
 
 
@@ -374,7 +459,8 @@ class _Watch:
 
     def send(self, source: InProcessBus, key: str, *, alive: bool) -> None:
         if matches(self.key_expression, key):
-            self.network.send(source, self.bus, lambda: self._deliver(key, alive))
+            arrive = lambda: self._deliver(key, alive)  # noqa: E731
+            self.network.send(source, self.bus, arrive, Traffic.LIVELINESS, (self, key))
 
     def _deliver(self, key: str, alive: bool) -> None:
         if self.active:

@@ -72,6 +72,13 @@ class ZenohBus:
     def now(self) -> float:
         return self._clock.now()
 
+    def wall(self) -> float:
+        return time.monotonic()
+
+    @property
+    def connected(self) -> bool:
+        return not self._closed and bool(self._session.info.routers_zid())
+
     # --- messages ----------------------------------------------------------------------------------------------------
 
     def advertise(self, key: str, *, events: bool = False) -> _Publisher:

@@ -26,6 +26,13 @@ class HookBus:
     def now(self) -> float:
         return self._bus.now()
 
+    def wall(self) -> float:
+        return self._bus.wall()
+
+    @property
+    def connected(self) -> bool:
+        return self._bus.connected
+
     def advertise(self, key: str, *, events: bool = False) -> Publisher:
         return self._bus.advertise(key, events=events)
 
