@@ -273,7 +273,7 @@ class Skill:
 
     progress_period: seconds between two feedback messages, None without feedback. lost: effect that is applied when
     the manager dies. deadline: longest run in seconds, None for no limit. dispatch_timeout: seconds the developer's
-    `on_dispatch` may take.
+    `on_dispatch` may take. owner_lost: what becomes of a goal when the client that owns it is gone.
     """
 
     name: str
@@ -289,6 +289,7 @@ class Skill:
     lost: str | None = None
     deadline: float | None = None
     dispatch_timeout: float = DEFAULT_DISPATCH_TIMEOUT
+    owner_lost: OneOf["interrupt", "continue"] = "interrupt"
     span: Span | None = field(default=None, compare=False, repr=False)
 
     def effect(self, name: str) -> Effect:
@@ -382,4 +383,8 @@ def _canonical(value: object) -> object:
 
 
 def _content(element: DataclassInstance) -> dict[str, object]:
-    return {item.name: _canonical(getattr(element, item.name)) for item in fields(element) if item.compare}
+    content = {item.name: _canonical(getattr(element, item.name)) for item in fields(element) if item.compare}
+    if content.get("owner_lost") == "interrupt":
+        # The default counts for nothing, so that hashes from before there was a choice stay valid.
+        del content["owner_lost"]
+    return content
