@@ -18,7 +18,7 @@ from skillwing.services.core.skill_core import SkillCore
 from skillwing.services.errors import InvalidInputError, InvalidOptionError
 from skillwing.services.managers.data_manager import make_data_manager
 from skillwing.services.managers.hooks import Goal, SkillHooks
-from skillwing.services.managers.resource_manager import LOSS_DEBOUNCE, ResourceManagerNode
+from skillwing.services.managers.presence import LOSS_DEBOUNCE
 from skillwing.services.managers.skill_manager import SkillManagerNode, make_skill_manager
 from skillwing.services.mocking import MockRun, MockScript, make_mock_managers
 from skillwing.services.names import RESOURCE_MANAGER, skill_process
@@ -325,11 +325,11 @@ def test_a_network_that_heals_in_time_takes_nothing_from_a_manager() -> None:
     system = System(MockRun(delay=5.0, result="THERE"))
     goal = system.client.start("reach", REACH)
     system.until(goal, State.RUNNING)
-    watcher = system.nodes[RESOURCE_MANAGER]
-    assert isinstance(watcher, ResourceManagerNode)
-    for alive in (False, True):
-        watcher._on_alive(KEYS.alive(skill_process("reach")), alive)
-        system.network.run_for(LOSS_DEBOUNCE / 2)
+    manager = system.nodes[skill_process("reach")]
+    assert isinstance(manager, SkillManagerNode)
+    manager._alive.cancel()
+    system.network.run_for(LOSS_DEBOUNCE / 2)
+    system.buses[manager.name].declare_alive(KEYS.alive(manager.name))
     assert system.run(goal).label == "S_THERE"
 
 

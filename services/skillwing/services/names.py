@@ -5,6 +5,8 @@ from __future__ import annotations
 RESOURCE_MANAGER = "resource_manager"
 DATA_MANAGER = "data_manager"
 MOCKED_WORLD = "mocked_world"
+CLIENT = "client/"
+"""What the names of clients that own goals begin with."""
 
 
 def skill_process(skill: str) -> str:

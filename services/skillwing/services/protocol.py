@@ -193,7 +193,8 @@ class GoalProgress(Message, frozen=True, kw_only=True):
 class StartGoal(Message, frozen=True, kw_only=True):
     """Start a skill. The same `goal_id` again returns that goal's state and never runs it twice.
 
-    `deadline` (robot time) makes a delayed request harmless: after it the manager refuses to start.
+    `deadline` (robot time) makes a delayed request harmless: after it the manager refuses to start. `owner` is the
+    process name (`client/...`) whose alive token the goal must not outlive, None for a goal that needs nobody.
     """
 
     goal_id: Label
@@ -202,6 +203,7 @@ class StartGoal(Message, frozen=True, kw_only=True):
     schema: str
     deadline: float | None = None
     cause: Label | None = None
+    owner: Label | None = None
 
 
 class InterruptGoal(Message, frozen=True, kw_only=True):

@@ -129,7 +129,7 @@ class MissionNode:
     def attach(self, bus: Bus) -> None:
         self._bus = bus
         self._timeline = Timeline(bus, self._keys)
-        self._interface = SkillsetInterface(bus, self._skillset, client=self.name)
+        self._interface = SkillsetInterface(bus, self._skillset, client=self.name, owns_goals=True)
         self._context = MissionContext(self._interface, self._skillset, bus.now, self._write_record)
         self._trees: MissionTrees = self.mission.build(self._context, self._options)
         self._show(self._trees.root)

@@ -101,9 +101,9 @@ class Connection:
         """Call `ask` with a callback and wait until that is called. Raises as `ask` does; `key` is for the error."""
         return wait_for_answer(self.bus, key, ask)
 
-    def make_interface(self, client: str) -> SkillsetInterface:
+    def make_interface(self, client: str, *, owns_goals: bool = False) -> SkillsetInterface:
         """The skillset's interface, its resource states known. Raises UnansweredError."""
-        interface = SkillsetInterface(self.bus, self.skillset, client=client)
+        interface = SkillsetInterface(self.bus, self.skillset, client=client, owns_goals=owns_goals)
         if not self.bus.run_until(lambda: interface.ready, READY_TIMEOUT):
             raise UnansweredError(self.keys.resource_states)
         return interface

@@ -7,18 +7,21 @@ from collections.abc import Callable
 from skillwing.services.bus import Answered, Bus, Refused
 from skillwing.services.client.asking import LONGEST_DELAY, ask_until_answered
 from skillwing.services.client.goal_handle import GoalHandle
+from skillwing.services.core.verdicts import terminal_of
 from skillwing.services.protocol import (
     Ending,
     ErrorCode,
     GoalStatus,
     InterruptGoal,
     Keys,
+    Lost,
     ProtocolError,
     QueryGoal,
     RecordKind,
     StartGoal,
     State,
     Terminal,
+    Violated,
     decode,
     encode,
 )
@@ -29,6 +32,8 @@ SILENCES_OF_THE_ABSENT = 6
 the resource manager, which waits a second, has freed its resources by then."""
 SILENCES_OF_THE_LIVING = 10
 """The same for one that seems to live: it may be busy for a while."""
+VERDICT_PATIENCE = 1.0
+"""Wall time in seconds that a manager has to pass on the resource manager's verdict; one that hangs never will."""
 
 
 class GoalPursuit:
@@ -103,6 +108,10 @@ class GoalPursuit:
             on_silence=self._lose_to_silence,
         )
 
+    def judged(self, verdict: Violated | Lost) -> None:
+        """The resource manager has ended the goal. Its manager is about to say so, if it still can."""
+        self._bus.after(VERDICT_PATIENCE, lambda: self._end(terminal_of(verdict), cause=verdict.record), wall=True)
+
     def advance(self, status: GoalStatus) -> None:
         """Take a status of this goal, published or answered."""
         consistent = (status.terminal is not None) == (status.state is State.TERMINATED)
@@ -155,7 +164,7 @@ class GoalPursuit:
     def _lose(self, reason: str) -> None:
         self._end(Terminal(ending=Ending.LOST, reason=reason, detected_by="client"))
 
-    def _end(self, terminal: Terminal) -> None:
+    def _end(self, terminal: Terminal, cause: str | None = None) -> None:
         handle = self.handle
         if handle.done:
             return
@@ -165,7 +174,7 @@ class GoalPursuit:
             handle.state or "SENT",
             terminal.label,
             text=terminal.reason,
-            cause=handle.record,
+            cause=cause or handle.record,
             goal_id=handle.goal_id,
         )
         handle.end(terminal, record)

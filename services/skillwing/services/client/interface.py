@@ -20,7 +20,7 @@ from skillwing.services.core.latest import LatestData
 from skillwing.services.core.values import fit_fields
 from skillwing.services.errors import InvalidInputError
 from skillwing.services.ids import new_goal_id as new_uuid
-from skillwing.services.names import RESOURCE_MANAGER, skill_process
+from skillwing.services.names import CLIENT, RESOURCE_MANAGER, skill_process
 from skillwing.services.protocol import (
     DataReading,
     DataSample,
@@ -30,6 +30,7 @@ from skillwing.services.protocol import (
     GoalStatus,
     InterruptGoal,
     Keys,
+    Lost,
     M,
     ProtocolError,
     QueryData,
@@ -37,6 +38,7 @@ from skillwing.services.protocol import (
     ResourceChange,
     ResourceStates,
     StartGoal,
+    Violated,
     decode,
     encode,
 )
@@ -56,11 +58,19 @@ DISOWNED_LIMIT = 100
 class SkillsetInterface:
     """A client's live view of one robot.
 
-    client: names who asks, in goals and in the timeline. new_goal_id: where ids of goals come from, UUIDv7 by default.
+    client: names who asks, in goals and in the timeline. owns_goals: the goals that it starts are not to outlive it;
+    when it is gone they are interrupted, unless their skill says otherwise. new_goal_id: where ids of goals come from,
+    UUIDv7 by default.
     """
 
     def __init__(
-        self, bus: Bus, skillset: Skillset, *, client: str, new_goal_id: Callable[[], str] | None = None
+        self,
+        bus: Bus,
+        skillset: Skillset,
+        *,
+        client: str,
+        owns_goals: bool = False,
+        new_goal_id: Callable[[], str] | None = None,
     ) -> None:
         self._bus = bus
         self.skillset = skillset
@@ -76,9 +86,13 @@ class SkillsetInterface:
         self._listeners: list[Callable[[], None]] = []
         self._data_listeners: list[Callable[[DataReading], None]] = []
         self._probe_timer: Handle | None = None
+        self._owner = f"{CLIENT}{client}-{self._new_goal_id()[-8:]}" if owns_goals else None
+        if self._owner is not None:
+            bus.declare_alive(self._keys.alive(self._owner))
 
         bus.subscribe(self._keys.resource("*"), self._on_resource_change, events=True)
         bus.subscribe(self._keys.status("*"), self._on_status, events=True)
+        bus.subscribe(self._keys.verdict("*"), self._on_verdict, events=True)
         bus.subscribe(self._keys.progress("*"), self._on_progress, latest_only=True)
         bus.subscribe(self._keys.data("*"), self._on_data, latest_only=True)
         bus.watch_alive(self._keys.alive("**"), self._on_alive)
@@ -112,6 +126,7 @@ class SkillsetInterface:
                 schema=self.skillset.schema_hash,
                 deadline=self._bus.now() + START_WITHIN,
                 cause=cause,
+                owner=self._owner,
             )
         )
         return pursuit.handle
@@ -251,6 +266,14 @@ class SkillsetInterface:
                 self._interrupt_disowned(status.goal_id)
             else:
                 del self._disowned[status.goal_id]
+
+    def _on_verdict(self, sample: Sample) -> None:
+        try:
+            verdict = decode(sample.payload, Violated | Lost)  # pyright: ignore[reportArgumentType] - a tagged union
+        except ProtocolError:
+            return
+        if (pursuit := self._pursuits.get(verdict.goal_id)) is not None:
+            pursuit.judged(verdict)
 
     def _on_progress(self, sample: Sample) -> None:
         progress = _decoded(sample.payload, GoalProgress)

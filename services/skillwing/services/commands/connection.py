@@ -27,8 +27,8 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 class System(Connection):
     """A system that a command is connected to."""
 
-    def make_interface(self, client: str = "cli") -> SkillsetInterface:
-        return super().make_interface(client)
+    def make_interface(self, client: str = "cli", *, owns_goals: bool = False) -> SkillsetInterface:
+        return super().make_interface(client, owns_goals=owns_goals)
 
     def goal(self, skill: str, goal_id: str | None = None) -> GoalStatus | None:
         """How a skill's goal is doing: that one, or the running, else the latest. None if there is no such goal."""

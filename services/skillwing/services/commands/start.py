@@ -45,7 +45,8 @@ def start(
         values = parse_inputs(system.skillset.skill(skill), inputs or [])
         if skill_process(skill) not in system.alive():
             raise SkillwingError(f"No manager of `{skill}` runs. See with `skillwing status` which do.")
-        interface = system.make_interface()
+        # A goal that somebody follows ends with them; the other one is meant to go on without this process.
+        interface = system.make_interface(owns_goals=follow)
         goal = interface.start(skill, values)
         console = make_console()
         if follow:

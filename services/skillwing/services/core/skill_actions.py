@@ -56,12 +56,13 @@ class Ending:
 
 @dataclass(slots=True)
 class GoalRun:
-    """A goal on its way through Figure 5."""
+    """A goal on its way through Figure 5. owner: alive token of the client that it must not outlive, None for any."""
 
     goal_id: str
     inputs: Mapping[str, object]
     client: str
     started_at: float
+    owner: str | None = None
     state: State | None = None
     status: GoalStatus | None = None
     record: str | None = None

@@ -17,6 +17,8 @@ from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.scribe import Scribe
 from skillwing.services.core.skill_actions import Action, AskResources, CallHook, Ending, GoalRun, Hook
 from skillwing.services.core.values import by_path, fit_fields, sendable_text
+from skillwing.services.core.verdicts import RESOURCE_MANAGER, terminal_of
+from skillwing.services.names import CLIENT
 from skillwing.services.protocol import (
     BeginGoal,
     Ended,
@@ -31,6 +33,7 @@ from skillwing.services.protocol import (
     NotReady,
     ProtocolError,
     RecordKind,
+    RenewGoal,
     StartGoal,
     State,
     Terminal,
@@ -44,7 +47,8 @@ SILENCES_UNTIL_ERROR = 6
 """Unanswered questions to the resource manager after which a goal gets its terminal answer all the same."""
 SILENCES_UNTIL_SETTLED = 600
 """Then the manager goes on trying, about this often, to give back what the goal may hold."""
-RESOURCE_MANAGER = "resource manager"
+RENEWAL_PERIOD = 0.5
+"""Wall time in seconds between two renewals of a grant."""
 
 
 class SkillCore:
@@ -110,7 +114,7 @@ class SkillCore:
                 help="Start anew with another goal id if it is still wanted.",
             )
         inputs, problems = fit_fields(self.skill.inputs, request.inputs)
-        run = GoalRun(request.goal_id, inputs, request.client, now, record=request.cause)
+        run = GoalRun(request.goal_id, inputs, request.client, now, owner=request.owner, record=request.cause)
         if run.goal_id in self._interrupted_early:
             self._interrupted_early.pop(run.goal_id)
             self._finish(run, Terminal(ending=End.INTERRUPTED, reason="It was interrupted before it started."), now)
@@ -144,6 +148,13 @@ class SkillCore:
                 f"`{self.skill.name}` knows of no goal {request.goal_id}.",
                 help="Should its start still arrive, it will end interrupted.",
             )
+        return self._actions()
+
+    def owner_gone(self, owner: str, now: float) -> tuple[Action, ...]:
+        """The client that owns the current goal is gone: interrupt it, unless the skill is to continue."""
+        run = self._run
+        if run is not None and run.owner == owner and self.skill.owner_lost == "interrupt":
+            self._stop(run, f"Its owner {owner.removeprefix(CLIENT)} is gone.", None, now)
         return self._actions()
 
     # --- what came of the hooks --------------------------------------------------------------------------------------
@@ -243,6 +254,25 @@ class SkillCore:
             self._end_answered(run, answer, now)
         return self._actions()
 
+    def renewal(self) -> RenewGoal | None:
+        """What keeps the current goal's grant, to be sent every `RENEWAL_PERIOD`; None where nothing is held."""
+        run = self._run
+        if run is None or run.token == NO_TOKEN:
+            return None
+        return RenewGoal(goal_id=run.goal_id, skill=self.skill.name, token=run.token)
+
+    def renewed(self, call: RenewGoal, answer: GoalVerdict | ErrorReply | None, now: float) -> tuple[Action, ...]:
+        """The answer to a renewal. Only a verdict on the goal counts: silence and troubles of others prove nothing."""
+        run = self._run_of(call.goal_id)
+        match answer:
+            case Ended() | Violated() | Lost() if run is not None:
+                self._end_answered(run, answer, now)
+            case ErrorReply(code=ErrorCode.STALE_TOKEN | ErrorCode.UNKNOWN_GOAL) if run is not None:
+                self._taken_away(run, answer, now)
+            case _:
+                pass
+        return self._actions()
+
     def pushed(self, verdict: Violated | Lost, now: float) -> tuple[Action, ...]:
         """The resource manager ended a goal. Nothing is left to be given back."""
         run = self._run_of(verdict.goal_id)
@@ -310,17 +340,9 @@ class SkillCore:
     def _taken_away(self, run: GoalRun, verdict: GoalVerdict | ErrorReply, now: float) -> None:
         """The goal is over in the resource manager's judgement, or was never in its books."""
         match verdict:
-            case Violated():
+            case Violated() | Lost():
                 run.record = verdict.record
-                terminal = Terminal(
-                    ending=End.INVARIANT_VIOLATED,
-                    reason=verdict.reason,
-                    invariant=verdict.invariant,
-                    subject=verdict.subject,
-                )
-            case Lost():
-                run.record = verdict.record
-                terminal = Terminal(ending=End.LOST, reason=verdict.reason, detected_by=RESOURCE_MANAGER)
+                terminal = terminal_of(verdict)
             case ErrorReply(code=ErrorCode.STALE_TOKEN | ErrorCode.UNKNOWN_GOAL):
                 terminal = Terminal(ending=End.LOST, reason=verdict.message, detected_by=RESOURCE_MANAGER)
             case ErrorReply():

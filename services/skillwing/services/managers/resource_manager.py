@@ -9,9 +9,12 @@ from typing import Any, TypeVar
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Bus, Handle, Node, Publisher, Sample
+from skillwing.services.core.leases import Expired
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import ResourceCore, Step
 from skillwing.services.managers.alarm import Alarm
+from skillwing.services.managers.lease_watch import LeaseWatch
+from skillwing.services.managers.presence import Presence
 from skillwing.services.managers.serving import serve
 from skillwing.services.names import RESOURCE_MANAGER
 from skillwing.services.options import required
@@ -40,8 +43,10 @@ from skillwing.services.timeline import Timeline
 R = TypeVar("R")
 log = logging.getLogger(__name__)
 
-LOSS_DEBOUNCE = 1.0
-"""Wall time in seconds for which an alive token has to be away: a healing network lets tokens flap."""
+GRANT_LEASE = 2.0
+"""Wall time in seconds within which a manager has to renew a grant, which it does four times as often."""
+DISPATCH_GRACE = 1.0
+"""Seconds past its `dispatch_timeout` that a skill may take for `on_dispatch` until its manager counts as hung."""
 
 
 class ResourceManagerNode:
@@ -54,7 +59,6 @@ class ResourceManagerNode:
         self._skillset = skillset
         self._found = found
         self._keys = Keys(skillset.name)
-        self._missing: dict[str, Handle] = {}
 
     def attach(self, bus: Bus) -> None:
         self._bus = bus
@@ -73,7 +77,8 @@ class ResourceManagerNode:
         }
         for datum in self._core.data_names:
             bus.subscribe(keys.data(datum), self._on_datum, latest_only=True)
-        bus.watch_alive(keys.alive("**"), self._on_alive)
+        self._leases = LeaseWatch(bus, self._on_silent)
+        self._presence = Presence(bus, keys, "**", self._on_gone)
         serve(bus, keys.resource_states, QueryStates, self._answer_states)
         serve(bus, keys.resource_extern, FireExtern, self._answer_extern)
         serve(bus, keys.event("*"), FireEvent, self._answer_event)
@@ -112,7 +117,9 @@ class ResourceManagerNode:
             case EndGoal():
                 return self._perform(self._core.end(call, now))
             case _:
-                return self._perform(self._core.renew(call))
+                verdict = self._perform(self._core.renew(call))
+                self._leases.renew(call.goal_id, GRANT_LEASE)
+                return verdict
 
     def _on_datum(self, sample: Sample) -> None:
         try:
@@ -121,16 +128,22 @@ class ResourceManagerNode:
             # The data manager, which follows all data, is the one that complains.
             log.debug("dropped a sample on %s: %s", sample.key, error)
 
-    def _on_alive(self, key: str, alive: bool) -> None:
-        process = key.removeprefix(self._keys.alive(""))
-        if (pending := self._missing.pop(process, None)) is not None:
-            pending.cancel()
-        if not alive:
-            self._missing[process] = self._bus.after(LOSS_DEBOUNCE, lambda: self._on_lost(process), wall=True)
-
-    def _on_lost(self, process: str) -> None:
-        del self._missing[process]
+    def _on_gone(self, process: str) -> None:
         self._perform(self._core.manager_lost(process, self._bus.now()))
+
+    def _on_silent(self, lease: Expired) -> None:
+        self._perform(self._core.goal_lost(lease.key, self._bus.now(), f"silent for {lease.silence:.1f} s"))
+
+    def _keep_leases(self) -> None:
+        """Every grant has a lease, and nothing else has one."""
+        held = {grant.goal_id: grant for grant in self._core.grants}
+        for goal_id in self._leases.keys:
+            if goal_id not in held:
+                self._leases.end(goal_id)
+        for goal_id, grant in held.items():
+            if goal_id not in self._leases:
+                # Its manager renews nothing before `on_dispatch` has returned.
+                self._leases.begin(goal_id, max(GRANT_LEASE, grant.skill.dispatch_timeout + DISPATCH_GRACE))
 
     # --- what goes out -----------------------------------------------------------------------------------------------
 
@@ -145,6 +158,7 @@ class ResourceManagerNode:
                 case Violated() | Lost():
                     self._verdicts[publication.skill].put(encode(publication))
         self._alarm.set(self._core.next_tick(self._bus.now()))
+        self._keep_leases()
         return step.reply
 
 

@@ -6,6 +6,7 @@ import logging
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, TypeVar
 
 import msgspec
@@ -15,15 +16,16 @@ from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Answer, Answered, Bus, Handle, Node, Refused, Sample
 from skillwing.services.client.asking import ask_until_answered, retry_delay
 from skillwing.services.core.skill_actions import Action, AskResources, CallHook, Hook
-from skillwing.services.core.skill_core import SkillCore
+from skillwing.services.core.skill_core import RENEWAL_PERIOD, SkillCore
 from skillwing.services.core.values import fit_fields
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.ids import new_goal_id
 from skillwing.services.managers.alarm import Alarm
 from skillwing.services.managers.hook_bus import HookBus
 from skillwing.services.managers.hooks import Goal, SkillHooks
+from skillwing.services.managers.presence import Presence
 from skillwing.services.managers.serving import serve
-from skillwing.services.names import skill_process
+from skillwing.services.names import CLIENT, skill_process
 from skillwing.services.options import imported, required
 from skillwing.services.protocol import (
     AttachManager,
@@ -38,6 +40,8 @@ from skillwing.services.protocol import (
     ProtocolError,
     QueryGoal,
     Record,
+    RecordKind,
+    RenewGoal,
     StartGoal,
     State,
     Terminal,
@@ -69,6 +73,7 @@ class SkillManagerNode:
         self._actions: deque[Action] = deque()
         self._performing = False
         self._progress_timer: Handle | None = None
+        self._renewal_timer: Handle | None = None
 
     @property
     def name(self) -> str:
@@ -88,6 +93,7 @@ class SkillManagerNode:
         self._hooks.bind(HookBus(bus, self._guard_callback), self)
         self._hooks.setup()
         bus.subscribe(keys.verdict(skill), self._on_verdict, events=True)
+        self._owners = Presence(bus, keys, f"{CLIENT}*", self._on_owner_gone)
         serve(bus, keys.start(skill), StartGoal, self._answer_start)
         serve(bus, keys.interrupt(skill), InterruptGoal, self._answer_interrupt)
         serve(bus, keys.goal(skill), QueryGoal, lambda query, key: self._core.status(query.goal_id))
@@ -108,6 +114,8 @@ class SkillManagerNode:
 
     def _answer_start(self, request: StartGoal, key: str) -> GoalStatus:
         del key
+        if request.owner is not None:
+            self._owners.expect(request.owner)
         self._perform(self._core.start(request, self._bus.now()))
         return self._core.status(request.goal_id)
 
@@ -115,6 +123,9 @@ class SkillManagerNode:
         del key
         self._perform(self._core.interrupt(request, self._bus.now()))
         return self._core.status(request.goal_id)
+
+    def _on_owner_gone(self, owner: str) -> None:
+        self._perform(self._core.owner_gone(owner, self._bus.now()))
 
     def _on_verdict(self, sample: Sample) -> None:
         try:
@@ -129,15 +140,7 @@ class SkillManagerNode:
             log.warning("the resource manager does not take us for %s: %s", self.name, answer.error.message)
 
     def _on_resources_answer(self, asked: AskResources, answer: Answer) -> None:
-        reply: GoalVerdict | ErrorReply | None = None
-        if isinstance(answer, Refused):
-            reply = answer.error
-        elif isinstance(answer, Answered):
-            try:
-                reply = decode(answer.payload, _union(GoalVerdict))
-            except ProtocolError as error:
-                log.warning("the resource manager's answer is unreadable, hence none: %s", error)
-        self._perform(self._core.answered(asked, reply, self._bus.now()))
+        self._perform(self._core.answered(asked, _verdict(answer), self._bus.now()))
 
     # --- what the hooks ask for --------------------------------------------------------------------------------------
 
@@ -165,6 +168,7 @@ class SkillManagerNode:
         finally:
             self._performing = False
         self._alarm.set(self._core.next_tick())
+        self._keep_renewing()
 
     def _carry_out(self, action: Action) -> None:
         match action:
@@ -189,6 +193,24 @@ class SkillManagerNode:
     def _ask(self, asked: AskResources) -> None:
         key = self._keys.resource_goal
         self._bus.ask(key, encode(asked.call), lambda answer: self._on_resources_answer(asked, answer))
+
+    # --- renewing the grant ---
+
+    def _keep_renewing(self) -> None:
+        """On the hooks' own thread, so that a hook that hangs is noticed by those who wait for the renewals."""
+        if self._renewal_timer is None and self._core.renewal() is not None:
+            self._renewal_timer = self._bus.after(RENEWAL_PERIOD, self._renew, wall=True)
+
+    def _renew(self) -> None:
+        self._renewal_timer = None
+        renewal = self._core.renewal()
+        if renewal is not None:
+            on_answer = partial(self._on_renewal_answer, renewal)
+            self._bus.ask(self._keys.resource_goal, encode(renewal), on_answer)
+        self._keep_renewing()
+
+    def _on_renewal_answer(self, renewal: RenewGoal, answer: Answer) -> None:
+        self._perform(self._core.renewed(renewal, _verdict(answer), self._bus.now()))
 
     # --- hooks -------------------------------------------------------------------------------------------------------
 
@@ -240,7 +262,13 @@ class SkillManagerNode:
         finally:
             elapsed = time.monotonic() - started
             if elapsed > self._model.dispatch_timeout:
-                log.warning("`%s` of %s blocked its manager for %.1f s; hooks have to return", hook, self.name, elapsed)
+                self._report_blocking(hook, goal_id, elapsed)
+
+    def _report_blocking(self, hook: str, goal_id: str, seconds: float) -> None:
+        text = f"`{hook}` blocked its manager for {seconds:.1f} s; hooks have to return"
+        log.warning("%s: %s", self.name, text)
+        cause = self._hooks.record
+        self._timeline.record(RecordKind.PROCESS, self.name, None, "BLOCKED", text=text, cause=cause, goal_id=goal_id)
 
     def _guard_callback(self, callback: str, body: Callable[[], None]) -> None:
         """Run a callback that a hook has registered, on behalf of the goal that runs now, if one does."""
@@ -289,6 +317,21 @@ class SkillManagerNode:
             log.warning("dropped a feedback of %s: %s", self.name, " ".join(wrong))
             return None
         return feedback
+
+
+def _verdict(answer: Answer) -> GoalVerdict | ErrorReply | None:
+    """What the resource manager has answered; None for silence."""
+    match answer:
+        case Refused():
+            return answer.error
+        case Answered():
+            try:
+                return decode(answer.payload, _union(GoalVerdict))
+            except ProtocolError as error:
+                log.warning("the resource manager's answer is unreadable, hence none: %s", error)
+        case _:
+            pass
+    return None
 
 
 def _union(kind: Any) -> Any:

@@ -1,0 +1,86 @@
+"""Who has been silent for too long. Wall time, since a robot clock that stands still must not keep anything alive.
+
+Silence says something about others only as long as we can hear. Whenever we could not, for we were cut off from the
+network or did not run ourselves, every lease begins anew.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+LONGEST_PAUSE = 1.0
+"""Seconds between two looks after which it was us who did not run."""
+RECOVERY = 1.0
+"""Seconds that others may need longer than we do until they have found their way back to a restarted router."""
+LOOK_PERIOD = 0.25
+"""Seconds within which `look` has to be called again, so that pauses show."""
+_SHORTEST_DELAY = 0.001
+
+
+@dataclass(slots=True)
+class _Lease:
+    length: float
+    since: float
+
+
+@dataclass(frozen=True, slots=True)
+class Expired:
+    """A lease that has run out. key: whose; silence: for how many seconds it was not renewed."""
+
+    key: str
+    silence: float
+
+
+class Leases:
+    """Leases by key. Every method takes the wall time in seconds, from any origin and never running backwards."""
+
+    def __init__(self) -> None:
+        self._leases: dict[str, _Lease] = {}
+        self._looked = 0.0
+
+    def __contains__(self, key: str) -> bool:
+        return key in self._leases
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """The leases that run, the oldest first."""
+        return tuple(self._leases)
+
+    def begin(self, key: str, length: float, now: float) -> None:
+        """Give a lease of `length` seconds, or renew it with that length."""
+        if not self._leases:
+            self._looked = now
+        self._leases[key] = _Lease(length, now)
+
+    def renew(self, key: str, length: float, now: float) -> None:
+        """Have a lease run for `length` seconds from now; one that is not there stays away."""
+        if key in self._leases:
+            self._leases[key] = _Lease(length, now)
+
+    def end(self, key: str) -> None:
+        """Forget a lease. Idempotent."""
+        self._leases.pop(key, None)
+
+    def look(self, now: float, *, hearing: bool) -> tuple[Expired, ...]:
+        """Take out and return the leases that have run out. hearing: we are connected to the network."""
+        paused = now - self._looked > LONGEST_PAUSE
+        self._looked = now
+        if paused or not hearing:
+            for lease in self._leases.values():
+                lease.since = now + RECOVERY
+            return ()
+        expired = [Expired(key, now - each.since) for key, each in self._leases.items() if now >= _end(each)]
+        for each in expired:
+            del self._leases[each.key]
+        return tuple(expired)
+
+    def next_look(self, now: float) -> float | None:
+        """In how many seconds `look` is due; None for no need to."""
+        if not self._leases:
+            return None
+        earliest = min(_end(lease) for lease in self._leases.values())
+        return min(max(earliest - now, _SHORTEST_DELAY), LOOK_PERIOD)
+
+
+def _end(lease: _Lease) -> float:
+    return lease.since + lease.length

@@ -1,0 +1,50 @@
+"""Leases on the bus: looked after for as long as there are any."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from skillwing.services.bus import Bus, Handle
+from skillwing.services.core.leases import Expired, Leases
+
+
+class LeaseWatch:
+    """Shell of `Leases`. on_expired is called once for each lease that has run out; it may begin others."""
+
+    def __init__(self, bus: Bus, on_expired: Callable[[Expired], None]) -> None:
+        self._bus = bus
+        self._on_expired = on_expired
+        self._leases = Leases()
+        self._timer: Handle | None = None
+
+    def __contains__(self, key: str) -> bool:
+        return key in self._leases
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """The leases that run."""
+        return self._leases.keys
+
+    def begin(self, key: str, length: float) -> None:
+        """Give a lease, or renew it."""
+        self._leases.begin(key, length, self._bus.wall())
+        if self._timer is None:
+            self._wait()
+
+    def renew(self, key: str, length: float) -> None:
+        """Renew a lease if it is there."""
+        self._leases.renew(key, length, self._bus.wall())
+
+    def end(self, key: str) -> None:
+        """Forget a lease. Idempotent."""
+        self._leases.end(key)
+
+    def _wait(self) -> None:
+        delay = self._leases.next_look(self._bus.wall())
+        self._timer = None if delay is None else self._bus.after(delay, self._look, wall=True)
+
+    def _look(self) -> None:
+        expired = self._leases.look(self._bus.wall(), hearing=self._bus.connected)
+        for each in expired:
+            self._on_expired(each)
+        self._wait()

@@ -1,0 +1,91 @@
+"""Who was silent for too long, as seen by somebody who may not have been listening."""
+
+from __future__ import annotations
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from skillwing.services.core.leases import LONGEST_PAUSE, LOOK_PERIOD, RECOVERY, Leases
+
+
+def look_until(leases: Leases, begin: float, end: float, *, hearing: bool = True) -> list[tuple[str, float]]:
+    """Look as often as one has to; returns whose lease ran out, and when."""
+    now, found = begin, []
+    while now < end:
+        found += [(expired.key, now) for expired in leases.look(now, hearing=hearing)]
+        delay = leases.next_look(now)
+        now += LOOK_PERIOD if delay is None else delay
+    return found
+
+
+def test_a_lease_that_nobody_renews_runs_out_once() -> None:
+    leases = Leases()
+    leases.begin("g", 2.0, 10.0)
+    [(key, when)] = look_until(leases, 10.0, 20.0)
+    assert key == "g"
+    assert 12.0 <= when < 12.01
+
+
+def test_the_silence_is_told() -> None:
+    leases = Leases()
+    leases.begin("g", 0.5, 0.0)
+    [expired] = leases.look(0.75, hearing=True)
+    assert expired.silence == 0.75
+
+
+@given(st.lists(st.floats(0.1, 1.9), min_size=1, max_size=20))
+def test_whoever_renews_in_time_keeps_it(gaps: list[float]) -> None:
+    leases, now = Leases(), 0.0
+    leases.begin("g", 2.0, now)
+    for gap in gaps:
+        assert look_until(leases, now, now + gap) == []
+        now += gap
+        leases.renew("g", 2.0, now)
+    assert "g" in leases
+
+
+def test_a_renewal_gives_nothing_to_whom_nothing_was_given() -> None:
+    leases = Leases()
+    leases.renew("g", 2.0, 0.0)
+    assert leases.keys == ()
+    assert leases.next_look(0.0) is None
+
+
+def test_the_first_lease_may_be_longer_than_the_next() -> None:
+    leases = Leases()
+    leases.begin("g", 6.0, 0.0)
+    assert look_until(leases, 0.0, 5.0) == []
+    leases.renew("g", 2.0, 5.0)
+    [(_, when)] = look_until(leases, 5.0, 20.0)
+    assert 7.0 <= when < 7.01
+
+
+@given(st.floats(0.0, 60.0))
+def test_nobody_is_silent_while_we_are_cut_off(seconds: float) -> None:
+    leases = Leases()
+    leases.begin("g", 2.0, 0.0)
+    assert look_until(leases, 0.0, seconds, hearing=False) == []
+    assert "g" in leases
+
+
+def test_after_we_were_cut_off_the_others_get_the_time_to_come_back_and_a_whole_lease() -> None:
+    leases = Leases()
+    leases.begin("g", 2.0, 0.0)
+    look_until(leases, 0.0, 10.0, hearing=False)
+    [(_, when)] = look_until(leases, 10.0, 20.0)
+    assert 11.5 + RECOVERY <= when <= 12.1 + RECOVERY
+
+
+def test_after_we_did_not_run_ourselves_nobody_is_blamed() -> None:
+    leases = Leases()
+    leases.begin("g", 2.0, 0.0)
+    assert leases.look(0.25, hearing=True) == ()
+    assert leases.look(0.25 + LONGEST_PAUSE + 5.0, hearing=True) == ()
+    assert "g" in leases
+
+
+def test_an_idle_time_without_leases_is_no_pause() -> None:
+    leases = Leases()
+    leases.begin("g", 2.0, 1000.0)
+    [(_, when)] = look_until(leases, 1000.25, 1010.0)
+    assert when < 1002.01
