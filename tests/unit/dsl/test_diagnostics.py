@@ -61,7 +61,7 @@ def test_the_error_lists_everything_and_counts() -> None:
             "skillset s {\n  skill k {\n    result { DONE }\n",
             "skillset `s` (line 1), skill `k` (line 2) are never closed",
         ),
-        ("skillset s { skill k { input { x: bool }  result { DONE }", "Missing `} }` at the end of the file"),
+        ("skillset s { skill k { input { x: bool }  result { DONE }", "Missing `} }` of skill `k`, opened at line 1"),
         ("skillset s { skill k { reslut { DONE } } }", "`reslut` is no word of the language."),
         ("skillset s { resource r { initial A  exten A -> B } }", "`exten` is no word of the language."),
         ("skillset s { resource r { initial A  A => B } }", "`=>` stands where `->` belongs."),

@@ -50,12 +50,39 @@ class Machine:
             values.append(lexeme)
         return len(lexemes)
 
-    def advance(self, states: list[int], kind: str) -> bool:
-        """Shift a word of that kind on a stack of states alone, without building; False if it has no place there."""
-        while (action := self.actions[states[-1]].get(kind)) is not None:
+    def reads(self, kind: str, stack: Outlook) -> bool:
+        """Shift a word of that kind on a stack on trial, without building; False if it has no place there."""
+        while (action := self.actions[stack.top].get(kind)) is not None:
             if isinstance(action, int):
-                states.append(action)
+                stack.push(action)
                 return True
-            del states[len(states) - action.size :]
-            states.append(self._gotos[states[-1]][action.origin])
+            stack.pop(action.size)
+            stack.push(self._gotos[stack.top][action.origin])
         return False
+
+
+class Outlook:
+    """A stack of states on trial: changes stand on top of a real stack, which stays as it is."""
+
+    def __init__(self, states: Sequence[int], depth: int | None = None) -> None:
+        """Start from the lowest `depth` states, or from all of them."""
+        self._states = states
+        self._depth = len(states) if depth is None else depth
+        self._own: list[int] = []
+
+    @property
+    def top(self) -> int:
+        return self._own[-1] if self._own else self._states[self._depth - 1]
+
+    def push(self, state: int) -> None:
+        self._own.append(state)
+
+    def pop(self, count: int) -> None:
+        own = min(count, len(self._own))
+        del self._own[len(self._own) - own :]
+        self._depth -= count - own
+
+    def copy(self) -> Outlook:
+        other = Outlook(self._states, self._depth)
+        other._own = list(self._own)
+        return other

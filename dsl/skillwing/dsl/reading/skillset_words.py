@@ -6,6 +6,13 @@ from skillwing.dsl.reading.terminals import Vocabulary
 
 _ELEMENTS = frozenset({"SKILL", "RESOURCE", "DATA", "TYPE", "ENUM", "EVENT"})
 
+_SECTIONS = frozenset(
+    {
+        *("PROGRESS", "DEADLINE", "DISPATCH_TIMEOUT", "INPUT", "OUTPUT", "EFFECT"),
+        *("PRECONDITION", "INVARIANT", "RESULT", "INTERRUPT", "LOST"),
+    }
+)
+
 SKILLSET_WORDS = Vocabulary(
     signs={
         "COLON": ":",
@@ -30,4 +37,15 @@ SKILLSET_WORDS = Vocabulary(
     },
     elements=_ELEMENTS,
     named_blocks=_ELEMENTS | {"SKILLSET"},
+    homes={
+        **dict.fromkeys(_SECTIONS, "a skill"),
+        **dict.fromkeys(("STATE", "INITIAL", "EXTERN"), "a resource"),
+        **dict.fromkeys(_ELEMENTS, "the skillset itself"),
+        "GUARD": "an event",
+        "PERIOD": "a datum",
+        "VIOLATION": "an invariant",
+        "APPLY": "a result, `interrupt` or `lost`",
+        "POST": "a result",
+        "TIMEOUT": "`interrupt`",
+    },
 )

@@ -9,8 +9,13 @@ from skillwing.dsl.reading.lexemes import Lexeme
 from skillwing.dsl.reading.tables import END
 
 BROKEN = "_BROKEN"  # stands in the grammar where an element was given up
-UNREADABLE = frozenset({"UNCLOSED_COMMENT", "UNCLOSED_STRING", "UNCLOSED_BRACKET", "UNKNOWN_CHARACTER"})
-_NO_WORDS = UNREADABLE | {"OVERSIZED_NUMBER", BROKEN, END}
+_UNREADABLE = frozenset(
+    {
+        *("UNCLOSED_COMMENT", "UNCLOSED_STRING", "UNCLOSED_BRACKET", "UNKNOWN_CHARACTER"),
+        *("OVERSIZED_NUMBER", "HALF_NUMBER", "FOREIGN"),
+    }
+)
+_NO_WORDS = _UNREADABLE | {BROKEN, END}
 CLOSERS = {"OPEN": "CLOSE", "OPEN_PAREN": "CLOSE_PAREN"}
 
 
@@ -21,13 +26,14 @@ class Vocabulary:
     signs: terminals of punctuation with the text to write, in the order in which a missing one is supposed. Blocks
     are between OPEN and CLOSE, parentheses between OPEN_PAREN and CLOSE_PAREN. others: terminals without a text of
     their own, in words. elements: the words that begin an element of a skillset. named_blocks: the words that a name
-    and a block follow.
+    and a block follow. homes: for words that stand in one kind of place only, that place.
     """
 
     signs: Mapping[str, str]
     others: Mapping[str, str]
     elements: frozenset[str]
     named_blocks: frozenset[str]
+    homes: Mapping[str, str] = field(default_factory=dict[str, str])
     _no_words: frozenset[str] = field(init=False)
 
     def __post_init__(self) -> None:
