@@ -82,13 +82,18 @@ def test_what_fits_is_offered(body: str, expected: list[str]) -> None:
         ("skillset s { resource r { initial A  A -> B } skill k { effect { e { r -> A | } } } }", ["r"]),
         ("skillset s { resource r { initial A  A -> B } skill k { effect { e: r -> |", ["A", "B"]),
         ("skillset s { resource r { initial A  A -> B } event e { effect { r -> | } } }", ["A", "B"]),
-        ("skillset s { skill k { ( } data { d: float64 | }", ["period"]),
         ("skillset s { type | }", []),
         ("skillset s { resource r { state { A | } } }", []),
     ],
 )
 def test_what_fits_is_offered_anywhere_in_a_file(text: str, expected: list[str]) -> None:
     assert texts(*marked(text)) == expected
+
+
+@pytest.mark.parametrize("mistake", ["skill k { ( }", "skill k { effect { e: } }", "resource r { A -> -> }", "; !"])
+def test_a_mistake_does_not_hide_what_the_grammar_allows_behind_it(mistake: str) -> None:
+    found = completions(*marked(f"skillset s {{ {mistake} data {{ d: float64 | }} }}"))
+    assert [completion.text for completion in found if completion.kind == "keyword"] == ["period"]
 
 
 def test_types_are_declared_ones_and_built_in_ones() -> None:

@@ -6,11 +6,10 @@ import re
 from collections.abc import Iterator
 
 from skillwing.dsl.editor.document import Document
-from skillwing.dsl.editor.extents import excerpt, extent
+from skillwing.dsl.editor.extents import excerpt
 from skillwing.dsl.editor.names import Kind, Scope, Symbol
 from skillwing.dsl.model import STALE_AFTER_PERIODS
 from skillwing.dsl.reading import syntax
-from skillwing.dsl.reading.comments import comment_on
 
 _LONGEST = 24  # lines of a declaration that are shown
 _WIDEST = 80  # characters of a signature on one line
@@ -19,10 +18,11 @@ _ALIGNMENT = re.compile(" {2,}")
 
 def describe(document: Document, symbol: Symbol) -> str:
     """Markdown of a few lines. The symbol is one that the document declares."""
-    place = extent(document, symbol)
+    place = document.names.declarations[symbol].place
+    name = document.words[document.word_at(place.start)] if place else None
     parts = [
         f"```skillset\n{_source(document, symbol)}\n```",
-        comment_on(document.lexemes, *place, document.text) if place else "",
+        document.descriptions.of(name.span if name else None),
         *_sentences(document, symbol),
     ]
     return "\n\n".join(part for part in parts if part)

@@ -10,6 +10,7 @@ from skillwing.dsl.checking.checker import Checked, check
 from skillwing.dsl.editor.index import index
 from skillwing.dsl.editor.names import Index
 from skillwing.dsl.editor.positions import Lines
+from skillwing.dsl.printing.reference.descriptions import Descriptions
 from skillwing.dsl.reading import syntax
 from skillwing.dsl.reading.lexemes import COMMENT, Lexeme
 from skillwing.dsl.reading.lexer import lex
@@ -46,6 +47,11 @@ class Document:
     @cached_property
     def names(self) -> Index:
         return index(self.root, self.lines, self.words)
+
+    @cached_property
+    def descriptions(self) -> Descriptions:
+        """What the comments say."""
+        return Descriptions(self.text, self.file)
 
     @cached_property
     def checked(self) -> Checked:
