@@ -185,7 +185,8 @@ class Recovery:
             return None
         words = [kind.lower() for kind in self._cursor.acceptable(stack) if self._words.is_word(kind)]
         word = closest(lexeme.text, words)
-        return word if word and self._cursor.reads([word.upper(), *self._cursor.kinds_from(behind)], stack) else None
+        ahead = self._cursor.kinds_from(behind, count=2)  # A word that resembles another is evidence by itself.
+        return word if word and self._cursor.reads([word.upper(), *ahead], stack) else None
 
     def _replace_misspelt(self, lexeme: Lexeme, word: str) -> None:
         self._report("SW003", lexeme, f"`{lexeme.text}` is no word of the language.", f"Did you mean `{word}`?")
@@ -203,13 +204,15 @@ class Recovery:
             self._supply_name(lexeme)
             return True
         earlier = cursor.before_last() if last is not None and last.kind == "NAME" else None
-        if earlier is None or not cursor.reads(
-            ["NAME", "COLON", "NAME", *cursor.kinds_from(0)], Outlook(earlier.states)
-        ):
+        if earlier is None or last is None:
             return False
-        cursor.go_back(earlier)
-        self._supply_name(cursor.next)
-        return True
+        for kind in (last.text.upper(), "NAME"):  # A word of the language may have been read as a name.
+            if cursor.reads(["NAME", "COLON", kind, *cursor.kinds_from(0)], Outlook(earlier.states)):
+                cursor.go_back(earlier)
+                self._replace(last.supposed(kind, last.text))
+                self._supply_name(cursor.next)
+                return True
+        return False
 
     def _supply_name(self, lexeme: Lexeme) -> None:
         cursor = self._cursor

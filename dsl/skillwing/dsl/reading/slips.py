@@ -125,8 +125,7 @@ class _Slips:
             count, end = count + 1, piece.end
         source = first.source
         text = source.text[first.start : end]
-        plain = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode() if text.isalpha() else text
-        name = re.sub(r"\W", "_", plain, flags=re.ASCII)
+        name = "".join(_for_names(character) for character in text)
         strange = next(character for character in text if not re.match(r"\w", character, re.ASCII))
         message = f"A name cannot hold the character `{shown(strange)}`."
         self._report(source.span(first.start, end), message, f"Write it of letters, digits and `_`, like `{name}`.")
@@ -138,6 +137,12 @@ class _Slips:
 
     def _report(self, span: Span, message: str, advice: str, code: str = "SW004") -> None:
         self.diagnostics.append(Diagnostic(code, span, message, advice))
+
+
+def _for_names(character: str) -> str:
+    """What a name can hold in place of a character: a letter without its accent, or `_`."""
+    plain = unicodedata.normalize("NFKD", character).encode("ascii", "ignore").decode()
+    return plain if re.fullmatch(r"\w+", plain) else "_"
 
 
 def shown(text: Iterable[str]) -> str:
