@@ -8,7 +8,7 @@ from itertools import zip_longest
 
 from skillwing.dsl.reading.dialect import Dialect
 from skillwing.dsl.reading.lexemes import Lexeme
-from skillwing.dsl.reading.machine import Machine
+from skillwing.dsl.reading.machine import Machine, Outlook
 from skillwing.dsl.reading.terminals import CLOSERS
 
 
@@ -22,10 +22,10 @@ def allowed_after(words: Sequence[Lexeme], dialect: Dialect) -> frozenset[str]:
 
 @dataclass(frozen=True, slots=True)
 class _Block:
-    """A bracket that is open. closer: kind of the sign that closes it; states: the parser's at its start."""
+    """A bracket that is open. closer: kind of the sign that closes it; stack: the parser's states at its start."""
 
     closer: str
-    states: list[int]
+    stack: Outlook
 
 
 class _States:
@@ -38,8 +38,8 @@ class _States:
     def __init__(self, dialect: Dialect) -> None:
         self._vocabulary = dialect.vocabulary
         self._machine = Machine(dialect.tables)
-        self._states = list(self._machine.states)
-        self._blocks = [_Block("", list(self._states))]
+        self._stack = Outlook(self._machine.states)
+        self._blocks = [_Block("", self._stack)]
 
     def read(self, kind: str, follower: str) -> None:
         """follower: kind of the word behind, which tells whether a word of the language is a name."""
@@ -47,16 +47,16 @@ class _States:
         while closes and self._blocks[-1].closer != kind:
             self._blocks.pop()
         if not self._shift(kind, follower):
-            self._states = list(self._blocks[-1].states)
+            self._stack = self._blocks[-1].stack
             if not self._shift(kind, follower) and closes:
-                self._states = list(self._blocks[-2].states)
+                self._stack = self._blocks[-2].stack
         if kind in CLOSERS:
-            self._blocks.append(_Block(CLOSERS[kind], list(self._states)))
+            self._blocks.append(_Block(CLOSERS[kind], self._stack))
         elif closes:
             self._blocks.pop()
 
     def allowed(self) -> frozenset[str]:
-        kinds = self._machine.actions[self._states[-1]]
+        kinds = self._machine.actions[self._stack.top]
         return frozenset(kind for kind in kinds if kind.isupper() and self._after(kind) is not None)
 
     def _shift(self, kind: str, follower: str) -> bool:
@@ -65,9 +65,9 @@ class _States:
             after = self._after("NAME")
         if after is None:
             return False
-        self._states = after
+        self._stack = after
         return True
 
-    def _after(self, kind: str) -> list[int] | None:
-        states = list(self._states)
-        return states if self._machine.advance(states, kind) else None
+    def _after(self, kind: str) -> Outlook | None:
+        stack = self._stack.copy()
+        return stack if self._machine.reads(kind, stack) else None
