@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import pytest
 from rig import RIG
 
+from skillwing.dsl.model import Skillset
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.skill_actions import Action, AskResources, CallHook, Hook
 from skillwing.services.core.skill_core import GOALS_REMEMBERED, SILENCES_UNTIL_ERROR, SkillCore
@@ -24,6 +26,7 @@ from skillwing.services.protocol import (
     InterruptGoal,
     Lost,
     NotReady,
+    RenewGoal,
     StartGoal,
     State,
     Terminal,
@@ -36,8 +39,8 @@ TOKEN = 7
 class Desk:
     """A skill core for `move`, what it asked for, and the answers to that in short."""
 
-    def __init__(self) -> None:
-        self.core = SkillCore(RIG, "move", source="skill/move", new_record_id=RecordIds("skill/move"))
+    def __init__(self, skillset: Skillset = RIG) -> None:
+        self.core = SkillCore(skillset, "move", source="skill/move", new_record_id=RecordIds("skill/move"))
         self.actions: list[Action] = []
         self.now = 0.0
 
@@ -79,6 +82,13 @@ class Desk:
         reason = "" if held else "It did not hold."
         self.answer(Ended(goal_id="g", held=held, reason=reason, revision=2, record="rm#2"))
 
+    def renewed(self, verdict: Any) -> None:
+        call = RenewGoal(goal_id="g", skill="move", token=TOKEN)
+        self.take(self.core.renewed(call, verdict, self.now))
+
+    def owner_gone(self, owner: str = "client/mission-1") -> None:
+        self.take(self.core.owner_gone(owner, self.now))
+
     def violated(self) -> None:
         self.take(self.core.pushed(VIOLATED, self.now))
 
@@ -116,6 +126,7 @@ class Desk:
 VIOLATED = Violated(
     goal_id="g", skill="move", invariant="authority", subject="authority", reason="It is OFF.", t=0.0, record="rm#9"
 )
+ENDED = Ended(goal_id="g", held=True, reason="", revision=2, record="rm#2")
 REFUSED = ErrorReply(code=ErrorCode.STALE_TOKEN, message="The token is stale.")
 
 
@@ -141,6 +152,17 @@ def running() -> Desk:
 def interrupting() -> Desk:
     desk = running()
     desk.interrupt()
+    return desk
+
+
+def owned(*, validating: bool = False, skillset: Skillset = RIG) -> Desk:
+    """A goal that must not outlive the client that started it."""
+    desk = Desk(skillset)
+    desk.start(owner="client/mission-1", schema=skillset.schema_hash)
+    desk.validated()
+    if not validating:
+        desk.granted()
+        desk.dispatched()
     return desk
 
 
@@ -184,6 +206,13 @@ ENDINGS: list[tuple[Callable[[], Desk], Callable[[Desk], None], str]] = [
     (interrupting, Desk.violated, "RI"),
     (interrupting, then(lambda d: d.wait(2.0), Desk.ended), "IT"),
     (interrupting, then(Desk.failed, Desk.ended), "ERROR"),
+    (running, lambda d: d.renewed(VIOLATED), "RI"),
+    (running, lambda d: d.renewed(REFUSED), "LOST"),
+    (running, lambda d: d.renewed(ErrorReply(code=ErrorCode.UNKNOWN_GOAL, message="Never heard of it.")), "LOST"),
+    (interrupting, lambda d: d.renewed(REFUSED), "LOST"),
+    (running, then(Desk.terminated, lambda d: d.renewed(ENDED), Desk.ended), "S_DONE"),
+    (lambda: owned(validating=True), then(Desk.owner_gone, Desk.granted, Desk.ended), "IT"),
+    (owned, then(Desk.owner_gone, Desk.interrupted, Desk.ended), "IT"),
 ]
 
 
@@ -402,6 +431,79 @@ def test_an_empty_reply_is_no_refusal() -> None:
     desk.answer(None)
     desk.granted()
     assert desk.state is State.DISPATCHING
+
+
+# --- leases and owners -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("context", "held"),
+    [(Desk, False), (validating, False), (dispatching, True), (running, True), (interrupting, True)],
+)
+def test_a_grant_is_renewed_for_as_long_as_it_is_held(context: Callable[[], Desk], held: bool) -> None:
+    renewal = context().core.renewal()
+    assert renewal == (RenewGoal(goal_id="g", skill="move", token=TOKEN) if held else None)
+
+
+def test_a_grant_is_renewed_until_its_end_is_acknowledged() -> None:
+    desk = running()
+    desk.terminated()
+    assert desk.core.renewal() is not None
+    desk.ended()
+    assert desk.core.renewal() is None
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        None,
+        Granted(goal_id="g", token=TOKEN, revision=1, record="rm#1"),
+        ErrorReply(code=ErrorCode.INTERNAL, message="The disk is full."),
+    ],
+)
+def test_a_renewal_without_a_verdict_changes_nothing(answer: Any) -> None:
+    desk = running()
+    count = len(desk.actions)
+    desk.renewed(answer)
+    assert len(desk.actions) == count
+    assert desk.state is State.RUNNING
+
+
+def test_a_verdict_on_a_renewal_has_the_hooks_stop() -> None:
+    desk = running()
+    desk.renewed(REFUSED)
+    assert desk.hooks[-1] is Hook.ENDED
+    assert desk.terminal().reason == REFUSED.message
+
+
+def test_a_verdict_on_an_old_goal_leaves_the_next_one_alone() -> None:
+    desk = running()
+    desk.take(desk.core.renewed(RenewGoal(goal_id="old", skill="move", token=3), REFUSED, 0.0))
+    assert desk.state is State.RUNNING
+
+
+def test_a_goal_whose_owner_is_gone_is_asked_to_stop_and_says_why() -> None:
+    desk = owned()
+    desk.owner_gone()
+    assert desk.state is State.INTERRUPTING
+    assert desk.hooks[-1] is Hook.INTERRUPT
+    desk.interrupted()
+    desk.ended()
+    assert desk.terminal().reason == "Its owner mission-1 is gone."
+
+
+@pytest.mark.parametrize("context", [running, owned])
+def test_the_end_of_another_client_is_nothing_to_a_goal(context: Callable[[], Desk]) -> None:
+    desk = context()
+    desk.owner_gone("client/mission-2")
+    assert desk.state is State.RUNNING
+
+
+def test_a_skill_may_go_on_without_its_owner() -> None:
+    skills = tuple(replace(skill, owner_lost="continue") for skill in RIG.skills)
+    desk = owned(skillset=replace(RIG, skills=skills))
+    desk.owner_gone()
+    assert desk.state is State.RUNNING
 
 
 def test_memory_stays_bounded() -> None:

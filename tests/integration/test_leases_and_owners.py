@@ -1,0 +1,218 @@
+"""Managers that hang and clients that vanish, in one process and virtual time: every goal ends, every resource is free."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from skillwing.dsl import parse
+from skillwing.dsl.model import Skillset
+from skillwing.services.bus import Bus, Sample
+from skillwing.services.client.goal_handle import GoalHandle
+from skillwing.services.client.goal_pursuit import VERDICT_PATIENCE
+from skillwing.services.client.interface import SkillsetInterface
+from skillwing.services.core.skill_core import RENEWAL_PERIOD
+from skillwing.services.managers.hooks import Goal, SkillHooks
+from skillwing.services.managers.presence import LOSS_DEBOUNCE
+from skillwing.services.managers.resource_manager import DISPATCH_GRACE, GRANT_LEASE
+from skillwing.services.mocking import MockRun, MockScript
+from skillwing.services.names import skill_process
+from skillwing.services.protocol import Keys, Lost, ResourceChange, StartGoal, State, decode, encode
+from skillwing.services.testing import SkillsetInProcess
+
+CRANE = parse(
+    """
+    skillset crane {
+        resource hook { initial FREE  FREE -> TAKEN  TAKEN -> FREE }
+        resource wind { initial CALM  extern CALM -> STRONG  extern STRONG -> CALM }
+        skill lift {
+            dispatch_timeout=4.0
+            effect { take: hook -> TAKEN  release: hook -> FREE }
+            precondition { free: resource=(hook == FREE)  success take }
+            invariant { calm: resource=(wind == CALM) violation=release }
+            interrupt { apply=release timeout=5.0 }
+            result { UP: apply=release }
+        }
+    }
+    """,
+    "crane.skillset",
+)
+KEYS = Keys("crane")
+LIFT = skill_process("lift")
+FOREVER = MockRun(delay=600.0)
+
+
+def crane(*runs: MockRun, skillset: Skillset = CRANE) -> SkillsetInProcess:
+    return SkillsetInProcess(skillset, script=MockScript(skills={"lift": runs}))
+
+
+class Mission:
+    """A client that owns the goals it starts."""
+
+    def __init__(self, robot: SkillsetInProcess, name: str = "mission") -> None:
+        self._robot = robot
+        self.bus: Bus = robot.network.bus(name)
+        self.interface = SkillsetInterface(self.bus, robot.skillset, client=name, owns_goals=True)
+
+    def start(self) -> GoalHandle:
+        goal = self.interface.start("lift", {})
+        self._robot.run_until(lambda: goal.state is State.RUNNING)
+        return goal
+
+
+# --- managers --------------------------------------------------------------------------------------------------------
+
+
+def test_a_goal_that_runs_for_long_keeps_its_grant() -> None:
+    robot = crane(MockRun(delay=120.0))
+    robot.start_skill("lift").assert_ended("S_UP", within=130.0)
+
+
+def test_an_idle_system_says_nothing_about_grants(monkeypatch: pytest.MonkeyPatch) -> None:
+    robot = crane(MockRun(delay=1.0))
+    robot.start_skill("lift").assert_ended("S_UP")
+    asked: list[str] = []
+    ask = type(robot.bus).ask
+    monkeypatch.setattr(
+        type(robot.bus), "ask", lambda bus, key, *rest, **more: (asked.append(key), ask(bus, key, *rest, **more))
+    )
+    robot.run(30.0)
+    assert asked == []
+
+
+def test_mistake_a_manager_that_hangs_keeps_its_resources_for_ever() -> None:
+    robot = crane(MockRun(delay=10.0, hang=True), FOREVER)
+    changes: list[ResourceChange] = []
+    robot.bus.subscribe(KEYS.resource("hook"), lambda sample: changes.append(decode(sample.payload, ResourceChange)))
+    goal = robot.start_skill("lift")
+    hangs_at = goal.started_at + 10.0 if hasattr(goal, "started_at") else robot.now() + 10.0
+    goal.assert_ended("LOST", within=20.0, detected_by="resource manager", reason="silent for")
+    freed = changes[-1]
+    assert freed.after == "FREE"
+    assert hangs_at + GRANT_LEASE - RENEWAL_PERIOD <= freed.t <= hangs_at + GRANT_LEASE + 0.1
+    assert robot.now() <= freed.t + VERDICT_PATIENCE + 0.5, "nobody waits for an answer that cannot come"
+
+
+def test_a_manager_that_hangs_cannot_keep_a_violation_to_itself() -> None:
+    robot = crane(MockRun(delay=1.0, hang=True))
+    goal = robot.start_skill("lift")
+    robot.run(1.1)
+    robot.set_states(wind="STRONG")
+    goal.assert_ended("RI", within=VERDICT_PATIENCE + 0.1, invariant="calm")
+    assert goal.causes[:2] == ["wind STRONG", "lift.calm VIOLATED"]
+
+
+def test_the_first_lease_leaves_time_for_a_slow_dispatch(monkeypatch: pytest.MonkeyPatch) -> None:
+    # A manager that is still in `on_dispatch` renews nothing.
+    monkeypatch.setattr("skillwing.services.core.skill_core.SkillCore.renewal", lambda core: None)
+    robot = crane(FOREVER)
+    goal = robot.start_skill("lift")
+    robot.run(CRANE.skill("lift").dispatch_timeout + DISPATCH_GRACE - 0.1)
+    goal.assert_running()
+    goal.assert_ended("LOST", within=0.2, detected_by="resource manager")
+
+
+def test_a_manager_is_told_that_its_goal_was_taken_although_the_push_was_lost() -> None:
+    class Lift(SkillHooks[Any, Any, Any]):
+        skill = "lift"
+        ended = ""
+
+        def on_ended(self, goal: Goal[Any], terminal: Any) -> None:
+            self.ended = terminal.label
+
+    robot = SkillsetInProcess(CRANE, [Lift])
+    robot.start_skill("lift")
+    manager, _ = robot._running[LIFT]
+    manager._on_verdict = lambda sample: None  # pyright: ignore[reportAttributeAccessIssue]
+    judge, _ = robot._running["resource_manager"]
+    judge._perform(judge._core.manager_lost(LIFT, robot.now()))  # pyright: ignore[reportAttributeAccessIssue]
+    robot.run(RENEWAL_PERIOD + 0.1)
+    assert robot.hooks["lift"].ended == "LOST"  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def test_everybody_is_told_which_token_no_longer_counts() -> None:
+    robot = crane(MockRun(delay=1.0, hang=True))
+    verdicts: list[Lost] = []
+
+    def note(sample: Sample) -> None:
+        verdicts.append(decode(sample.payload, Lost))
+
+    robot.bus.subscribe(KEYS.verdict("*"), note, events=True)
+    goal = robot.start_skill("lift")
+    robot.run(4.0)
+    [lost] = verdicts
+    assert lost.goal_id == goal.id
+    assert lost.token > 0
+
+
+# --- clients ---------------------------------------------------------------------------------------------------------
+
+
+def test_goals_of_a_client_that_dies_are_interrupted() -> None:
+    robot = crane(MockRun(delay=600.0, stop_delay=1.0))
+    mission = Mission(robot)
+    goal_id = mission.start().goal_id
+    mission.bus.close()
+    robot.run(LOSS_DEBOUNCE + 0.1)
+    robot.assert_states(hook="TAKEN", within=0.0)
+    watch = robot.client.follow("lift", goal_id)
+    robot.assert_states(hook="FREE")
+    robot.run(0.1)
+    assert watch.terminal is not None
+    assert watch.terminal.label == "IT"
+    assert watch.terminal.reason.startswith("Its owner mission-")
+
+
+def test_a_client_whose_token_flaps_keeps_its_goals() -> None:
+    robot = crane(FOREVER)
+    mission = Mission(robot)
+    goal = mission.start()
+    owner = mission.interface._owner
+    assert owner is not None
+    for _ in range(5):
+        robot.run(LOSS_DEBOUNCE / 2)
+        mission.bus.declare_alive(KEYS.alive(owner)).cancel()  # the same key: gone for others, though never for itself
+        mission.bus.declare_alive(KEYS.alive(owner))
+    robot.run(5.0)
+    assert goal.state is State.RUNNING
+
+
+def test_a_goal_that_nobody_owns_outlives_who_started_it() -> None:
+    robot = crane(FOREVER)
+    bus = robot.network.bus("cli")
+    goal = SkillsetInterface(bus, CRANE, client="cli").start("lift", {})
+    robot.run_until(lambda: goal.state is State.RUNNING)
+    bus.close()
+    robot.run(30.0)
+    robot.assert_states(hook="TAKEN", within=0.0)
+
+
+def test_a_skill_may_say_that_it_continues() -> None:
+    skills = tuple(replace(skill, owner_lost="continue") for skill in CRANE.skills)
+    robot = crane(FOREVER, skillset=replace(CRANE, skills=skills))
+    mission = Mission(robot)
+    mission.start()
+    mission.bus.close()
+    robot.run(30.0)
+    robot.assert_states(hook="TAKEN", within=0.0)
+
+
+def test_a_start_that_arrives_after_its_owner_has_died_does_not_run_on() -> None:
+    robot = crane(FOREVER)
+    request = StartGoal(
+        goal_id="late", inputs={}, client="mission", schema=CRANE.schema_hash, owner="client/mission-of-yesterday"
+    )
+    robot.bus.ask(KEYS.start("lift"), encode(request), lambda answer: None)
+    robot.run(LOSS_DEBOUNCE + 0.2)
+    robot.assert_states(hook="FREE", within=0.0)
+
+
+def test_the_goals_of_others_run_on() -> None:
+    robot = crane(FOREVER)
+    first, second = Mission(robot, "first"), Mission(robot, "second")
+    goal = first.start()
+    second.bus.close()
+    robot.run(5.0)
+    assert goal.state is State.RUNNING
