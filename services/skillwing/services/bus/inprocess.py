@@ -50,7 +50,7 @@ class Traffic(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Utterance:
-    """Something a node says: `put` of a publication, `ask`, `reply` or `refuse`. payload: encoded, also of a refusal."""
+    """Something that a node says. what: `put`, `ask`, `reply` or `refuse`; payload: encoded, also of a refusal."""
 
     t: float
     node: str
@@ -71,7 +71,7 @@ class InProcessNetwork:
         self._jitter = jitter
         self._now = 0.0
         self._agenda = Agenda()
-        self._robots: dict[str, _Robot] = {}
+        self._robots: dict[str, Robot] = {}
         self._last_arrival: dict[tuple[InProcessBus, InProcessBus], float] = {}
         self._running = False
         self.tap: Callable[[Utterance], None] | None = None
@@ -83,17 +83,20 @@ class InProcessNetwork:
 
     def bus(self, name: str, robot: str = "r1") -> Bus:
         """A new node's view. Raises ValueError if a node of that name lives in that robot already."""
-        nodes = self._robots.setdefault(robot, _Robot()).nodes
-        if name in nodes:
+        if name in self._robots.setdefault(robot, Robot()).nodes:
             raise ValueError(f"robot {robot} already has a node `{name}`; close its bus first or choose another name")
-        nodes[name] = InProcessBus(self, self._robots[robot], name)
-        return nodes[name]
+        return self._join(name, robot)
 
     def attach(self, node: Node, robot: str = "r1") -> Bus:
         """Make a bus of the node's name and attach the node to it."""
         bus = self.bus(node.name, robot)
         node.attach(bus)
         return bus
+
+    def _join(self, name: str, robot: str) -> InProcessBus:
+        joined = self._robots.setdefault(robot, Robot())
+        joined.nodes[name] = InProcessBus(self, joined, name)
+        return joined.nodes[name]
 
     def run_until(self, done: Callable[[], bool], timeout: float | None = None) -> bool:
         """Run events until `done()` holds (True), or until `timeout` virtual seconds have passed (False).
@@ -146,15 +149,15 @@ class InProcessNetwork:
         if self.tap is not None:
             self.tap(Utterance(self._now, bus.name, what, key, payload))
 
-    def forward(self, robot: _Robot, question: _Question) -> None:
+    def forward(self, robot: Robot, question: Question) -> None:
         """Take a question to the node that serves its key. Which one that is, is found out on arrival."""
 
         def arrive() -> None:
-            service = robot.service_for(question.key)
-            if service is None:
-                self.send(question.asker, question.asker, lambda: question.settle(Unanswered(timed_out=False)))
+            services = robot.services_for(question.key)
+            if services:
+                services[0].bus.take(question, services[0].on_request)
             else:
-                service.bus.take(question, service.on_request)
+                self.send(question.asker, question.asker, lambda: question.settle(Unanswered(timed_out=False)))
 
         # Until it is known who serves the key, the link is the asker's own.
         self.send(question.asker, question.asker, arrive)
@@ -184,11 +187,11 @@ class InProcessNetwork:
 class InProcessBus:
     """One node's view of an `InProcessNetwork`; see `Bus` for what each method promises."""
 
-    def __init__(self, network: InProcessNetwork, robot: _Robot, name: str) -> None:
+    def __init__(self, network: InProcessNetwork, robot: Robot, name: str) -> None:
         self._network = network
-        self._robot = robot
+        self.robot = robot
         self._name = name
-        self._serving: dict[_Question, None] = {}
+        self._serving: dict[Question, None] = {}
         self.closed = False
         self.given_up = False
         """It was cut off, or did not run, for so long that the network took its session for dead."""
@@ -213,8 +216,8 @@ class InProcessBus:
         return len(self._serving)
 
     def advertise(self, key: str, *, events: bool = False) -> _Publisher:
-        publisher = _Publisher(self._network, self._robot, self, key, deque(maxlen=EVENT_HISTORY) if events else None)
-        self._robot.publishers.append(publisher)
+        publisher = _Publisher(self._network, self.robot, self, key, deque(maxlen=EVENT_HISTORY) if events else None)
+        self.robot.publishers.append(publisher)
         return publisher
 
     def subscribe(
@@ -226,18 +229,18 @@ class InProcessBus:
         latest_only: bool = False,
     ) -> _Registration:
         subscription = _Subscription(self._network, self, key_expression, on_sample, events, latest_only)
-        self._robot.add_subscription(subscription)
+        self.robot.add_subscription(subscription)
         if events:
-            for publisher in self._robot.publishers:
+            for publisher in self.robot.publishers:
                 if matches(key_expression, publisher.key):
                     for sample in publisher.history or ():
                         subscription.send(publisher, sample)
-        return _Registration(lambda: self._robot.remove_subscription(subscription))
+        return _Registration(lambda: self.robot.remove_subscription(subscription))
 
     def serve(self, key_expression: str, on_request: Callable[[Request], None]) -> _Registration:
-        service = _Service(self, key_expression, on_request)
-        self._robot.services.append(service)
-        return _Registration(lambda: _discard(self._robot.services, service))
+        service = Service(self, key_expression, on_request)
+        self.robot.services.append(service)
+        return _Registration(lambda: _discard(self.robot.services, service))
 
     def ask(
         self,
@@ -248,19 +251,19 @@ class InProcessBus:
         timeout: float = 2.0,
         attachment: bytes = b"",
     ) -> None:
-        question = _Question(self, key, payload, attachment, on_answer)
+        question = Question(self, key, payload, attachment, on_answer)
         question.expiry = self.after(timeout, lambda: question.settle(Unanswered(timed_out=True)))
         self._network.tell_tap(self, "ask", key, payload)
-        self._network.forward(self._robot, question)
+        self._network.forward(self.robot, question)
 
-    def take(self, question: _Question, on_request: Callable[[Request], None]) -> None:
+    def take(self, question: Question, on_request: Callable[[Request], None]) -> None:
         """Serve a question that has arrived here."""
         if not question.settled:
             question.server = self
             self._serving[question] = None
         on_request(_Request(self, question))
 
-    def answer(self, question: _Question, answer: Answer) -> None:
+    def answer(self, question: Question, answer: Answer) -> None:
         """Send the answer to a question that is served here; a closed bus sends nothing."""
         if self.closed:
             return
@@ -273,22 +276,22 @@ class InProcessBus:
                 pass
         self._network.send(self, question.asker, lambda: question.settle(answer))
 
-    def release(self, question: _Question) -> None:
+    def release(self, question: Question) -> None:
         """Nobody waits for this question any more."""
         self._serving.pop(question, None)
 
     def declare_alive(self, key: str) -> _Registration:
-        self._robot.announce(self, key, alive=True)
-        registration = _Registration(lambda: self._robot.announce(self, key, alive=False))
-        self._robot.tokens.append((self, key, registration))
+        self.robot.announce(self, key, alive=True)
+        registration = _Registration(lambda: self.robot.announce(self, key, alive=False))
+        self.robot.tokens.append((self, key, registration))
         return registration
 
     def watch_alive(self, key_expression: str, on_change: Callable[[str, bool], None]) -> _Registration:
-        watch = _Watch(self._network, self, key_expression, on_change)
-        for key in self._robot.standing():
+        watch = Watch(self._network, self, key_expression, on_change)
+        for key in self.robot.standing():
             watch.send(self, key, alive=True)
-        self._robot.watches.append(watch)
-        return _Registration(lambda: self._robot.remove_watch(watch))
+        self.robot.watches.append(watch)
+        return _Registration(lambda: self.robot.remove_watch(watch))
 
     def after(self, delay: float, action: Callable[[], None], *, wall: bool = False) -> Entry:
         return self._network.schedule(delay, self._while_open(action))
@@ -314,11 +317,11 @@ class InProcessBus:
         if self.closed:
             return
         self.closed = True
-        self._robot.remove_node(self)
+        self.robot.remove_node(self)
         abandoned, self._serving = self._serving, {}
         for question in abandoned:
-            nobody = Unanswered(timed_out=False)
-            self._network.send(self, question.asker, lambda q=question: q.settle(nobody), Traffic.LIVELINESS)
+            settle = lambda q=question: q.settle(Unanswered(timed_out=False))  # noqa: E731
+            self._network.send(self, question.asker, settle, Traffic.LIVELINESS)
 
     def _while_open(self, action: Callable[[], None]) -> Callable[[], None]:
         """The action, as long as this bus is not closed."""
@@ -341,13 +344,13 @@ class _Registration:
 
 
 @dataclass(eq=False)
-class _Robot:
+class Robot:
     """One namespace: nobody sees what is declared in another."""
 
     nodes: dict[str, InProcessBus] = field(default_factory=dict)
     publishers: list[_Publisher] = field(default_factory=list)
-    services: list[_Service] = field(default_factory=list)
-    watches: list[_Watch] = field(default_factory=list)
+    services: list[Service] = field(default_factory=list)
+    watches: list[Watch] = field(default_factory=list)
     tokens: list[tuple[InProcessBus, str, _Registration]] = field(default_factory=list)
     subscriptions: list[_Subscription] = field(default_factory=list)
     _receivers: dict[str, list[_Subscription]] = field(default_factory=dict)
@@ -369,12 +372,12 @@ class _Robot:
         _discard(self.subscriptions, subscription)
         self._receivers.clear()
 
-    def remove_watch(self, watch: _Watch) -> None:
+    def remove_watch(self, watch: Watch) -> None:
         watch.active = False
         _discard(self.watches, watch)
 
-    def service_for(self, key: str) -> _Service | None:
-        return next((each for each in self.services if matches(each.key_expression, key)), None)
+    def services_for(self, key: str) -> list[Service]:
+        return [each for each in self.services if matches(each.key_expression, key)]
 
     def standing(self) -> tuple[str, ...]:
         """Keys of the tokens that the network knows of."""
@@ -384,7 +387,7 @@ class _Robot:
         """Tell the watches of a token that comes or goes, unless another one of the same key stands."""
         if not alive:
             self.tokens[:] = [token for token in self.tokens if token[:2] != (source, key)]
-        if key not in self.standing():
+        if key not in self.standing() and not source.given_up:
             for watch in list(self.watches):
                 watch.send(source, key, alive=alive)
 
@@ -405,7 +408,7 @@ class _Robot:
 @dataclass(eq=False, slots=True)
 class _Publisher:
     network: InProcessNetwork
-    robot: _Robot
+    robot: Robot
     bus: InProcessBus
     key: str
     history: deque[Sample] | None
@@ -450,7 +453,7 @@ class _Subscription:
 
 
 @dataclass(eq=False, slots=True)
-class _Watch:
+class Watch:
     network: InProcessNetwork
     bus: InProcessBus
     key_expression: str
@@ -459,23 +462,23 @@ class _Watch:
 
     def send(self, source: InProcessBus, key: str, *, alive: bool) -> None:
         if matches(self.key_expression, key):
-            arrive = lambda: self._deliver(key, alive)  # noqa: E731
+            arrive = lambda: self.deliver(key, alive)  # noqa: E731
             self.network.send(source, self.bus, arrive, Traffic.LIVELINESS, (self, key))
 
-    def _deliver(self, key: str, alive: bool) -> None:
+    def deliver(self, key: str, alive: bool) -> None:
         if self.active:
             self.on_change(key, alive)
 
 
 @dataclass(eq=False, slots=True)
-class _Service:
+class Service:
     bus: InProcessBus
     key_expression: str
     on_request: Callable[[Request], None]
 
 
 @dataclass(eq=False, slots=True)
-class _Question:
+class Question:
     """A query under way, seen from the asker: the first answer settles it."""
 
     asker: InProcessBus
@@ -502,7 +505,7 @@ class _Question:
 class _Request:
     """A question, seen from the node that serves it."""
 
-    def __init__(self, bus: InProcessBus, question: _Question) -> None:
+    def __init__(self, bus: InProcessBus, question: Question) -> None:
         self._bus = bus
         self._question = question
         self._answered = False

@@ -1,0 +1,289 @@
+"""A network that does to messages and nodes what a real one may do: the failures of Zenoh, in virtual time.
+
+What is promised, and what is not, was measured on Zenoh with one router (docs/reliability.md):
+
+- Requests, replies and samples of streams may be late, lost, or overtake each other; a request may arrive twice. One
+  that its asker has given up may still be carried out. An empty answer says nothing.
+- Events are late but never lost, doubled or out of order, for subscribers recover what they missed; only what a
+  process had not got out when it was killed is lost, and what others had not recovered by then.
+- Liveliness tokens vanish at once with a process that is killed, and after a lease with one that is stopped or cut off,
+  which then sees all others vanish. They are back before the queries of their process are reachable again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from skillwing.services.bus import Unanswered
+from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork, Question, Robot, Traffic
+from skillwing.services.bus.keys import matches
+
+LEASE = 2.0
+"""Seconds after which at the latest a node that is not heard of counts as gone."""
+UNREACHABLE = 0.05
+"""Seconds for which at most the queries of a node are unreachable although its token is there."""
+RECOVERY = 0.6
+"""Seconds within which a lost event is recovered: publishers announce their latest one every half second."""
+LAST_WORDS = 6
+"""How many of a process's messages at most have not left it when it is killed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Weather:
+    """How bad the network is.
+
+    latency: shortest and longest time in seconds that a message takes. slow: share of messages that take up to
+    `slowest` seconds instead. loss: share that gets lost. duplication: share of requests that arrive twice.
+    """
+
+    latency: tuple[float, float] = (0.0002, 0.002)
+    slow: float = 0.0
+    slowest: float = 3.0
+    loss: float = 0.0
+    duplication: float = 0.0
+
+
+@dataclass(eq=False, slots=True)
+class _Message:
+    """only_cached: an event that has to be recovered from its publisher, as long as that lives."""
+
+    source: InProcessBus
+    target: InProcessBus
+    arrive: Callable[[], None]
+    traffic: Traffic
+    channel: object
+    number: int
+    only_cached: bool = False
+
+
+@dataclass(eq=False, slots=True)
+class _Session:
+    """A node's connection to the router. held: messages that wait for it; backlog: what a stopped node has to do."""
+
+    cut: bool = False
+    stopped: bool = False
+    troubles: int = 0
+    reachable_from: float = 0.0
+    sent: int = 0
+    last_sent: int | None = None
+    held: list[_Message] = field(default_factory=list)
+    backlog: list[Callable[[], None]] = field(default_factory=list)
+
+
+class FaultyNetwork(InProcessNetwork):
+    """An `InProcessNetwork` with weather, whose nodes can be cut off, stopped and killed. All chance is seeded.
+
+    Nodes are named by their buses, so that a stopped process and its successor may have the same name.
+    on_fate: gets a sentence about each message that does not simply arrive.
+    """
+
+    def __init__(self, seed: int = 0, weather: Weather | None = None) -> None:
+        super().__init__(seed)
+        self.weather = weather or Weather()
+        self.on_fate: Callable[[str], None] | None = None
+        self._sessions: dict[InProcessBus, _Session] = {}
+        self._channels: dict[object, float] = {}
+
+    # --- what can be done to nodes -----------------------------------------------------------------------------------
+
+    def join(self, name: str) -> InProcessBus:
+        """A new node's bus, also where one of that name is still around."""
+        return self._join(name, "r1")
+
+    def cut(self, bus: InProcessBus, *, noticed: bool = False) -> None:
+        """Cut a node off from the router. After the lease both sides notice, or at once: a router that ends says so."""
+        session = self._session(bus)
+        session.cut = True
+        self._fall_silent(bus, session, 0.0 if noticed else self._lease())
+
+    def mend(self, bus: InProcessBus) -> None:
+        """Connect a node again. Idempotent."""
+        session = self._session(bus)
+        if session.cut:
+            session.cut = False
+            session.troubles += 1
+            if not session.stopped:
+                self._reconnect(bus, session)
+
+    def stop(self, bus: InProcessBus) -> None:
+        """SIGSTOP: nothing of the node runs any more; after the lease the others think it gone."""
+        session = self._session(bus)
+        session.stopped = True
+        self._fall_silent(bus, session, self._lease())
+
+    def wake(self, bus: InProcessBus) -> None:
+        """SIGCONT: the node does all that it has missed, and may find out only then that it was given up."""
+        session = self._session(bus)
+        if not session.stopped:
+            return
+        session.stopped = False
+        session.troubles += 1
+        backlog, session.backlog = session.backlog, []
+        if bus.given_up and self._random.random() < 0.5:
+            self._lose_sight(bus)
+        for action in backlog:
+            self.schedule(0.0, lambda action=action: self.perform(bus, action))
+        if not session.cut:
+            self._reconnect(bus, session)
+
+    def kill(self, bus: InProcessBus) -> None:
+        """Kill -9: some of the last messages never leave the process."""
+        session = self._session(bus)
+        session.last_sent = session.sent - self._random.randint(0, LAST_WORDS)
+        session.backlog.clear()
+        bus.close()
+
+    def _fall_silent(self, bus: InProcessBus, session: _Session, after: float) -> None:
+        session.troubles += 1
+        trouble = session.troubles
+        self._agenda.add(self._now + after, lambda: self._give_up(bus) if session.troubles == trouble else None)
+
+    def _give_up(self, bus: InProcessBus) -> None:
+        """The lease is over: everybody is told that the node is gone, and the node that everybody is."""
+        if bus.closed or bus.given_up:
+            return
+        before = bus.robot.standing()
+        bus.given_up = True
+        self._tell_others(bus, [key for key in before if key not in bus.robot.standing()], alive=False)
+        if not self._session(bus).stopped:
+            self._lose_sight(bus)
+
+    def _lose_sight(self, bus: InProcessBus) -> None:
+        """The node finds that it is alone."""
+        others = [key for owner, key, _ in bus.robot.tokens if owner is not bus]
+        for watch in bus.robot.watches:
+            for key in others if watch.bus is bus else ():
+                if matches(watch.key_expression, key):
+                    self.perform(bus, lambda watch=watch, key=key: watch.deliver(key, False))
+
+    def _reconnect(self, bus: InProcessBus, session: _Session) -> None:
+        if bus.closed:
+            return
+        held, session.held = session.held, []
+        if bus.given_up:
+            before = bus.robot.standing()
+            bus.given_up = False
+            session.reachable_from = self._now + self._random.uniform(0.0, UNREACHABLE)
+            self._tell_others(bus, [key for key in bus.robot.standing() if key not in before], alive=True)
+            self._show_others(bus)
+            # What was on its way about tokens is out of date: the router has just told how things stand.
+            held = [message for message in held if message.traffic is not Traffic.LIVELINESS]
+        for message in held:
+            self._launch(message)
+
+    def _tell_others(self, bus: InProcessBus, keys: list[str], *, alive: bool) -> None:
+        for watch in bus.robot.watches:
+            for key in keys if watch.bus is not bus else ():
+                watch.send(bus, key, alive=alive)
+
+    def _show_others(self, bus: InProcessBus) -> None:
+        for watch in bus.robot.watches:
+            for key in bus.robot.standing() if watch.bus is bus else ():
+                watch.send(bus, key, alive=True)
+
+    # --- what happens to messages ------------------------------------------------------------------------------------
+
+    def perform(self, bus: InProcessBus, action: Callable[[], None]) -> None:
+        session = self._sessions.get(bus)
+        if session is not None and session.stopped:
+            session.backlog.append(action)
+        else:
+            super().perform(bus, action)
+
+    def forward(self, robot: Robot, question: Question) -> None:
+        asker = question.asker
+        for _ in range(2 if self._happens(self.weather.duplication) else 1):
+            self.send(asker, asker, lambda: self._route(robot, question), Traffic.REQUEST)
+
+    def _route(self, robot: Robot, question: Question) -> None:
+        """The request is at the router. Which of several processes of one name gets it, nobody can tell."""
+        services = [each for each in robot.services_for(question.key) if not each.bus.given_up]
+        service = self._random.choice(services) if services else None
+        if service is None or self._session(service.bus).reachable_from > self._now:
+            self._note("nobody is reachable on", question.key)
+            settle = lambda: question.settle(Unanswered(timed_out=False))  # noqa: E731
+            self.send(question.asker, question.asker, settle, Traffic.LIVELINESS)
+            return
+        server = service.bus
+        take = lambda: self.perform(server, lambda: server.take(question, service.on_request))  # noqa: E731
+        session = self._session(server)
+        if session.cut:
+            self._hold(session, _Message(question.asker, server, take, Traffic.REQUEST, None, 0))
+        else:
+            take()
+
+    def send(
+        self,
+        source: InProcessBus,
+        target: InProcessBus,
+        arrive: Callable[[], None],
+        traffic: Traffic = Traffic.REPLY,
+        channel: object = None,
+    ) -> None:
+        session = self._session(source)
+        session.sent += 1
+        message = _Message(source, target, arrive, traffic, channel, session.sent)
+        if traffic is Traffic.LIVELINESS or not self._happens(self.weather.loss):
+            self._launch(message)
+        elif traffic is Traffic.EVENT:
+            self._note("to be recovered:", message)
+            message.only_cached = True
+            self._launch(message, self._random.uniform(0.0, RECOVERY))
+        else:
+            self._note("lost:", message)
+
+    def _launch(self, message: _Message, delay: float = 0.0) -> None:
+        weather = self.weather
+        if message.traffic is not Traffic.LIVELINESS and self._happens(weather.slow):
+            delay += self._random.uniform(0.0, weather.slowest)
+        at = self._now + delay + self._random.uniform(*weather.latency)
+        if message.channel is not None:
+            at = self._channels[message.channel] = max(at, self._channels.get(message.channel, 0.0))
+        self._agenda.add(at, lambda: self._arrive(message))
+
+    def _arrive(self, message: _Message) -> None:
+        source, target = self._session(message.source), self._session(message.target)
+        by_router = message.traffic is Traffic.LIVELINESS
+        if not by_router and source.last_sent is not None and message.number > source.last_sent:
+            self._note("never left its process:", message)
+        elif message.only_cached and message.source.closed:
+            self._note("died with its publisher:", message)
+        elif source.cut and not by_router:
+            self._hold(source, message)
+        elif target.cut:
+            self._hold(target, message)
+        elif message.traffic is Traffic.REQUEST:
+            message.arrive()
+        else:
+            self.perform(message.target, message.arrive)
+
+    def _hold(self, session: _Session, message: _Message) -> None:
+        """Keep a message until the session is mended, if it is of a kind that may get through then."""
+        if message.traffic is Traffic.STREAM or (
+            message.traffic in (Traffic.REQUEST, Traffic.REPLY) and self._happens(0.5)
+        ):
+            self._note("lost, cut off:", message)
+        else:
+            self._note("held, cut off:", message)
+            message.only_cached = message.traffic is Traffic.EVENT
+            session.held.append(message)
+
+    def _session(self, bus: InProcessBus) -> _Session:
+        session = self._sessions.get(bus)
+        if session is None:
+            start = self._now + self._random.uniform(0.0, UNREACHABLE)
+            session = self._sessions[bus] = _Session(reachable_from=start)
+        return session
+
+    def _happens(self, share: float) -> bool:
+        return share > 0.0 and self._random.random() < share
+
+    def _lease(self) -> float:
+        return self._random.uniform(0.75 * LEASE, LEASE)
+
+    def _note(self, fate: str, what: _Message | str) -> None:
+        if self.on_fate is not None:
+            if isinstance(what, _Message):
+                what = f"{what.traffic.name.lower()} from {what.source.name} to {what.target.name}"
+            self.on_fate(f"{fate} {what}")
