@@ -1,0 +1,186 @@
+"""A journal that a resource manager writes, and goes on from."""
+
+from __future__ import annotations
+
+import logging
+import sqlite3
+from collections.abc import Iterable, Iterator
+from contextlib import closing, contextmanager
+from itertools import count
+from pathlib import Path
+
+import msgspec
+
+from skillwing.services.core.kept import Entry, Kept
+from skillwing.services.journal.errors import (
+    JournalRefusedError,
+    JournalTakenError,
+    JournalWriteError,
+    NoJournalError,
+)
+from skillwing.services.journal.rows import insert_entry, insert_record, select_identity, select_kept
+from skillwing.services.journal.schema import Identity, check_form, check_owner, create, damaged, is_empty
+from skillwing.services.protocol import Record
+
+JOURNAL_FILE = "journal.sqlite"
+"""Name of the journal in a run's directory."""
+RECORDS_TO_RESUME = 200
+"""The latest timeline records that are read to go on."""
+ROOM = 4 << 20
+"""Bytes taken from the disk at once, which is what a journal comes to need: a disk that fills up later does no harm."""
+PATIENCE = 1.0
+"""Seconds to wait for whoever else has the file locked."""
+_FILES = ("", "-wal", "-shm")
+
+log = logging.getLogger(__name__)
+
+
+class Journal:
+    """One resource manager's hold on a journal. A hold that begins later ends this one.
+
+    path: of the file, which need not be there; None keeps the journal in memory. durable: also safe from power loss, at
+    the price of an fsync for each change; otherwise from the death of the process only.
+
+    Raises JournalRefusedError for a file that may not be used, JournalWriteError where nothing can be written.
+    """
+
+    def __init__(self, path: Path | None, identity: Identity, *, durable: bool = False) -> None:
+        self.path = path or Path(":memory:")
+        self._identity = identity
+        self._durable = durable
+        self._owner = 0
+        self._connection = self._open()
+
+    def kept(self) -> Kept | None:
+        """What was written so far; None if nothing was. Raises JournalRefusedError."""
+        with _reading(self.path):
+            return None if is_empty(self._connection) else select_kept(self._connection, RECORDS_TO_RESUME)
+
+    def begin(self, entries: Iterable[Entry], now: float) -> None:
+        """Begin an empty journal with these entries. Raises JournalWriteError."""
+        with self._transaction():
+            create(self._connection, self._identity)
+            self._take_room()
+        self.write(entries, (), now)
+
+    def write(self, entries: Iterable[Entry], records: Iterable[Record], now: float) -> None:
+        """Write what one step must not forget, and its timeline records, all or nothing.
+
+        Raises JournalWriteError and JournalTakenError; nothing is written then.
+        """
+        with self._transaction():
+            connection = self._connection
+            mine = connection.execute("UPDATE journal SET t = ? WHERE owner = ?", (now, self._owner)).rowcount
+            if not mine:
+                text = f"Another process goes on from the journal {self.path}. End this one."
+                raise JournalTakenError(self.path, text)
+            for entry in entries:
+                insert_entry(connection, entry)
+            for record in records:
+                insert_record(connection, record)
+
+    def set_aside(self) -> Path | None:
+        """Begin anew with an empty journal; returns where the old one is now, None for one in memory."""
+        self._connection.close()
+        moved = set_aside(self.path)
+        self._connection = self._open()
+        return moved
+
+    def close(self) -> None:
+        """Idempotent."""
+        self._connection.close()
+
+    def _open(self) -> sqlite3.Connection:
+        try:
+            connection = sqlite3.connect(self.path, timeout=PATIENCE, isolation_level=None)
+        except sqlite3.OperationalError as error:
+            raise self._unwritten(error) from error
+        try:
+            with _reading(self.path):
+                if not is_empty(connection):
+                    check_form(connection, self.path)
+                    check_owner(select_identity(connection), self._identity, self.path)
+            self._configure(connection)
+            return connection
+        except BaseException:
+            connection.close()
+            raise
+
+    def _configure(self, connection: sqlite3.Connection) -> None:
+        """Set how safe writing is, and take the journal from whoever wrote to it before."""
+        try:
+            connection.execute("PRAGMA journal_mode = WAL")
+            connection.execute(f"PRAGMA synchronous = {'FULL' if self._durable else 'NORMAL'}")
+            if not is_empty(connection):
+                (self._owner,) = connection.execute("UPDATE journal SET owner = owner + 1 RETURNING owner").fetchone()
+        except sqlite3.Error as error:
+            raise self._unwritten(error) from error
+
+    @contextmanager
+    def _transaction(self) -> Iterator[None]:
+        connection = self._connection
+        try:
+            connection.execute("BEGIN IMMEDIATE")
+            yield
+            connection.execute("COMMIT")
+        except BaseException as error:
+            if connection.in_transaction:
+                connection.execute("ROLLBACK")
+            if isinstance(error, sqlite3.Error):
+                raise self._unwritten(error) from error
+            raise
+
+    def _unwritten(self, error: sqlite3.Error) -> JournalWriteError:
+        text = (
+            f"The journal {self.path} cannot be written: {error}. Make room on its disk, and see who may write there."
+        )
+        return JournalWriteError(self.path, text)
+
+    def _take_room(self) -> None:
+        connection = self._connection
+        connection.execute("CREATE TABLE room (bytes BLOB)")
+        connection.execute("INSERT INTO room VALUES (zeroblob(?))", (ROOM,))
+        connection.execute("DROP TABLE room")
+
+
+def look_into(path: Path, records: int) -> tuple[Identity, Kept]:
+    """Whose journal it is and what it holds, also while it is written to; `records`: of its history the latest.
+
+    Raises NoJournalError and JournalRefusedError.
+    """
+    if not path.is_file():
+        raise NoJournalError(path, f"There is no journal at {path}. Name a run's directory or a journal file.")
+    with _reading(path), closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)) as connection:
+        if is_empty(connection):
+            raise NoJournalError(path, f"Nothing has been written to {path} yet.")
+        check_form(connection, path)
+        # One transaction, for the journal may be written to while it is read.
+        connection.execute("BEGIN")
+        return select_identity(connection), select_kept(connection, records)
+
+
+def set_aside(path: Path) -> Path | None:
+    """Rename a journal to `journal-1.sqlite` or the next number that is free; returns that, None if there is none."""
+    if not path.exists():
+        return None
+    target = next(
+        candidate
+        for number in count(1)
+        if not (candidate := path.with_name(f"{path.stem}-{number}{path.suffix}")).exists()
+    )
+    for ending in reversed(_FILES):
+        file = Path(f"{path}{ending}")
+        if file.exists():
+            file.rename(f"{target}{ending}")
+    return target
+
+
+@contextmanager
+def _reading(path: Path) -> Iterator[None]:
+    """Turn what reading a damaged file raises into a sentence."""
+    try:
+        yield
+    except JournalRefusedError:
+        raise
+    except (sqlite3.DatabaseError, msgspec.MsgspecError, TypeError, ValueError) as error:
+        raise damaged(path, error) from error

@@ -1,0 +1,98 @@
+"""Entries as rows of a journal's tables, and back."""
+
+from __future__ import annotations
+
+import sqlite3
+from typing import Any, TypeVar
+
+import msgspec
+
+from skillwing.services.core.grants import GOALS_REMEMBERED
+from skillwing.services.core.incarnations import INCARNATIONS_REMEMBERED
+from skillwing.services.core.kept import (
+    DatumKept,
+    Entry,
+    GoalOver,
+    GrantOpened,
+    Kept,
+    ManagerNoted,
+    ResourceStands,
+)
+from skillwing.services.journal.schema import Identity
+from skillwing.services.protocol import GoalVerdict, Granted, Record
+
+HISTORY_KEPT = 5000
+"""Timeline records that a journal holds."""
+MANAGERS_KEPT = 2 * INCARNATIONS_REMEMBERED
+
+T = TypeVar("T")
+
+
+def insert_entry(connection: sqlite3.Connection, entry: Entry) -> None:
+    """Bring the tables to where the entry says, and take the oldest rows out of those that would grow for ever."""
+    execute = connection.execute
+    match entry:
+        case ResourceStands():
+            row = (entry.resource, entry.state, entry.revision, entry.record)
+            execute("INSERT OR REPLACE INTO resources VALUES (?, ?, ?, ?)", row)
+        case GrantOpened(granted=granted):
+            row = (granted.goal_id, entry.skill, _text(entry.inputs), entry.manager, entry.incarnation, _text(granted))
+            execute("INSERT INTO grants VALUES (NULL, ?, ?, ?, ?, ?, ?)", row)
+            execute("UPDATE journal SET last_token = max(last_token, ?)", (granted.token,))
+        case GoalOver():
+            execute("DELETE FROM grants WHERE goal_id = ?", (entry.goal_id,))
+            row = (entry.goal_id, entry.skill, entry.token, _text(entry.verdict))
+            number = execute("INSERT INTO goals VALUES (NULL, ?, ?, ?, ?)", row).lastrowid or 0
+            execute("DELETE FROM goals WHERE n <= ?", (number - GOALS_REMEMBERED,))
+        case ManagerNoted():
+            row = (entry.manager, entry.incarnation)
+            number = execute("INSERT INTO managers VALUES (NULL, ?, ?)", row).lastrowid or 0
+            execute("DELETE FROM managers WHERE n <= ?", (number - MANAGERS_KEPT,))
+        case DatumKept():
+            execute("INSERT OR REPLACE INTO data VALUES (?, ?, ?)", (entry.name, _text(entry.value), entry.t))
+
+
+def insert_record(connection: sqlite3.Connection, record: Record) -> None:
+    """Add a timeline record to the history, and take the oldest one out of a full one."""
+    number = connection.execute("INSERT INTO history VALUES (NULL, ?)", (_text(record),)).lastrowid or 0
+    connection.execute("DELETE FROM history WHERE n <= ?", (number - HISTORY_KEPT,))
+
+
+def select_identity(connection: sqlite3.Connection) -> Identity:
+    return Identity(*connection.execute("SELECT robot, skillset, schema FROM journal").fetchone())
+
+
+def select_kept(connection: sqlite3.Connection, records: int) -> Kept:
+    """What the tables hold, with the latest `records` of the history.
+
+    Raises sqlite3.DatabaseError and msgspec.MsgspecError where they hold what was never written.
+    """
+    select = connection.execute
+    last_token, t = select("SELECT last_token, t FROM journal").fetchone()
+    history = select("SELECT record FROM history ORDER BY n DESC LIMIT ?", (records,)).fetchall()
+    return Kept(
+        resources=tuple(ResourceStands(*row) for row in select("SELECT * FROM resources")),
+        grants=tuple(
+            GrantOpened(skill, _value(inputs, dict[str, Any]), manager, incarnation, _value(granted, Granted))
+            for skill, inputs, manager, incarnation, granted in select(
+                "SELECT skill, inputs, manager, incarnation, granted FROM grants ORDER BY n"
+            )
+        ),
+        goals=tuple(
+            GoalOver(goal_id, skill, token, _value(verdict, GoalVerdict))
+            for goal_id, skill, token, verdict in select("SELECT goal_id, skill, token, verdict FROM goals ORDER BY n")
+        ),
+        managers=tuple(ManagerNoted(*row) for row in select("SELECT manager, incarnation FROM managers ORDER BY n")),
+        data=tuple(DatumKept(name, _value(value, Any), t) for name, value, t in select("SELECT * FROM data")),
+        last_token=last_token,
+        records=tuple(_value(record, Record) for (record,) in reversed(history)),
+        t=t,
+    )
+
+
+def _text(value: object) -> str:
+    return msgspec.json.encode(value).decode()
+
+
+def _value(text: str, kind: Any) -> Any:
+    return msgspec.json.decode(text, type=kind)

@@ -1,0 +1,90 @@
+"""The tables of a journal, and whether a file is one that may be used."""
+
+from __future__ import annotations
+
+import sqlite3
+from dataclasses import dataclass
+from pathlib import Path
+
+from skillwing.services.journal.errors import JournalRefusedError
+
+FORMAT = 1
+"""Raised whenever an older process could not read what a newer one writes."""
+APPLICATION_ID = 0x534B574A
+"""`SKWJ`, by which tools know the file."""
+
+TABLES = """
+CREATE TABLE journal (
+    robot TEXT, skillset TEXT, schema TEXT, owner INTEGER, last_token INTEGER, t REAL
+) STRICT;
+CREATE TABLE resources (name TEXT PRIMARY KEY, state TEXT, revision INTEGER, record TEXT) STRICT;
+CREATE TABLE grants (
+    n INTEGER PRIMARY KEY, goal_id TEXT UNIQUE, skill TEXT, inputs TEXT, manager TEXT, incarnation TEXT, granted TEXT
+) STRICT;
+CREATE TABLE goals (n INTEGER PRIMARY KEY, goal_id TEXT, skill TEXT, token INTEGER, verdict TEXT) STRICT;
+CREATE TABLE managers (n INTEGER PRIMARY KEY, manager TEXT, incarnation TEXT) STRICT;
+CREATE TABLE data (name TEXT PRIMARY KEY, value TEXT, t REAL) STRICT;
+CREATE TABLE history (n INTEGER PRIMARY KEY, record TEXT) STRICT;
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """Whose journal it is: the robot's name, the skillset's name and its schema hash."""
+
+    robot: str
+    skillset: str
+    schema: str
+
+
+def is_empty(connection: sqlite3.Connection) -> bool:
+    """Tell whether nothing was ever written to the database."""
+    return connection.execute("SELECT count(*) FROM sqlite_schema").fetchone()[0] == 0
+
+
+def create(connection: sqlite3.Connection, identity: Identity) -> None:
+    """Make the tables, within the transaction that the caller has begun."""
+    for statement in TABLES.split(";"):
+        connection.execute(statement)
+    connection.execute(
+        "INSERT INTO journal VALUES (?, ?, ?, 0, 0, 0.0)", (identity.robot, identity.skillset, identity.schema)
+    )
+    connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
+    connection.execute(f"PRAGMA user_version = {FORMAT}")
+
+
+def check_form(connection: sqlite3.Connection, path: Path) -> None:
+    """Raise JournalRefusedError for a file that is no journal, a damaged one, or one of a newer format."""
+    if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
+        raise JournalRefusedError(path, f"{path} is no journal of a resource manager. Name another file.")
+    written = connection.execute("PRAGMA user_version").fetchone()[0]
+    if written > FORMAT:
+        text = f"The journal {path} was written by a newer Skillwing: its format is {written}, this one reads {FORMAT}."
+        raise JournalRefusedError(path, f"{text} Upgrade this one, or move the journal away to start afresh.")
+    found = connection.execute("PRAGMA quick_check(1)").fetchone()[0]
+    if found != "ok":
+        raise damaged(path, found)
+
+
+def check_owner(found: Identity, wanted: Identity, path: Path) -> None:
+    """Raise JournalRefusedError for the journal of another robot, skillset, or version of the skillset."""
+    if found == wanted:
+        return
+    if found.robot != wanted.robot:
+        text = f"The journal {path} is that of the robot `{found.robot}`, and this one is `{wanted.robot}`."
+        raise JournalRefusedError(path, f"{text} Name another file.")
+    if found.skillset != wanted.skillset:
+        text = f"The journal {path} is that of the skillset `{found.skillset}`, and this one is `{wanted.skillset}`."
+        raise JournalRefusedError(path, f"{text} Name another file.")
+    raise JournalRefusedError(
+        path,
+        f"The journal {path} was written with version {found.schema} of the skillset `{found.skillset}`, and this is "
+        f"version {wanted.schema}. Go on with the skillset file of then, or move the journal away to start afresh.",
+    )
+
+
+def damaged(path: Path, detail: object) -> JournalRefusedError:
+    """The refusal of a file that cannot be read."""
+    first = str(detail).strip().splitlines()[0].rstrip(".")
+    text = f"The journal {path} is damaged: {first}. Move it away to start afresh, or put a copy in its place."
+    return JournalRefusedError(path, text)
