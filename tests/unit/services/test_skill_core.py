@@ -515,3 +515,14 @@ def test_memory_stays_bounded() -> None:
     with pytest.raises(RefusedError):
         desk.core.status("bad0")
     desk.core.status(f"bad{3 * GOALS_REMEMBERED - 1}")
+
+
+def test_a_resource_manager_that_cannot_judge_now_is_asked_again() -> None:
+    desk = Desk()
+    desk.start()
+    desk.validated()
+    first = desk.asked.call
+    desk.answer(ErrorReply(code=ErrorCode.UNAVAILABLE, message="Its disk is full."))
+    assert desk.asked == AskResources(first, 1)
+    desk.granted()
+    assert desk.core.current is not None

@@ -177,6 +177,7 @@ class ResourceCore:
             event = self._skillset.event(request.event)
         except UnknownNameError as error:
             raise unknown_name(error) from error
+        self._require_news(event.guard, now)
         obstacle = None if event.guard is None else why_not(event.guard, self._environment({}, now))
         obstacle = obstacle or self._table.obstacle(event.effect.transitions, extern=True)
         if obstacle is not None:
@@ -222,6 +223,8 @@ class ResourceCore:
             return Step(known)
         inputs = _checked_inputs(skill, request.inputs)
         self._incarnations.check(request.manager, request.incarnation)
+        for check in skill.preconditions.checks:
+            self._require_news(check.expression, now)
         if request.incarnation:
             self._replace(request.manager, request.incarnation, now)
         failing = self._failing_preconditions(skill, inputs, now)
@@ -247,6 +250,7 @@ class ResourceCore:
         if grant is None:
             return self._end_without_grant(request, skill, known, now)
         check_token(request, grant.token)
+        self._require_news(post, now)
         record = self._record(skill, "ENDED", now, grant.goal_id, request.cause, request.result or request.how)
         reason = self._apply(skill, effect, record, grant.goal_id, now)
         if not reason and post is not None:
@@ -426,6 +430,12 @@ class ResourceCore:
 
     def _environment(self, inputs: Mapping[str, object], now: float) -> Environment:
         return Environment(resources=self.states, data=self._data.fresh(now), inputs=inputs)
+
+    def _require_news(self, guard: Expression | None, now: float) -> None:
+        """Refuse to judge on data that may be fresh, but are not known here yet."""
+        if guard is not None and self._data.awaited(names_used(guard, "data"), now):
+            text = "The resource manager has just been restarted and does not know all data yet."
+            raise RefusedError(ErrorCode.UNAVAILABLE, text, help="Ask again.")
 
     def _skill(self, name: str) -> Skill:
         try:

@@ -241,7 +241,12 @@ class SkillCore:
     # --- from the resource manager -----------------------------------------------------------------------------------
 
     def answered(self, asked: AskResources, answer: GoalVerdict | ErrorReply | None, now: float) -> tuple[Action, ...]:
-        """The answer to a question; None for silence, after which the same question is asked again."""
+        """The answer to a question; None for silence, after which the same question is asked again.
+
+        UNAVAILABLE is as good as silence: the resource manager cannot judge now, and has judged nothing.
+        """
+        if isinstance(answer, ErrorReply) and answer.code is ErrorCode.UNAVAILABLE:
+            answer = None
         run = self._run_of(asked.call.goal_id)
         waiting = run is not None and asked.call in (run.begin, run.ending and run.ending.call)
         if run is None or not waiting:
