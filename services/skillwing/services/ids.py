@@ -30,3 +30,8 @@ class RecordIds:
     def __call__(self, now: float = 0.0) -> str:
         self._last = max(self._last + 1, int(now * 1000))
         return f"{self._process}#{self._last}"
+
+    def skip(self, record_id: str) -> None:
+        """Go on after an id that a process of the same name has given."""
+        number = record_id.rpartition("#")[2]
+        self._last = max(self._last, int(number) if number.isdecimal() else 0)

@@ -26,6 +26,10 @@ class Timeline:
         """An id for a record that somebody else writes, and `publish` publishes."""
         return self._ids(self._bus.now())
 
+    def continue_after(self, record_id: str) -> None:
+        """Give no id that a process of this name has given up to this record."""
+        self._ids.skip(record_id)
+
     def record(
         self,
         kind: RecordKind,

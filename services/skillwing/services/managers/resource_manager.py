@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from pathlib import Path
 from typing import Any, TypeVar
 
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
-from skillwing.services.bus import Bus, Handle, Node, Publisher, Sample
+from skillwing.services.bus import Answer, Answered, Bus, Handle, Node, Publisher, Sample
+from skillwing.services.core.kept import Kept
+from skillwing.services.core.latest import LatestData
 from skillwing.services.core.leases import Expired
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import ResourceCore, Step
+from skillwing.services.journal.errors import JournalTakenError
+from skillwing.services.journal.journal import Journal
+from skillwing.services.journal.schema import Identity
 from skillwing.services.managers.alarm import Alarm
+from skillwing.services.managers.journaled_core import JournaledCore
 from skillwing.services.managers.lease_watch import LeaseWatch
 from skillwing.services.managers.presence import Presence
 from skillwing.services.managers.serving import serve
@@ -21,8 +29,10 @@ from skillwing.services.options import required
 from skillwing.services.protocol import (
     AttachManager,
     BeginGoal,
+    DataReading,
     DataSample,
     EndGoal,
+    ErrorCode,
     FireEvent,
     FireExtern,
     GoalCall,
@@ -30,6 +40,7 @@ from skillwing.services.protocol import (
     Keys,
     Lost,
     ProtocolError,
+    QueryData,
     QueryStates,
     Record,
     ResourceChange,
@@ -49,25 +60,34 @@ DISPATCH_GRACE = 1.0
 """Seconds past its `dispatch_timeout` that a skill may take for `on_dispatch` until its manager counts as hung."""
 
 
+WRITE_AGAIN = 1.0
+"""Wall time in seconds after which what could not be written to the journal is tried again."""
+
+
 class ResourceManagerNode:
-    """Shell of `ResourceCore`. found: states in which resources are found at the start, not their initial ones."""
+    """Shell of `ResourceCore`.
+
+    found: states in which resources are found at the start, not their initial ones. journal: gets every change before
+    anybody hears of it; if there is something in it this node goes on from there. By default one in memory.
+    """
 
     name = RESOURCE_MANAGER
     owns_clock = False
 
-    def __init__(self, skillset: Skillset, found: Mapping[str, str] | None = None) -> None:
+    def __init__(
+        self, skillset: Skillset, found: Mapping[str, str] | None = None, journal: Journal | None = None
+    ) -> None:
         self._skillset = skillset
         self._found = found
         self._keys = Keys(skillset.name)
+        self._journal = journal or Journal(None, Identity("", skillset.name, skillset.schema_hash))
+        self._declared: list[Handle] = []
+        self._rejudging: Handle | None = None
 
     def attach(self, bus: Bus) -> None:
         self._bus = bus
         keys = self._keys
         self._timeline = Timeline(bus, keys)
-        self._core = ResourceCore(
-            self._skillset, source=self.name, new_record_id=self._timeline.new_id, found=self._found
-        )
-        self._alarm = Alarm(bus, lambda: self._perform(self._core.tick(bus.now())))
         self._changes: dict[str, Publisher] = {
             resource.name: bus.advertise(keys.resource(resource.name), events=True)
             for resource in self._skillset.resources
@@ -75,19 +95,65 @@ class ResourceManagerNode:
         self._verdicts: dict[str, Publisher] = {
             skill.name: bus.advertise(keys.verdict(skill.name), events=True) for skill in self._skillset.skills
         }
-        for datum in self._core.data_names:
-            bus.subscribe(keys.data(datum), self._on_datum, latest_only=True)
+        self._alarm = Alarm(bus, self._judge_anew)
         self._leases = LeaseWatch(bus, self._on_silent)
-        self._presence = Presence(bus, keys, "**", self._on_gone)
-        serve(bus, keys.resource_states, QueryStates, self._answer_states)
-        serve(bus, keys.resource_extern, FireExtern, self._answer_extern)
-        serve(bus, keys.event("*"), FireEvent, self._answer_event)
-        serve(bus, keys.resource_attach, AttachManager, self._answer_attach)
-        serve(bus, keys.resource_goal, GoalCall, self._answer_goal)
-        self._alive: Handle = bus.declare_alive(keys.alive(self.name))
+        self._journaled = JournaledCore(self._journal, self._make_core)
+        kept = self._journal.kept()
+        if kept is None:
+            self._journaled.begin(bus.now())
+            self._open()
+        else:
+            # A timer of robot time: whether the journal is of this life of the robot shows when its time is known.
+            bus.after(0.0, lambda: self._resume(kept))
 
     def detach(self) -> None:
-        self._alive.cancel()
+        self._leave()
+        self._journal.close()
+
+    # --- coming and going --------------------------------------------------------------------------------------------
+
+    @property
+    def _core(self) -> ResourceCore:
+        return self._journaled.core
+
+    def _make_core(self, kept: Kept | None, data: LatestData | None) -> ResourceCore:
+        new_id = self._timeline.new_id
+        return ResourceCore(
+            self._skillset, source=self.name, new_record_id=new_id, found=self._found, kept=kept, data=data
+        )
+
+    def _resume(self, kept: Kept) -> None:
+        if kept.records:
+            self._timeline.continue_after(kept.records[-1].id)
+        step = self._journaled.resume(kept, self._bus.now())
+        self._open()
+        if step is None:
+            return
+        self._perform(step)
+        for grant in self._core.grants:
+            self._presence.expect(grant.manager)
+        for datum in self._core.data_names:
+            self._bus.ask(self._keys.data(datum), encode(QueryData()), self._on_reading)
+
+    def _open(self) -> None:
+        """Follow the world, and answer whoever asks."""
+        bus, keys = self._bus, self._keys
+        self._presence = Presence(bus, keys, "**", self._on_gone)
+        self._declared = [
+            *(bus.subscribe(keys.data(each), self._on_datum, latest_only=True) for each in self._core.data_names),
+            serve(bus, keys.resource_states, QueryStates, self._answer_states),
+            serve(bus, keys.resource_extern, FireExtern, self._answer_extern),
+            serve(bus, keys.event("*"), FireEvent, self._answer_event),
+            serve(bus, keys.resource_attach, AttachManager, self._answer_attach),
+            serve(bus, keys.resource_goal, GoalCall, self._answer_goal),
+            bus.declare_alive(keys.alive(self.name)),
+        ]
+
+    def _leave(self) -> None:
+        """Hear and answer nothing any more."""
+        for handle in reversed(self._declared):
+            handle.cancel()
+        self._declared = []
 
     # --- what comes in -----------------------------------------------------------------------------------------------
 
@@ -128,11 +194,23 @@ class ResourceManagerNode:
             # The data manager, which follows all data, is the one that complains.
             log.debug("dropped a sample on %s: %s", sample.key, error)
 
+    def _on_reading(self, answer: Answer) -> None:
+        if not isinstance(answer, Answered):
+            return
+        try:
+            reading = decode(answer.payload, DataReading)
+            if reading.t is not None:
+                sample = DataSample(name=reading.name, value=reading.value, t=reading.t)
+                self._perform(self._core.update_datum(sample, self._bus.now()))
+        except (ProtocolError, RefusedError) as error:
+            log.debug("dropped what the data manager knows: %s", error)
+
     def _on_gone(self, process: str) -> None:
-        self._perform(self._core.manager_lost(process, self._bus.now()))
+        self._insist(lambda: self._core.manager_lost(process, self._bus.now()))
 
     def _on_silent(self, lease: Expired) -> None:
-        self._perform(self._core.goal_lost(lease.key, self._bus.now(), f"silent for {lease.silence:.1f} s"))
+        reason = f"silent for {lease.silence:.1f} s"
+        self._insist(lambda: self._core.goal_lost(lease.key, self._bus.now(), reason))
 
     def _keep_leases(self) -> None:
         """Every grant has a lease, and nothing else has one."""
@@ -148,7 +226,21 @@ class ResourceManagerNode:
     # --- what goes out -----------------------------------------------------------------------------------------------
 
     def _perform(self, step: Step[R]) -> R:
-        """Publish what a step has brought about; returns its reply."""
+        """Write a step down, then publish what it has brought about; returns its reply.
+
+        Raises RefusedError if it cannot be written: then it has not happened.
+        """
+        try:
+            self._journaled.write(step, self._bus.now())
+        except JournalTakenError as error:
+            log.critical("%s", error)
+            self._leave()
+            raise RefusedError(ErrorCode.UNAVAILABLE, str(error)) from error
+        except RefusedError:
+            # What was to be judged may be no request that anybody repeats.
+            if self._rejudging is None:
+                self._rejudging = self._bus.after(WRITE_AGAIN, self._judge_anew, wall=True)
+            raise
         for publication in step.publications:
             match publication:
                 case Record():
@@ -161,7 +253,33 @@ class ResourceManagerNode:
         self._keep_leases()
         return step.reply
 
+    def _judge_anew(self) -> None:
+        """Judge the invariants at this instant."""
+        if self._rejudging is not None:
+            self._rejudging.cancel()
+            self._rejudging = None
+        with suppress(RefusedError):
+            self._perform(self._core.tick(self._bus.now()))
+
+    def _insist(self, take: Callable[[], Step[None]]) -> None:
+        """Take a step that nobody repeats; if it cannot be written now, later."""
+        try:
+            self._perform(take())
+        except RefusedError:
+            if self._declared:
+                self._bus.after(WRITE_AGAIN, lambda: self._insist(take), wall=True)
+
 
 def make_resource_manager(options: dict[str, Any]) -> Node:
-    """Options: `skillset`, the path of the .skillset file."""
-    return ResourceManagerNode(load(required(options, "skillset")))
+    """Options: `skillset`, the path of the .skillset file; `robot`, its name; `journal`, the path of the journal, in
+    memory by default; `durable`, whether it is to be safe from power loss.
+
+    Raises JournalRefusedError for a journal that may not be used, JournalWriteError where none can be written.
+    """
+    skillset = load(required(options, "skillset"))
+    path = options.get("journal")
+    identity = Identity(options.get("robot", ""), skillset.name, skillset.schema_hash)
+    journal = Journal(None if path is None else Path(path), identity, durable=bool(options.get("durable")))
+    # A journal that cannot be read is to be refused here, with a sentence, before anything runs.
+    journal.kept()
+    return ResourceManagerNode(skillset, journal=journal)
