@@ -24,8 +24,8 @@ def test_commands_carry_the_goal_and_its_token(drone: Drone) -> None:
     second = drone.start(target=TARGET)
     second.assert_ended("S_ARRIVED")
     sent = [(command.goal_id, command.token) for command in drone.layer.commands]
-    assert [goal_id for goal_id, _ in sent] == [first.id, first.id, second.id]
-    assert sent[0][1] == sent[1][1] < sent[2][1]
+    assert [goal_id for goal_id, _ in sent] == [first.id, first.id, second.id, second.id]
+    assert sent[0][1] == sent[1][1] < sent[2][1] == sent[3][1]
 
 
 def test_a_command_that_nobody_answers_is_sent_again(drone: Drone) -> None:
@@ -88,9 +88,9 @@ def test_whenever_it_is_interrupted_it_ends_at_rest_and_gives_the_axes_back(wait
     assert drone.layer.position == resting_place
 
 
-def test_after_a_success_nothing_is_stopped(drone: Drone) -> None:
+def test_after_a_success_the_axis_is_given_back(drone: Drone) -> None:
     drone.start(target=TARGET, speed=5.0).assert_ended("S_ARRIVED")
-    assert drone.layer.motions == ["FlyTo"]
+    assert drone.layer.motions == ["FlyTo", "Stop"]
 
 
 def test_when_the_manager_dies_the_bridge_revokes_its_token(drone: Drone) -> None:

@@ -16,7 +16,7 @@ def drone() -> Drone:
 def test_climbs_to_the_height(drone: Drone) -> None:
     drone.start(height=5.0, speed=1.0).assert_ended("S_AT_ALTITUDE")
     assert drone.layer.position[2] == pytest.approx(5.0)
-    assert drone.layer.motions == ["TakeOff"]
+    assert drone.layer.motions == ["TakeOff", "Stop"]
     drone.assert_states(axes_authority="AVAILABLE")
 
 

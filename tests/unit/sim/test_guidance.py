@@ -9,6 +9,8 @@ from flight_rig import Rig
 
 from skillwing.services.protocol import ErrorCode
 from skillwing.sim_mujoco.axis import RefusedError
+from skillwing.sim_mujoco.guidance.solitude import LAND_AFTER
+from skillwing.sim_mujoco.simulator.autopilot import Mode
 from skillwing.sim_mujoco.topics import (
     FlyTo,
     GuidanceStatus,
@@ -152,6 +154,54 @@ def test_a_goal_revoked_before_its_motion_began_never_flies() -> None:
     rig.fly_until(MotionState.ABORTED, seconds=5.0)
     rig.fly(3.0)
     assert rig.sim.motion.position[0] > 2.0
+
+
+def test_a_drone_that_nobody_commands_any_more_holds_its_position_and_then_lands() -> None:
+    rig = airborne()
+    rig.command("takeoff", Stop(), token=1)
+    assert not rig.fly(LAND_AFTER - 0.5, lambda: rig.sim.autopilot.mode is not Mode.FOLLOW)
+    assert rig.fly(2.0, lambda: rig.sim.autopilot.mode is Mode.HOVER)
+    assert "nobody has commanded" in rig.status.body.text
+    assert rig.fly(20.0, lambda: rig.sim.autopilot.mode is Mode.OFF)
+    assert rig.sim.collisions == 0
+    assert not rig.fly(5.0, lambda: rig.sim.autopilot.mode is not Mode.OFF)
+    rig.command("again", TakeOff(height=3.0, speed=1.5))
+    rig.fly_until(MotionState.DONE)
+
+
+@pytest.mark.parametrize("phase", [Mode.HOVER, Mode.LAND])
+def test_whoever_takes_a_drone_that_is_about_to_land_gets_it_where_it_is(phase: Mode) -> None:
+    rig = airborne()
+    rig.command("takeoff", Stop(), token=1)
+    assert rig.fly(LAND_AFTER + 8.0, lambda: rig.sim.autopilot.mode is phase)
+    rig.fly(1.0)
+    height = rig.sim.motion.position[2]
+    rig.command("a", FlyTo(target=(3.0, 0.0, 4.0), speed=1.0, nose=Nose.FREE))
+    assert rig.fly(0.1, lambda: rig.sim.autopilot.mode is Mode.FOLLOW)
+    assert abs(rig.sim.motion.position[2] - height) < 0.2
+    rig.fly_until(MotionState.DONE)
+
+
+def test_a_goal_that_holds_the_position_is_a_commander() -> None:
+    rig = airborne()
+    rig.command("hover", Hold())
+    assert not rig.fly(LAND_AFTER + 5.0, lambda: rig.sim.autopilot.mode is not Mode.FOLLOW)
+
+
+def test_a_goal_that_was_revoked_at_rest_is_none_any_more() -> None:
+    rig = airborne()
+    rig.command("hover", Hold(), token=10)
+    rig.core.revoke(Revoked(goal_id="hover", token=10), rig.sim.t)
+    assert rig.fly(LAND_AFTER + 2.0, lambda: rig.sim.autopilot.mode is Mode.HOVER)
+
+
+def test_the_safety_pilot_is_a_commander() -> None:
+    rig = airborne()
+    rig.command("takeoff", Stop(), token=1)
+    rig.sim.autopilot.authority = False
+    rig.fly(LAND_AFTER + 5.0)
+    rig.sim.autopilot.authority = True
+    assert not rig.fly(LAND_AFTER - 1.0, lambda: rig.sim.autopilot.mode is Mode.LAND)
 
 
 def wall_at(x: float, *, blind_after: float = math.inf, blind_for: float = math.inf):

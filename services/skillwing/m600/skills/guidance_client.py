@@ -23,6 +23,8 @@ from skillwing.sim_mujoco.topics import (
 
 AT_REST = frozenset({MotionState.IDLE, MotionState.STOPPED, MotionState.DONE, MotionState.BLOCKED, MotionState.ABORTED})
 """States in which the drone no longer moves for whoever commanded the axis."""
+GIVEN_BACK = frozenset({MotionState.IDLE, MotionState.STOPPED, MotionState.ABORTED})
+"""States in which guidance counts on nobody to command the axis: unless somebody takes it, the drone is landed."""
 SILENCE_LIMIT = 2.0
 """Guidance that has not reported for this long is gone, and so is a goal that its reports do not name [s]."""
 UNDER_WAY = 0.15
@@ -55,7 +57,7 @@ class GuidanceClient:
         self._taken_at: float | None = None
         self._named_at = 0.0
         self._stopping = False
-        self._at_rest = False
+        self._given_back = False
 
     @property
     def remaining(self) -> float:
@@ -87,14 +89,15 @@ class GuidanceClient:
         self._send(goal, Stop(), self._taken, lambda _: self._taken())
 
     def release(self, goal: Goal[Any]) -> None:
-        """The goal is over. What may still move for it is told to stop."""
+        """The goal is over: what may still move for it stops, and guidance knows that nobody commands the axis."""
         if self._goal is None or self._goal.id != goal.id:
             return
-        moving = not self._at_rest
+        given_back = self._given_back
         self._forget()
-        if moving:
-            # Not followed, and not cancelled by the next goal: its command carries a newer token anyway.
-            Command(self._bus, GUIDANCE_COMMAND, GuidanceCommand(goal_id=goal.id, token=goal.token, motion=Stop()))
+        if given_back:
+            return
+        # Not followed, and not cancelled by the next goal: its command carries a newer token anyway.
+        Command(self._bus, GUIDANCE_COMMAND, GuidanceCommand(goal_id=goal.id, token=goal.token, motion=Stop()))
 
     def _send(
         self, goal: Goal[Any], motion: Motion, on_taken: Callable[[], None], on_refused: Callable[[str], None]
@@ -114,7 +117,7 @@ class GuidanceClient:
         self._taken_at = self._named_at = self._bus.now()
 
     def _refused(self, sentence: str) -> None:
-        self._at_rest = True
+        self._given_back = True
         self._fail(f"Guidance refused the motion. {sentence}")
 
     def _receive(self, status: GuidanceStatus) -> None:
@@ -124,13 +127,13 @@ class GuidanceClient:
         axis = status.body if self._axis is Axis.BODY else status.heading
         if axis.goal_id == goal.id:
             self._named_at = self._bus.now()
-            self._at_rest = axis.state in AT_REST
+            self._given_back = axis.state in GIVEN_BACK
             if self._stopping and axis.state is MotionState.STOPPED:
                 self._hooks.interrupted(goal.id)
             else:
                 self._on_report(goal, axis)
         elif self._stopping and axis.state in AT_REST:
-            self._at_rest = True
+            self._given_back = True
             self._hooks.interrupted(goal.id)
 
     def _watch(self) -> None:
@@ -158,4 +161,4 @@ class GuidanceClient:
         if self._watchdog is not None:
             self._watchdog.cancel()
         self._goal = self._command = self._watchdog = self._taken_at = None
-        self._stopping = self._at_rest = False
+        self._stopping = self._given_back = False

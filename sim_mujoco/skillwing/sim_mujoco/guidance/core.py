@@ -14,6 +14,7 @@ from skillwing.sim_mujoco.frames.vectors import Vector, norm, subtract
 from skillwing.sim_mujoco.geofence import COURTYARD_FENCE, Box
 from skillwing.sim_mujoco.guidance.heading_control import HeadingControl
 from skillwing.sim_mujoco.guidance.lookout import Lookout, View
+from skillwing.sim_mujoco.guidance.solitude import LAND_AFTER, Solitude
 from skillwing.sim_mujoco.guidance.trajectory import BRAKING, Segment, straight
 from skillwing.sim_mujoco.topics import (
     AutopilotSetpoint,
@@ -48,6 +49,8 @@ _RANGE_VALID = 0.5
 _ZERO: Vector = (0.0, 0.0, 0.0)
 _UNDER_WAY = (MotionState.TURNING, MotionState.MOVING, MotionState.WAITING)
 _BUSY = (*_UNDER_WAY, MotionState.STOPPING)
+_GIVEN_BACK = (MotionState.IDLE, MotionState.STOPPED, MotionState.ABORTED)
+"""Nobody commands the axis: a goal that is over gives it back with a stop, and a revocation takes it."""
 
 
 class GuidanceCore:
@@ -58,6 +61,7 @@ class GuidanceCore:
         self._body = Axis("body axes")
         self._heading = HeadingControl()
         self._lookout = Lookout()
+        self._solitude = Solitude()
         self._navigation: Navigation | None = None
         self._flight: FlightState | None = None
         self._range: tuple[float, float | None] = (-math.inf, None)
@@ -93,8 +97,11 @@ class GuidanceCore:
 
     def revoke(self, revoked: Revoked, t: float) -> None:
         """The goal's commands no longer count; what it held brakes and holds still."""
-        if self._body.revoke(revoked.goal_id, revoked.token) and self._has_plans:
-            self._abort(t, "its authority was revoked")
+        if self._body.revoke(revoked.goal_id, revoked.token):
+            if self._has_plans:
+                self._abort(t, "its authority was revoked")
+            elif self._body.state in (MotionState.DONE, MotionState.BLOCKED):
+                self._body.become(MotionState.ABORTED, "its authority was revoked")
         axis = self._heading.axis
         if axis.revoke(revoked.goal_id, revoked.token) and axis.state is MotionState.TURNING:
             self._heading.stop(MotionState.ABORTED, "its authority was revoked")
@@ -122,7 +129,10 @@ class GuidanceCore:
     # --- what goes out ---------------------------------------------------------------------------------------
 
     def tick(self, t: float) -> AutopilotSetpoint | None:
-        """The setpoint for now; None while there is nothing to fly."""
+        """The setpoint for now; None while there is nothing to fly.
+
+        That includes a drone that nobody has commanded for 30 s: without setpoints the autopilot lands it.
+        """
         dt = 0.0 if self._ticked is None else t - self._ticked
         self._ticked = t
         navigation, flight = self._navigation, self._flight
@@ -133,6 +143,11 @@ class GuidanceCore:
             self._heading.settle(navigation.heading)
             if self._body.state is MotionState.STOPPING:
                 self._body.become(*self._after_stop)
+            self._solitude.update(t, commanded=True)
+            return None
+        if self._solitude.update(t, commanded=self._body.state not in _GIVEN_BACK or not flight.authority):
+            self._segment, self._setpoint = None, navigation.position
+            self._body.become(self._body.state, f"nobody has commanded the drone for {LAND_AFTER:g} s: it lands")
             return None
         if self._segment is None or not flight.authority:
             self._segment = straight(navigation.position, navigation.position, 1.0, t)
