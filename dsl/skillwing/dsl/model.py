@@ -50,6 +50,7 @@ DEFAULT_DISPATCH_TIMEOUT = 1.0
 
 Value: TypeAlias = bool | int | float | str
 PredicateKind: TypeAlias = OneOf["resource", "data"]
+OwnerPolicy: TypeAlias = OneOf["interrupt", "continue"]
 
 
 class UnknownNameError(LookupError):
@@ -289,7 +290,7 @@ class Skill:
     lost: str | None = None
     deadline: float | None = None
     dispatch_timeout: float = DEFAULT_DISPATCH_TIMEOUT
-    owner_lost: OneOf["interrupt", "continue"] = "interrupt"
+    owner_lost: OwnerPolicy = "interrupt"
     span: Span | None = field(default=None, compare=False, repr=False)
 
     def effect(self, name: str) -> Effect:

@@ -241,6 +241,7 @@ def skills(
         lost=lost,
         deadline=draw(st.none() | _SECONDS),
         dispatch_timeout=draw(st.just(1.0) | _SECONDS),
+        owner_lost=draw(st.sampled_from(("interrupt", "continue"))),
     )
 
 

@@ -59,7 +59,7 @@ def test_the_error_lists_everything_and_counts() -> None:
     [
         (
             "skillset s {\n  skill k {\n    result { DONE }\n",
-            "skillset `s` (line 1), skill `k` (line 2) are never closed",
+            "Missing `} }` of skill `k`, opened at line 2, and of skillset `s`, opened at line 1.",
         ),
         ("skillset s { skill k { input { x: bool }  result { DONE }", "Missing `} }` of skill `k`, opened at line 1"),
         ("skillset s { skill k { reslut { DONE } } }", "`reslut` is no word of the language."),

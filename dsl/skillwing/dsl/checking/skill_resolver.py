@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import get_args
 
 from skillwing.dsl.checking.declarations import Declarations
 from skillwing.dsl.diagnostics.report import Report
@@ -12,6 +13,7 @@ from skillwing.dsl.model import (
     Effect,
     Interrupt,
     Invariant,
+    OwnerPolicy,
     Precondition,
     Predicate,
     Result,
@@ -19,6 +21,8 @@ from skillwing.dsl.model import (
 )
 from skillwing.dsl.reading import syntax
 from skillwing.dsl.reading.syntax import Word
+
+_OWNER_POLICIES: Mapping[str, OwnerPolicy] = {policy: policy for policy in get_args(OwnerPolicy)}
 
 
 def resolve_skill(declaration: syntax.SkillSyntax, declarations: Declarations) -> Skill:
@@ -72,6 +76,7 @@ class _SkillResolver:
             lost=self._effect_name(applies[0].effect) if applies else interrupt.apply,
             deadline=self._limit("deadline"),
             dispatch_timeout=self._limit("dispatch_timeout") or DEFAULT_DISPATCH_TIMEOUT,
+            owner_lost=self._owner_policy(),
             span=name.span,
         )
         self._missing_interrupt(skill)
@@ -85,6 +90,15 @@ class _SkillResolver:
                 return self._whole.seconds(number, "period" if keyword == "progress" else keyword)
             case _:
                 return None
+
+    def _owner_policy(self) -> OwnerPolicy:
+        section = self._sections.get("owner_lost")
+        if not isinstance(section, syntax.PolicySection):
+            return "interrupt"
+        word = section.policy
+        if word.text not in _OWNER_POLICIES:
+            self._report.unknown("SW015", word, "policy for a lost owner", _OWNER_POLICIES)
+        return _OWNER_POLICIES.get(word.text, "interrupt")
 
     # --- effects
 

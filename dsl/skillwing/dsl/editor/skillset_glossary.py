@@ -25,6 +25,7 @@ SKILLSET_KEYWORDS: Mapping[str, str] = {
     "progress": "`progress=0.5 { name: T }`: feedback each 0.5 s while the skill runs.",
     "deadline": "The longest run in seconds.",
     "dispatch_timeout": "The longest time in seconds that `on_dispatch` may take.",
+    "owner_lost": "`owner_lost=continue`: what becomes of a goal when the client that started it is gone.",
     "effect": "`effect { name: resource -> STATE }`: named changes, each applied as a whole or not at all.",
     "precondition": "`precondition { name: resource=( ... )  success effect }`: what has to hold to start. "
     "The effect of the start is applied in the same atomic step.",
@@ -54,4 +55,9 @@ SKILLSET_TYPES: Mapping[str, str] = {
     f"{sign}int{bits}": f"A whole number from {low} to {high}."
     for bits in (8, 16, 32, 64)
     for sign, low, high in (("", -(2 ** (bits - 1)), 2 ** (bits - 1) - 1), ("u", 0, 2**bits - 1))
+}
+
+OWNER_POLICIES: Mapping[str, str] = {
+    "interrupt": "The goal is interrupted. So it is where nothing is said.",
+    "continue": "The goal goes on.",
 }

@@ -137,6 +137,8 @@ def _sections(skill: Skill) -> Iterator[str]:
         yield f"deadline={skill.deadline}"
     if skill.dispatch_timeout != DEFAULT_DISPATCH_TIMEOUT:
         yield f"dispatch_timeout={skill.dispatch_timeout}"
+    if skill.owner_lost != "interrupt":
+        yield f"owner_lost={skill.owner_lost}"
 
 
 def _effect(effect: Effect) -> str:

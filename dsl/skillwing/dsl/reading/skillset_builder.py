@@ -67,6 +67,9 @@ class SkillsetBuilder(NodeBuilder):
     def limit(self, keyword: Lexeme, seconds: Lexeme) -> syntax.LimitSection:
         return syntax.LimitSection(keyword, number(seconds))
 
+    def owner_policy(self, keyword: Lexeme, policy: Lexeme) -> syntax.PolicySection:
+        return syntax.PolicySection(keyword, policy)
+
     def effects(self, keyword: Lexeme, *effects: syntax.EffectSyntax) -> syntax.EffectSection:
         return syntax.EffectSection(keyword, effects)
 

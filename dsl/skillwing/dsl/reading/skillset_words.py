@@ -8,7 +8,7 @@ _ELEMENTS = frozenset({"SKILL", "RESOURCE", "DATA", "TYPE", "ENUM", "EVENT"})
 
 _SECTIONS = frozenset(
     {
-        *("PROGRESS", "DEADLINE", "DISPATCH_TIMEOUT", "INPUT", "OUTPUT", "EFFECT"),
+        *("PROGRESS", "DEADLINE", "DISPATCH_TIMEOUT", "OWNER_LOST", "INPUT", "OUTPUT", "EFFECT"),
         *("PRECONDITION", "INVARIANT", "RESULT", "INTERRUPT", "LOST"),
     }
 )

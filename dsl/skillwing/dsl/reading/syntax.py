@@ -197,6 +197,14 @@ class LimitSection:
 
 
 @dataclass(frozen=True, slots=True)
+class PolicySection:
+    """`owner_lost=...`."""
+
+    keyword: Word
+    policy: Word
+
+
+@dataclass(frozen=True, slots=True)
 class FieldsSection:
     """`input { ... }` or `output { ... }`."""
 
@@ -242,6 +250,7 @@ class EndSection:
 Section: TypeAlias = (
     ProgressSection
     | LimitSection
+    | PolicySection
     | FieldsSection
     | EffectSection
     | PreconditionSection
