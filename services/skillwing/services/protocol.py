@@ -96,6 +96,8 @@ def decode(payload: bytes, kind: type[M]) -> M:
 
 def require_finite(value: object, depth: int = 0) -> None:
     """Raise `ProtocolError` if a float anywhere inside `value` is NaN or infinite."""
+    if value is None or isinstance(value, (str, int)):
+        return  # most of what there is, and cheaper to tell than a mapping
     if depth > MAX_NESTING:
         raise ProtocolError(f"the message is nested more than {MAX_NESTING} levels deep")
     if isinstance(value, float):
