@@ -188,8 +188,8 @@ def test_interrupting_what_does_not_run_says_so(ready: Command) -> None:
 
 def test_status_shows_processes_goals_and_resources(ready: Command) -> None:
     status = ready("status", "--json").json
-    assert {name for name, lives in status["processes"].items() if lives} == RUNNING
-    assert status["processes"]["skill/land"] is False
+    assert {name for name, process in status["processes"].items() if process["state"] == "runs"} == RUNNING
+    assert status["processes"]["skill/land"]["state"] == "down"
     assert status["resources"]["SDK_authority"] == "AVAILABLE"
     said = ready("status")
     assert said.code == OK
@@ -286,7 +286,8 @@ def test_up_and_down_leave_nothing_behind(skillwing: Command, tmp_path: Path, mo
     assert state is not None
     processes = psutil.Process(state.pid).children()
     assert len(processes) == len(mock_processes(ROBOT)) + 1
-    assert all(skillwing("status", "--json").json["processes"].values())
+    shown = skillwing("status", "--json").json["processes"].values()
+    assert {process["state"] for process in shown} == {"runs"}
     again = skillwing("up", "--mock")
     assert again.code == FAILED
     assert "runs already" in again.error

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from queue import SimpleQueue
 
@@ -14,9 +15,11 @@ import psutil
 import pytest
 
 from skillwing.m600.robot import ROBOT
+from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.bus.zenoh_session import RouterUnreachableError, open_client
 from skillwing.services.processes.launcher import Death, Launcher, StartError
-from skillwing.services.processes.lifetime import EXIT_CONFIGURATION, EXIT_OK
+from skillwing.services.processes.lifetime import EXIT_CONFIGURATION, EXIT_OK, EXIT_UNREACHABLE
+from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.router import start_router
 from skillwing.services.protocol import Keys
 from skillwing.services.robot import ProcessSpec
@@ -117,6 +120,13 @@ def test_a_router_that_cannot_listen_says_so(listen: str) -> None:
     assert "Traceback" not in result.stderr
 
 
+def test_a_port_that_is_taken_is_told_with_who_has_it(endpoint: str) -> None:
+    command = [sys.executable, "-m", "skillwing.services.processes.router", "--listen", endpoint]
+    result = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
+    assert result.returncode == EXIT_UNREACHABLE
+    assert f"Process {os.getpid()} (`" in result.stderr
+
+
 # --- a system --------------------------------------------------------------------------------------------------------
 
 
@@ -172,8 +182,9 @@ from skillwing.services.managers.data_manager import make_data_manager
 
 def make(options):
     if options["victim"]:
-        os.kill(options["victim"], signal.SIGKILL)
-        psutil.wait_procs([psutil.Process(options["victim"])])
+        victim = psutil.Process(options["victim"])
+        victim.kill()
+        psutil.wait_procs([victim])
     else:
         os.kill(os.getpid(), signal.SIGKILL)
     return make_data_manager(options)
@@ -203,6 +214,99 @@ def test_a_process_that_is_not_essential_may_die_while_it_starts(tmp_path: Path,
         launcher.start([killer, *MANAGERS], timeout=PATIENCE)
         assert launcher.running("resource_manager")
         assert [str(death) for death in launcher.deaths] == ["killer was killed by SIGKILL."]
+
+
+# --- restarts ---------------------------------------------------------------------------------------------------------
+
+
+def test_what_dies_is_started_again_and_its_log_goes_on(tmp_path: Path) -> None:
+    changes: SimpleQueue[None] = SimpleQueue()
+    deaths: SimpleQueue[Death] = SimpleQueue()
+    with Launcher(
+        "m600",
+        "m600",
+        tmp_path,
+        clock="wall",
+        restarts=True,
+        on_death=deaths.put,
+        on_change=lambda: changes.put(None),
+    ) as launcher:
+        launcher.start(MANAGERS)
+        first = launcher.pids["data_manager"]
+        os.kill(first, signal.SIGKILL)
+        death = deaths.get(timeout=PATIENCE)
+        assert (death.final, death.outlook) == (False, "It is started again in 0.2 s.")
+        assert state_of(launcher, "data_manager").last_words == f"{death} {death.outlook}"
+        for _ in ("the death", "the restart"):
+            changes.get(timeout=PATIENCE)
+        state = state_of(launcher, "data_manager")
+        assert (state.life, state.restarts) == ("lives", 1)
+        assert state.pid != first
+        assert_present(launcher, ["data_manager"])
+    log = (tmp_path / "logs" / "data_manager.log").read_text(encoding="utf-8")
+    assert log.count("data_manager runs") == 2
+    assert log.count("--- restarted") == 1
+    assert psutil.pid_exists(state.pid or 0) is False
+
+
+def test_the_router_comes_back_at_its_port_and_the_others_find_it(tmp_path: Path) -> None:
+    changes: SimpleQueue[None] = SimpleQueue()
+    with Launcher(
+        "m600", "m600", tmp_path, clock="wall", restarts=True, on_change=lambda: changes.put(None)
+    ) as launcher:
+        launcher.start(MANAGERS)
+        os.kill(launcher.pids["router"], signal.SIGKILL)
+        for _ in ("the death", "the restart"):
+            changes.get(timeout=PATIENCE)
+        assert_present(launcher, [spec.name for spec in MANAGERS])
+        assert [death.process for death in launcher.deaths] == ["router"]
+
+
+def test_a_process_that_must_not_be_restarted_stays_down(tmp_path: Path) -> None:
+    deaths: SimpleQueue[Death] = SimpleQueue()
+    once = replace(MANAGERS[0], restart="never")
+    with Launcher("m600", "m600", tmp_path, clock="wall", restarts=True, on_death=deaths.put) as launcher:
+        launcher.start([once])
+        os.kill(launcher.pids[once.name], signal.SIGKILL)
+        death = deaths.get(timeout=PATIENCE)
+        assert death.final
+        assert "not started again" in death.outlook
+        assert state_of(launcher, once.name).life == "given up"
+
+
+def test_a_process_that_cannot_do_what_it_was_told_is_not_tried_again(tmp_path: Path, killer: ProcessSpec) -> None:
+    deaths: SimpleQueue[Death] = SimpleQueue()
+    broken = replace(killer, factory="killer:nothing")
+    with Launcher("m600", "m600", tmp_path, clock="wall", restarts=True, on_death=deaths.put) as launcher:
+        launcher.start([broken])
+        death = deaths.get(timeout=PATIENCE)
+    assert (death.final, death.exit_code) == (True, EXIT_CONFIGURATION)
+    assert "killer:nothing" in death.outlook
+
+
+def test_a_process_that_waits_for_its_restart_is_not_started_by_the_end(tmp_path: Path) -> None:
+    deaths: SimpleQueue[Death] = SimpleQueue()
+    with Launcher("m600", "m600", tmp_path, clock="wall", restarts=True, on_death=deaths.put) as launcher:
+        launcher.start(MANAGERS[:1])
+        os.kill(launcher.pids["data_manager"], signal.SIGKILL)
+        deaths.get(timeout=PATIENCE)
+    assert not launcher.running("data_manager")
+    assert state_of(launcher, "data_manager").restarts == 0
+
+
+def assert_present(launcher: Launcher, names: list[str]) -> None:
+    """Wait until these processes say that they are there."""
+    bus = ZenohBus("test", launcher.robot, launcher.endpoint)
+    missing = {Keys("m600").alive(name) for name in names}
+    bus.watch_alive("m600/alive/**", lambda key, alive: missing.discard(key) if alive else None)
+    try:
+        assert bus.run_until(lambda: not missing, PATIENCE), missing
+    finally:
+        bus.close()
+
+
+def state_of(launcher: Launcher, name: str) -> ProcessState:
+    return next(state for state in launcher.states if state.name == name)
 
 
 LAUNCH = """

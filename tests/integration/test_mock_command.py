@@ -94,13 +94,14 @@ def test_every_manager_is_a_process(pump: Command) -> None:
     status = pump("status", "--json").json
     assert (status["robot"], status["mock"]) == ("pump", True)
     assert list(status["processes"]) == [
+        "router",
         "data_manager",
         "resource_manager",
         "skill/fill",
         "skill/drain",
         "mocked_world",
     ]
-    assert all(status["processes"].values())
+    assert {process["state"] for process in status["processes"].values()} == {"runs"}
     assert status["resources"] == {"valve": "OPEN"}
 
 
@@ -173,12 +174,11 @@ def test_a_broken_script_starts_nothing(skillwing: Command, tmp_path: Path) -> N
     assert "`pressure`" in said.error
 
 
-def test_a_crash_ends_a_process_and_the_others_go_on(pump: Command) -> None:
-    """The last test of the pump, since nobody starts the process again."""
+def test_a_crash_loses_the_goal_and_the_manager_is_started_again(pump: Command) -> None:
     assert pump("script", "drain", "crash=true", "delay=0.1").code == OK
     said = pump("start", "drain", "--follow")
     assert said.code == FAILED
     assert "LOST" in said.out
-    status = pump("status", "--json").json
-    assert [name for name, lives in status["processes"].items() if not lives] == ["skill/drain"]
     assert pump("start", "fill", "to=0.5", "--follow").code == OK
+    assert pump("start", "drain", "--follow").code == OK
+    assert pump("status", "--json").json["processes"]["skill/drain"]["restarts"] == 1

@@ -19,7 +19,8 @@ def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
     names = {"seed": "seed", "speed": "factor", "faults": "faults"}
     sim = {names[option]: value for option, value in options.items() if option in names and value is not None}
     return (
-        ProcessSpec("sim", f"{SIMULATION}.simulator.node:make_sim", sim, extra="sim"),
+        # A new simulator would begin with a drone on the ground at time 0, and nobody else would.
+        ProcessSpec("sim", f"{SIMULATION}.simulator.node:make_sim", sim, extra="sim", restart="never"),
         ProcessSpec("guidance", f"{SIMULATION}.guidance.node:make_guidance", extra="sim"),
         ProcessSpec("obstacles", f"{SIMULATION}.obstacles.node:make_obstacles", essential=False, extra="sim"),
         ProcessSpec("mapping", f"{SIMULATION}.mapping.node:make_mapping", essential=False, extra="sim"),
@@ -46,7 +47,8 @@ def observers(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
     elif options.get("viewer") is not None:
         recorder["viewer"] = options["viewer"]
     factory = "skillwing.services.telemetry.recorder:make_recorder"
-    return (ProcessSpec("recorder", factory, recorder, essential=False, extra="viewer"),)
+    # A new recorder would begin the recording anew, over what there is of it.
+    return (ProcessSpec("recorder", factory, recorder, essential=False, extra="viewer", restart="never"),)
 
 
 ROBOT = Robot(

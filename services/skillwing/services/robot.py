@@ -20,6 +20,7 @@ from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.dsl.packages import import_name, name_problem
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.names import DATA_MANAGER, RESOURCE_MANAGER, skill_process
+from skillwing.services.processes.restart_policy import Restart
 
 ROBOTS = "skillwing.robots"
 MANAGERS = "skillwing.services.managers"
@@ -36,6 +37,7 @@ class ProcessSpec:
     factory: `package.module:function`, called with `options`, which have to survive JSON.
     essential: the robot cannot go on without it; without any other it loses a part of what it can.
     extra: pip extra that its image needs, None for none.
+    restart: what becomes of it when it dies. `never` is for a process that cannot take up where another one ended.
     """
 
     name: str
@@ -43,6 +45,7 @@ class ProcessSpec:
     options: dict[str, Any] = field(default_factory=dict)
     essential: bool = True
     extra: str | None = None
+    restart: Restart = "always"
 
 
 def _nothing(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from skillwing.dsl.checking.analysis import analyse
 from skillwing.dsl.checking.collector import paused_collector
 from skillwing.dsl.checking.resolver import resolve
+from skillwing.dsl.checking.results import report_unmarked_results
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic, has_errors, in_file_order
 from skillwing.dsl.diagnostics.report import Report
 from skillwing.dsl.model import Skillset
@@ -39,6 +40,7 @@ def check(text: str, file: str) -> Checked:
         return Checked(None, in_file_order([*parsed.diagnostics, *_reliable(report.diagnostics, parsed)]))
     if has_errors(report.diagnostics):
         return Checked(None, in_file_order(report.diagnostics))
+    report_unmarked_results(parsed.root, skillset, report)
     analyse(skillset, report)
     found = in_file_order(report.diagnostics)
     return Checked(None if has_errors(found) else skillset, found)

@@ -18,6 +18,7 @@ from skillwing.services.bus.zenoh_session import RouterUnreachableError
 from skillwing.services.client.answers import wait_for_answer
 from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.errors import NoSystemError, SkillwingError, UnansweredError
+from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.run_state import RunState, read_run_state, running_systems
 from skillwing.services.protocol import Keys, M, Message, decode, encode
 from skillwing.services.robot import ClockKind, find_robot
@@ -32,7 +33,7 @@ _numbers = count(1)
 class Target:
     """A system to talk to. Where it was not found by its run state, pid and run_dir are None.
 
-    processes: the names of those that were started, empty where only the robot's table tells.
+    processes: those that were started, and what has become of them; empty where only the robot's table tells.
     """
 
     robot: str
@@ -42,7 +43,7 @@ class Target:
     pid: int | None = None
     run_dir: Path | None = None
     mock: bool = False
-    processes: tuple[str, ...] = ()
+    processes: tuple[ProcessState, ...] = ()
 
 
 def find_target(robot: str | None = None, *, endpoint: str | None = None, table: str | None = None) -> Target:

@@ -13,10 +13,15 @@ from typing import Annotated
 
 import typer
 
+from skillwing.dsl import UnknownNameError
 from skillwing.services.client.connection import Connection, find_target, open_connection
 from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.errors import RefusedError, UnansweredError
+from skillwing.services.names import CLIENT
+from skillwing.services.processes.process_state import ProcessState
+from skillwing.services.processes.roll_call import Entry, entries_of
 from skillwing.services.protocol import ErrorCode, GoalStatus, QueryGoal, QueryStates, ResourceStates
+from skillwing.services.robot import find_robot
 
 RobotOption = Annotated[
     str | None, typer.Option("--robot", "-r", metavar="NAME", help="Which running robot; needed if there are several.")
@@ -40,6 +45,22 @@ class System(Connection):
             if error.code is ErrorCode.UNKNOWN_GOAL:
                 return None
             raise
+
+    def processes(self) -> list[Entry]:
+        """Every process, the known ones first, and how it is: those that were started, as far as is known, else those
+        of the robot's table, and whoever else holds an alive token and is no client."""
+        alive = self.alive()
+        known = self.target.processes or tuple(ProcessState(name=name) for name in self._table())
+        names = {state.name for state in known}
+        others = sorted(name for name in alive - names if not name.startswith(CLIENT))
+        return entries_of((*known, *(ProcessState(name=name) for name in others)), alive)
+
+    def _table(self) -> tuple[str, ...]:
+        try:
+            table = find_robot(self.target.robot)
+        except UnknownNameError:
+            return ()
+        return tuple(spec.name for spec in (*table.functional_layer({}), *table.managers()))
 
     def alive(self) -> set[str]:
         """The processes that hold a liveliness token, by name."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from typing import Any
 
 import msgspec
@@ -27,9 +27,17 @@ def print_json(value: Any) -> None:
     typer.echo(msgspec.json.format(msgspec.json.encode(value)).decode())
 
 
+def make_table(headings: Sequence[str], right: Collection[str] = ()) -> Table:
+    """An empty table under its headings, as all commands print them. right: headings of columns of numbers."""
+    table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 3, 0, 0))
+    for heading in headings:
+        table.add_column(heading, justify="right" if heading in right else "left")
+    return table
+
+
 def print_table(console: Console, headings: Sequence[str], rows: Iterable[Sequence[str | Text]]) -> None:
     """Print rows under their headings."""
-    table = Table(*headings, box=None, pad_edge=False, header_style="bold", padding=(0, 3, 0, 0))
+    table = make_table(headings)
     for row in rows:
         table.add_row(*row)
     console.print(table)

@@ -13,13 +13,13 @@ from queue import SimpleQueue
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
+from skillwing.services.commands.attendance import Attendance
 from skillwing.services.commands.ending import ended_by_signals
-from skillwing.services.commands.exit_codes import FAILED, OK
+from skillwing.services.commands.exit_codes import OK
 from skillwing.services.commands.output import make_console
 from skillwing.services.errors import SkillwingError
-from skillwing.services.processes.launcher import ROUTER, ROUTER_TIMEOUT, START_TIMEOUT, Death, Launcher
+from skillwing.services.processes.launcher import ROUTER_TIMEOUT, START_TIMEOUT, Death, Launcher
 from skillwing.services.processes.run_state import announced, read_run_state, reserved
 from skillwing.services.robot import ClockKind, ProcessSpec, Robot
 
@@ -53,35 +53,26 @@ def run_system(
 def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, clock: ClockKind, listen: str, mock: bool) -> int:
     console = make_console()
     deaths: SimpleQueue[Death] = SimpleQueue()
-    launcher = Launcher(robot.name, robot.load_skillset().name, run_dir, clock=clock, on_death=deaths.put)
-    names = tuple(spec.name for spec in specs)
+    skillset = robot.load_skillset().name
+    launcher = Launcher(robot.name, skillset, run_dir, clock=clock, restarts=True, on_death=deaths.put)
     try:
         with launcher:
             begun = time.monotonic()
             with console.status(f"Starting {len(specs)} processes ..."):
                 launcher.start_router(listen)
                 launcher.start(specs)
-            with announced(robot, launcher.endpoint, run_dir, clock=clock, mock=mock, processes=names):
+            with announced(
+                robot, launcher.endpoint, run_dir, clock=clock, mock=mock, processes=launcher.states
+            ) as announcement:
                 console.print(f"{robot.name} runs: {len(specs)} processes, up in {time.monotonic() - begun:.1f} s.")
                 console.print(f"Router at {launcher.endpoint}, logs in {run_dir}/logs.")
                 console.print("Start a skill with `skillwing start SKILL`; stop with Ctrl-C or `skillwing down`.")
-                code = _watch(console, deaths, {spec.name for spec in specs if spec.essential} | {ROUTER})
+                with Attendance(console, launcher, announcement, deaths, skillset) as attendance:
+                    code = attendance.follow()
     except KeyboardInterrupt:
         code = OK
     console.print(f"{robot.name} has stopped.")
     return code
-
-
-def _watch(console: Console, deaths: SimpleQueue[Death], essential: set[str]) -> int:
-    """Report deaths until one of them is the end of the system."""
-    while True:
-        death = deaths.get()
-        console.print(str(death), style="red")
-        if death.process in essential:
-            console.print("The system cannot go on without it.")
-            for line in death.log:
-                console.print(f"    {line}", markup=False)
-            return FAILED
 
 
 def run_detached(robot: str, words: Sequence[str], run_dir: Path) -> None:

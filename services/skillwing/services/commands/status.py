@@ -5,37 +5,26 @@ from __future__ import annotations
 from rich.console import Console
 from rich.text import Text
 
-from skillwing.dsl import UnknownNameError
 from skillwing.services.client.connection import Target
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.commands.output import end_text, make_console, print_json, print_table, state_text
+from skillwing.services.commands.process_table import process_facts, process_table
 from skillwing.services.errors import RefusedError, UnansweredError
+from skillwing.services.processes.process_state import Condition, headcount
+from skillwing.services.processes.roll_call import Entry
 from skillwing.services.protocol import GoalStatus, QueryStates, ResourceStates
-from skillwing.services.robot import find_robot
 
 
 def status(robot: RobotOption = None, as_json: JsonOption = False) -> None:
     """Show the system's processes, the goals of its skills and the states of its resources."""
     with connect(robot, wait_for_clock=False) as system:
-        alive = system.alive()
-        processes = {name: name in alive for name in (*_expected(system.target), *sorted(alive))}
+        processes = system.processes()
         goals = [goal for goal in map(system.goal, (skill.name for skill in system.skillset.skills)) if goal]
         states = _states(system)
     if as_json:
         _print_json(system.target, processes, goals, states)
     else:
         _print(system.target, processes, goals, states)
-
-
-def _expected(target: Target) -> tuple[str, ...]:
-    """The processes that were started, as far as is known, else those of the robot's table; in order."""
-    if target.processes:
-        return target.processes
-    try:
-        table = find_robot(target.robot)
-    except UnknownNameError:
-        return ()
-    return tuple(spec.name for spec in (*table.functional_layer({}), *table.managers()))
 
 
 def _states(system: System) -> ResourceStates | None:
@@ -45,9 +34,7 @@ def _states(system: System) -> ResourceStates | None:
         return None
 
 
-def _print_json(
-    target: Target, processes: dict[str, bool], goals: list[GoalStatus], states: ResourceStates | None
-) -> None:
+def _print_json(target: Target, processes: list[Entry], goals: list[GoalStatus], states: ResourceStates | None) -> None:
     print_json(
         {
             "robot": target.robot,
@@ -56,7 +43,7 @@ def _print_json(
             "run_dir": None if target.run_dir is None else str(target.run_dir),
             "mock": target.mock,
             "t": None if states is None else states.t,
-            "processes": processes,
+            "processes": {entry.state.name: process_facts(entry) for entry in processes},
             "goals": [
                 {"skill": each.skill, "goal_id": each.goal_id, "state": each.state, "terminal": each.terminal}
                 for each in goals
@@ -66,16 +53,18 @@ def _print_json(
     )
 
 
-def _print(target: Target, processes: dict[str, bool], goals: list[GoalStatus], states: ResourceStates | None) -> None:
+def _print(target: Target, processes: list[Entry], goals: list[GoalStatus], states: ResourceStates | None) -> None:
     console = make_console()
     mock = " (mock)" if target.mock else ""
     time = "" if states is None or target.clock == "wall" else f" at {states.t:.1f} s"
     console.print(Text(f"{target.robot}{mock}{time}", style="bold"), f"  {target.endpoint}", end="")
     console.print(f"  logs in {target.run_dir}/logs" if target.run_dir else "")
-    dead = [name for name, lives in processes.items() if not lives]
-    console.print(f"{len(processes) - len(dead)} of {len(processes)} processes run.", end="" if dead else "\n")
-    if dead:
-        console.print(Text(f" Gone: {', '.join(dead)}.", style="red"))
+    console.print(headcount(entry.condition for entry in processes))
+    for entry in processes:
+        if entry.condition is not Condition.RUNS and entry.state.last_words:
+            console.print(Text(entry.state.last_words, style="red"))
+    console.print()
+    console.print(process_table(processes))
     _print_goals(console, goals)
     console.print()
     rows = [] if states is None else [(name, state_text(state)) for name, state in states.states.items()]

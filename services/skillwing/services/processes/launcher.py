@@ -1,49 +1,35 @@
-"""Starting a system's processes, watching them, and stopping every one of them again."""
+"""Starting a system's processes, starting again what dies, and stopping every one of them."""
 
 from __future__ import annotations
 
 import contextlib
 import json
 import select
-import signal
 import subprocess
-import sys
 import threading
 import time
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.errors import SkillwingError
+from skillwing.services.processes.child import Child, Death
+from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.router import LOOPBACK
 from skillwing.services.protocol import Keys
 from skillwing.services.robot import ClockKind, ProcessSpec
+
+__all__ = ["ROUTER", "Death", "Launcher", "StartError"]
 
 START_TIMEOUT = 60.0
 ROUTER_TIMEOUT = 15.0
 STOP_TIMEOUT = 4.0
 """Seconds that processes have to end in good order before they are killed."""
-LOG_LINES = 8
+LAST_WORDS = 1.0
+"""Seconds that a router which could not start has to end."""
 ROUTER = "router"
-
-
-@dataclass(frozen=True, slots=True)
-class Death:
-    """A process that ended without being told to. Either exit_code or signal is set; log: its last lines."""
-
-    process: str
-    pid: int
-    exit_code: int | None
-    signal: int | None
-    log: tuple[str, ...]
-
-    def __str__(self) -> str:
-        if self.signal is not None:
-            return f"{self.process} was killed by {signal.Signals(self.signal).name}."
-        return f"{self.process} ended with exit code {self.exit_code}."
 
 
 class StartError(SkillwingError):
@@ -59,22 +45,13 @@ class StartError(SkillwingError):
         super().__init__("The system did not start. " + "\n".join(told))
 
 
-@dataclass
-class _Child:
-    name: str
-    process: subprocess.Popen[bytes]
-    log: Path
-
-    def last_lines(self) -> tuple[str, ...]:
-        lines = self.log.read_text(encoding="utf-8", errors="replace").splitlines()
-        return tuple(lines[-LOG_LINES:])
-
-
 class Launcher:
     """One system: a router and processes around it, as children of this process.
 
     robot: name and namespace; skillset: its name; clock: who tells robot time; run_dir: gets `logs/<process>.log`.
-    on_death: called on a thread of its own when a process ends without being told to; restarting hooks in here.
+    restarts: what dies is started again as its `ProcessSpec` and `RestartPolicy` say, the router at the same endpoint;
+    else every death is final. on_death: called on a thread of its own when a process ends without being told to;
+    on_change: the same, whenever `states` has changed.
 
     Each child holds the reading end of a pipe whose other end only this process has: when this one is killed, even
     with -9, the pipe closes and the children end. They are in sessions of their own, so that Ctrl-C in a terminal
@@ -88,7 +65,9 @@ class Launcher:
         run_dir: Path,
         *,
         clock: ClockKind = "robot",
+        restarts: bool = False,
         on_death: Callable[[Death], None] | None = None,
+        on_change: Callable[[], None] | None = None,
     ) -> None:
         self.robot = robot
         self.endpoint = ""
@@ -96,10 +75,14 @@ class Launcher:
         self.deaths: list[Death] = []
         self._keys = Keys(skillset)
         self._clock: ClockKind = clock
-        self._on_death = on_death
+        self._restarts = restarts
+        self._on_death = on_death or _ignore
+        self._on_change = on_change or _nothing
         self._wake: Callable[[], None] = _nothing
-        self._children: dict[str, _Child] = {}
-        self._stopping = False
+        self._children: dict[str, Child] = {}
+        self._stopping = threading.Event()
+        # Held while lives begin and end, so that none begins that `stop` does not know of.
+        self._lock = threading.Lock()
 
     def __enter__(self) -> Self:
         return self
@@ -112,7 +95,14 @@ class Launcher:
     @property
     def pids(self) -> dict[str, int]:
         """Process ids of everything that was started, by name."""
-        return {name: child.process.pid for name, child in self._children.items()}
+        with self._lock:
+            return {name: child.process.pid for name, child in self._children.items()}
+
+    @property
+    def states(self) -> tuple[ProcessState, ...]:
+        """What has become of each process, in the order in which they were started first."""
+        with self._lock:
+            return tuple(child.state() for child in self._children.values())
 
     def running(self, name: str) -> bool:
         """Tell whether a process was started and has not ended."""
@@ -121,13 +111,19 @@ class Launcher:
 
     def start_router(self, listen: str = LOOPBACK) -> str:
         """Start the router and return its endpoint; raises StartError."""
-        command = ["skillwing.services.processes.router", "--listen", listen, "--parent-pipe"]
-        child = self._launch(ROUTER, command, stdout=subprocess.PIPE)
+        module = "skillwing.services.processes.router"
+        spec = ProcessSpec(ROUTER, module)
+        child = self._launch(spec, [module, "--listen", listen, "--parent-pipe"], stdout=subprocess.PIPE)
         assert child.process.stdout is not None
         ready, _, _ = select.select([child.process.stdout], [], [], ROUTER_TIMEOUT)
         self.endpoint = child.process.stdout.readline().decode().strip() if ready else ""
         if not self.endpoint:
-            raise self._start_error([ROUTER])
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                child.process.wait(LAST_WORDS)
+                self.deaths.append(child.died(time.monotonic()))
+            raise self._start_error([ROUTER], self.deaths)
+        child.command = (module, "--listen", self.endpoint, "--parent-pipe")
+        self._look_after(child)
         return self.endpoint
 
     def start(self, specs: Sequence[ProcessSpec], timeout: float = START_TIMEOUT) -> None:
@@ -151,7 +147,7 @@ class Launcher:
             bus.watch_alive(self._keys.alive("**"), note)
             earlier = len(self.deaths)
             for spec in specs:
-                self._launch(spec.name, self._command(spec))
+                self._look_after(self._launch(spec, self._command(spec)))
 
             def dead() -> set[str]:
                 return {death.process for death in self.deaths[earlier:]}
@@ -165,14 +161,20 @@ class Launcher:
             self._wake = _nothing
             bus.close()
         if awaited():
-            raise self._start_error(awaited())
+            raise self._start_error(awaited(), self.deaths[earlier:])
 
     def stop(self) -> None:
-        """Stop everything: the processes, then the router. Whoever has not ended in time is killed. Idempotent."""
-        self._stopping = True
-        processes = [child for child in reversed(self._children.values()) if child.name != ROUTER]
-        _end(processes)
-        _end([child for child in self._children.values() if child.name == ROUTER])
+        """Stop everything: the processes, then the router. Whoever has not ended in time is killed. Idempotent.
+
+        An exception on the way, such as that of another Ctrl-C, cuts the time short and not the end of anyone.
+        """
+        self._stopping.set()
+        with self._lock:
+            children = list(reversed(self._children.values()))
+        try:
+            _end([child for child in children if child.name != ROUTER])
+        finally:
+            _end([child for child in children if child.name == ROUTER])
 
     def _command(self, spec: ProcessSpec) -> list[str]:
         return [
@@ -182,41 +184,51 @@ class Launcher:
             *("--alive", self._keys.alive(spec.name), "--parent-pipe"),
         ]
 
-    def _launch(self, name: str, command: list[str], stdout: int | None = None) -> _Child:
-        """Start a Python module as a child and a thread that waits for its end."""
-        log = self.run_dir / "logs" / f"{name}.log"
-        log.parent.mkdir(parents=True, exist_ok=True)
-        with log.open("ab") as file:
-            process = subprocess.Popen(
-                [sys.executable, "-m", *command],
-                stdin=subprocess.PIPE,
-                stdout=file if stdout is None else stdout,
-                stderr=file,
-                start_new_session=True,
-            )
-        child = self._children[name] = _Child(name, process, log)
-        threading.Thread(target=self._watch, args=(child,), name=f"watch {name}", daemon=True).start()
+    def _launch(self, spec: ProcessSpec, command: Sequence[str], stdout: int | None = None) -> Child:
+        child = Child(
+            spec.name,
+            command,
+            self.run_dir / "logs" / f"{spec.name}.log",
+            restart=spec.restart if self._restarts else "never",
+            essential=spec.essential,
+            talks=spec.name != ROUTER,
+        )
+        with self._lock:
+            child.start(time.monotonic(), stdout)
+            self._children[spec.name] = child
         return child
 
-    def _watch(self, child: _Child) -> None:
-        code = child.process.wait()
-        if self._stopping:
-            return
-        exit_code, number = (code, None) if code >= 0 else (None, -code)
-        death = Death(child.name, child.process.pid, exit_code, number, child.last_lines())
-        self.deaths.append(death)
-        self._wake()
-        if self._on_death is not None:
-            self._on_death(death)
+    def _look_after(self, child: Child) -> None:
+        threading.Thread(target=self._live_on, args=(child,), name=f"watch {child.name}", daemon=True).start()
 
-    def _start_error(self, missing: Iterable[str]) -> StartError:
+    def _live_on(self, child: Child) -> None:
+        """Wait for the end of each life, and begin the next one while there is to be one."""
+        while True:
+            child.process.wait()
+            with self._lock:
+                if self._stopping.is_set():
+                    return
+                death = child.died(time.monotonic())
+                self.deaths.append(death)
+            self._wake()
+            self._on_death(death)
+            self._on_change()
+            if death.pause is None or self._stopping.wait(death.pause):
+                return
+            with self._lock:
+                if self._stopping.is_set():
+                    return
+                child.start(time.monotonic())
+            self._on_change()
+
+    def _start_error(self, missing: Iterable[str], deaths: Iterable[Death]) -> StartError:
         names = tuple(missing)
-        dead = [death for death in self.deaths if death.process in (ROUTER, *names) and not self.running(death.process)]
+        dead = [death for death in deaths if death.process in (ROUTER, *names)]
         told = [death.process for death in dead] or names
         return StartError(names, dead, {name: self._children[name].last_lines() for name in told})
 
 
-def _end(children: Sequence[_Child]) -> None:
+def _end(children: Sequence[Child]) -> None:
     """Ask processes to end, and kill those that do not; also when this is interrupted."""
     deadline = time.monotonic() + STOP_TIMEOUT
     try:
@@ -227,13 +239,12 @@ def _end(children: Sequence[_Child]) -> None:
                 child.process.wait(max(0.0, deadline - time.monotonic()))
     finally:
         for child in children:
-            if child.process.poll() is None:
-                child.process.kill()
-                child.process.wait()
-            for pipe in (child.process.stdin, child.process.stdout):
-                if pipe is not None:
-                    pipe.close()
+            child.kill()
 
 
 def _nothing() -> None:
     pass
+
+
+def _ignore(death: Death) -> None:
+    del death

@@ -12,7 +12,7 @@ from queue import SimpleQueue
 
 EXIT_OK = 0
 EXIT_UNREACHABLE = 69
-"""There is no router where the process was told to look for one."""
+"""There is no router where the process was told to look for one, or the router's port is taken."""
 EXIT_CRASHED = 70
 """An exception that nobody expected; the log has its traceback."""
 EXIT_CONFIGURATION = 78

@@ -15,7 +15,8 @@ import sys
 import zenoh
 
 from skillwing.services.bus.zenoh_session import EndpointError, open_router
-from skillwing.services.processes.lifetime import EXIT_CONFIGURATION, EXIT_OK, Lifetime
+from skillwing.services.processes.lifetime import EXIT_CONFIGURATION, EXIT_OK, EXIT_UNREACHABLE, Lifetime
+from skillwing.services.processes.proc_files import listener, port_of
 
 LOOPBACK = "tcp/127.0.0.1:0"
 ATTEMPTS = 20
@@ -63,8 +64,11 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         session, endpoint = start_router(options.listen)
     except EndpointError as error:
-        sys.stderr.write(f"{error}\n")
-        return EXIT_CONFIGURATION
+        port = port_of(options.listen)
+        taken = listener(port) if port else None
+        sys.stderr.write(f"{error}\n" if taken is None else f"{error} {taken.who} listens there.\n")
+        # A port that is taken may be free again the next time.
+        return EXIT_CONFIGURATION if taken is None else EXIT_UNREACHABLE
     with session:
         sys.stdout.write(f"{endpoint}\n")
         sys.stdout.flush()

@@ -6,9 +6,11 @@ belongs to another process, counts for nothing and is removed.
 
 from __future__ import annotations
 
+import contextlib
 import fcntl
 import os
 import tempfile
+import threading
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,6 +18,8 @@ from pathlib import Path
 import msgspec
 
 from skillwing.services.errors import SkillwingError
+from skillwing.services.processes.proc_files import started
+from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.robot import ClockKind, Robot
 
 
@@ -24,7 +28,7 @@ class RunState(msgspec.Struct, frozen=True, kw_only=True):
 
     robot: its name and namespace; endpoint: of the router; skillset: path of the `.skillset` file; clock: who tells
     robot time; pid and pid_started: of the process that runs it; run_dir: where its logs are; mock: nothing in it is
-    real; processes: the names of those that were started.
+    real; processes: those that were started, and what has become of them.
     """
 
     robot: str
@@ -35,7 +39,7 @@ class RunState(msgspec.Struct, frozen=True, kw_only=True):
     pid_started: str
     run_dir: str
     mock: bool = False
-    processes: tuple[str, ...] = ()
+    processes: tuple[ProcessState, ...] = ()
 
 
 def runtime_dir() -> Path:
@@ -44,16 +48,6 @@ def runtime_dir() -> Path:
     root = Path(base) / "skillwing" if base else Path(tempfile.gettempdir()) / f"skillwing-{os.getuid()}"
     root.mkdir(mode=0o700, parents=True, exist_ok=True)
     return root
-
-
-def started(pid: int) -> str | None:
-    """When the process of that id was started, in the kernel's ticks since boot; None if there is none."""
-    try:
-        stat = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace")
-    except OSError:
-        return None
-    state, *fields = stat.rpartition(")")[2].split()
-    return None if state in "ZX" else fields[18]
 
 
 def write_run_state(state: RunState) -> None:
@@ -98,6 +92,29 @@ def reserved(robot: str) -> Iterator[None]:
         yield
 
 
+class Announcement:
+    """What a system that this process runs has made known of itself. `update` may be called on any thread."""
+
+    def __init__(self, state: RunState) -> None:
+        self._state = state
+        self._over = False
+        self._lock = threading.Lock()
+        write_run_state(state)
+
+    def update(self, processes: Iterable[ProcessState]) -> None:
+        """Make known what has become of the processes."""
+        with self._lock:
+            if not self._over and self._state.processes != (found := tuple(processes)):
+                self._state = msgspec.structs.replace(self._state, processes=found)
+                with contextlib.suppress(OSError):  # a full disk must not end the system
+                    write_run_state(self._state)
+
+    def end(self) -> None:
+        with self._lock:
+            self._over = True
+            remove_run_state(self._state.robot)
+
+
 @contextmanager
 def announced(
     robot: Robot,
@@ -106,11 +123,11 @@ def announced(
     *,
     clock: ClockKind | None = None,
     mock: bool = False,
-    processes: Iterable[str] = (),
-) -> Iterator[None]:
+    processes: Iterable[ProcessState] = (),
+) -> Iterator[Announcement]:
     """Let other commands find the system that this process runs, for as long as the context lasts."""
     pid = os.getpid()
-    write_run_state(
+    announcement = Announcement(
         RunState(
             robot=robot.name,
             endpoint=endpoint,
@@ -124,9 +141,9 @@ def announced(
         )
     )
     try:
-        yield
+        yield announcement
     finally:
-        remove_run_state(robot.name)
+        announcement.end()
 
 
 def running_systems() -> tuple[RunState, ...]:

@@ -1,0 +1,119 @@
+"""What a skillset declares about its resources, in the shape in which the checker asks for it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from skillwing.dsl.checking.reachability.relations import Relation, Relations
+from skillwing.dsl.checking.reachability.situations import Changes
+from skillwing.dsl.expressions import Expression
+from skillwing.dsl.model import Event, Resource, Skill, Skillset
+
+Guard: TypeAlias = Relation | None
+"""A predicate: the relation, or None if it may hold or not whatever the resources are in (`Relations.of`)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Behaviour:
+    """All that the analysis looks at in a skill, without its names: skills that behave alike are judged once.
+
+    checks, invariants, results: in declaration order; an invariant with the effect of its violation, a result with its
+    effect and its postcondition. names: of all resources that the skill has to do with.
+    """
+
+    names: tuple[str, ...]
+    checks: tuple[Guard, ...]
+    start: Changes
+    refusal: Changes
+    invariants: tuple[tuple[Guard, Changes], ...]
+    results: tuple[tuple[Changes, Guard], ...]
+    interrupt: Changes
+    lost: Changes
+
+    @property
+    def judged_checks(self) -> list[Relation]:
+        return [check for check in self.checks if check is not None]
+
+    @property
+    def judged_invariants(self) -> list[Relation]:
+        return [guard for guard, _ in self.invariants if guard is not None]
+
+    def effects(self) -> Iterator[Changes]:
+        yield from (self.start, self.refusal, self.interrupt, self.lost)
+        yield from (effect for _, effect in self.invariants)
+        yield from (effect for effect, _ in self.results)
+
+
+class StateSpace:
+    """The resources of a skillset, its effects and its predicates. names: of all resources, in declaration order."""
+
+    def __init__(self, skillset: Skillset) -> None:
+        self.skillset = skillset
+        self.relations = Relations(skillset.resources)
+        self.names = tuple(resource.name for resource in skillset.resources)
+        self._resources = {resource.name: resource for resource in skillset.resources}
+        self._sources: dict[tuple[str, str, bool], frozenset[str]] = {}
+        for resource in skillset.resources:
+            for extern in (False, True):
+                for target in resource.states:
+                    edges = (edge for edge in resource.transitions if (edge.target, edge.extern) == (target, extern))
+                    # Naming the state that a resource is in is open to everybody and changes nothing.
+                    sources = frozenset({target, *(edge.source for edge in edges)})
+                    self._sources[resource.name, target, extern] = sources
+        self._changes: dict[tuple[tuple[tuple[str, str], ...], bool], Changes] = {}
+        self._behaviours = {skill.name: self._behaviour(skill) for skill in skillset.skills}
+
+    def resource(self, name: str) -> Resource:
+        return self._resources[name]
+
+    def behaviour(self, skill: Skill) -> Behaviour:
+        return self._behaviours[skill.name]
+
+    def guard(self, expression: Expression | None) -> Guard:
+        return None if expression is None else self.relations.of(expression)
+
+    def changes(self, transitions: tuple[tuple[str, str], ...], extern: bool = False) -> Changes:
+        """The transitions of an effect, each with the states from which it may be taken."""
+        key = transitions, extern
+        if key not in self._changes:
+            self._changes[key] = tuple((name, state, self._sources[name, state, extern]) for name, state in transitions)
+        return self._changes[key]
+
+    def event(self, event: Event) -> Changes:
+        return self.changes(event.effect.transitions, extern=True)
+
+    def _behaviour(self, skill: Skill) -> Behaviour:
+        effects: dict[str | None, Changes] = {effect.name: self.changes(effect.transitions) for effect in skill.effects}
+        effects[None] = ()
+        checks = tuple([self.guard(check.expression) for check in skill.preconditions.checks])
+        invariants = tuple([(self.guard(item.expression), effects[item.violation]) for item in skill.invariants])
+        results = tuple([(effects[result.apply], self.guard(result.post)) for result in skill.results])
+        guards = (*checks, *(guard for guard, _ in invariants), *(post for _, post in results))
+        named = {name for guard in guards if guard is not None for name in guard.names}
+        changed = {name for changes in effects.values() for name, _, _ in changes}
+        return Behaviour(
+            tuple(sorted(named | changed)),
+            checks,
+            effects[skill.preconditions.success],
+            effects[skill.preconditions.failure],
+            invariants,
+            results,
+            effects[skill.interrupt.apply],
+            effects[skill.lost],
+        )
+
+
+def closure(starts: Iterable[str], edges: Iterable[tuple[str, str]]) -> frozenset[str]:
+    """The states that chains of edges lead to from any of the first ones."""
+    pairs = list(edges)
+    reached = set(starts)
+    frontier = list(reached)
+    while frontier:
+        here = frontier.pop()
+        for source, target in pairs:
+            if source == here and target not in reached:
+                reached.add(target)
+                frontier.append(target)
+    return frozenset(reached)

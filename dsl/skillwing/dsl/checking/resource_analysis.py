@@ -1,0 +1,118 @@
+"""What is wrong with resources and events: states out of reach, events that never fire."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from skillwing.dsl.checking.reachability.knowledge import Knowledge
+from skillwing.dsl.checking.reachability.situations import Situations
+from skillwing.dsl.checking.reachability.statespace import StateSpace, closure
+from skillwing.dsl.checking.wording import alternatives, possible_states, span_of, transitions_of
+from skillwing.dsl.diagnostics.diagnostic import has_errors
+from skillwing.dsl.diagnostics.report import Report
+from skillwing.dsl.expressions import Expression, names_used
+from skillwing.dsl.model import Event, Resource, Skillset
+from skillwing.dsl.spans import Span
+
+
+def report_resources(skillset: Skillset, knowledge: Knowledge, space: StateSpace, report: Report) -> None:
+    """Report resources that nothing names, and states that nothing leads to. Comes after skills and events."""
+    named = _resources_named(skillset)
+    effects = [effect for skill in skillset.skills for effect in skill.effects]
+    driven = {
+        pair for effect in (*effects, *(event.effect for event in skillset.events)) for pair in effect.transitions
+    }
+    follows = has_errors(report.diagnostics)  # That effects can never apply has been reported where they stand.
+    for resource in skillset.resources:
+        if resource.name not in named:
+            message = f"No skill and no event names the resource `{resource.name}`."
+            advice = "Name it in a precondition, an invariant or an effect, or remove it."
+            report.add("SW082", resource.span, message, advice)
+        connected = closure({resource.initial}, ((edge.source, edge.target) for edge in resource.transitions))
+        reached = knowledge.always.states(resource.name)
+        for state in resource.states:
+            if state not in connected:
+                message = f"No transition leads `{resource.name}` from `{resource.initial}` to `{state}`."
+                advice = f"Add a transition such as `{resource.initial} -> {state}`, or remove the state."
+                report.add("SW031", _mention(resource, state), message, advice)
+            elif state not in reached and resource.name in named:
+                is_driven = (resource.name, state) in driven
+                if not (is_driven and follows):
+                    _unvisited(resource, state, is_driven, report)
+
+
+def _unvisited(resource: Resource, state: str, is_driven: bool, report: Report) -> None:
+    if is_driven:
+        message = f"`{resource.name}` never gets to {state}: the effects that would bring it there can never apply."
+        advice = "Mend the skills that have these effects, or declare the transition `extern`."
+    else:
+        message = f"`{resource.name}` never gets to {state}: no effect brings it there, and no extern transition does."
+        advice = f"Give a skill an effect with `{resource.name} -> {state}`, or declare the transition `extern`."
+    report.add("SW086", _mention(resource, state), message, advice)
+
+
+def _mention(resource: Resource, state: str) -> Span | None:
+    edges = [edge.span for edge in resource.transitions if state in (edge.source, edge.target)]
+    return edges[0] if edges else resource.span
+
+
+def _resources_named(skillset: Skillset) -> set[str]:
+    effects = [effect for skill in skillset.skills for effect in skill.effects]
+    effects += [event.effect for event in skillset.events]
+    changed = {name for effect in effects for name, _ in effect.transitions}
+    return changed.union(*(names_used(expression, "resource") for expression in _expressions(skillset)))
+
+
+def _expressions(skillset: Skillset) -> Iterator[Expression]:
+    yield from (event.guard for event in skillset.events if event.guard is not None)
+    for skill in skillset.skills:
+        yield from (check.expression for check in skill.preconditions.checks)
+        yield from (invariant.expression for invariant in skill.invariants)
+        yield from (result.post for result in skill.results if result.post is not None)
+
+
+def report_event(event: Event, knowledge: Knowledge, space: StateSpace, report: Report) -> None:
+    """Report an event that can never fire, or that drives what belongs to skills."""
+    guard = space.guard(event.guard)
+    enabled = knowledge.resting if guard is None else knowledge.resting.where(guard)
+    if event.guard is not None and guard is not None and enabled.empty:
+        message = f"The guard of `{event.name}` can never hold."
+        advice = f"Ask for states that come about: {possible_states(guard.names, knowledge.resting)}."
+        report.add("SW055", span_of(event.guard), message, advice)
+    wrong = False
+    for (name, target), span in zip(event.effect.transitions, event.effect.spans, strict=True):
+        wrong |= _transition(name, target, span, space, report)
+    changes = space.event(event)
+    if not wrong and not enabled.empty and enabled.able(changes).empty:
+        _never_applies(event, enabled, space, report)
+
+
+def _never_applies(event: Event, enabled: Situations, space: StateSpace, report: Report) -> None:
+    changes = space.event(event)
+    for (name, target, sources), span in zip(changes, event.effect.spans, strict=True):
+        states = enabled.states(name)
+        if not states & sources:
+            message = (
+                f"`{event.name}` can never happen: `{name}` is {alternatives(states)} when it may, "
+                f"with no extern transition to `{target}`."
+            )
+            advice = f"{transitions_of(space.resource(name))} Add `extern {min(states)} -> {target}`, or another guard."
+            report.add("SW042", span, message, advice)
+            return
+    message = f"`{event.name}` can never happen: its transitions are never open all at once."
+    possible = possible_states([name for name, _, _ in changes], enabled)
+    report.add("SW042", event.span, message, f"When its guard holds, {possible}: leave one out.")
+
+
+def _transition(name: str, target: str, span: Span, space: StateSpace, report: Report) -> bool:
+    """Report a transition that no event may take; tell whether it was."""
+    edges = [edge for edge in space.resource(name).transitions if edge.target == target]
+    if any(edge.extern for edge in edges):
+        return False
+    if edges:
+        message = f"`{name} -> {target}` is an internal transition, and events are external."
+        advice = f"Declare it `extern {edges[0].source} -> {target}`, or leave it to a skill."
+        report.add("SW044", span, message, advice)
+    else:
+        report.add("SW041", span, f"`{name}` has no transition to `{target}`.", transitions_of(space.resource(name)))
+    return True

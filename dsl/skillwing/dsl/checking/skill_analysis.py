@@ -1,0 +1,204 @@
+"""What is wrong with a skill, followed from its preconditions through its start effect to its ends."""
+
+from __future__ import annotations
+
+from skillwing.dsl.checking.reachability.knowledge import Knowledge, SkillSituations
+from skillwing.dsl.checking.reachability.relations import Relation
+from skillwing.dsl.checking.reachability.situations import Situations
+from skillwing.dsl.checking.reachability.statespace import StateSpace
+from skillwing.dsl.checking.wording import alternatives, described, possible_states, span_of, transitions_of
+from skillwing.dsl.diagnostics.report import Report
+from skillwing.dsl.expressions import to_text
+from skillwing.dsl.model import Effect, Invariant, Skill
+from skillwing.dsl.spans import Span
+from skillwing.dsl.suggest import listed
+
+
+class SkillAnalysis:
+    """Reports on one skill. startable: the situations from which it can start."""
+
+    def __init__(self, skill: Skill, knowledge: Knowledge, space: StateSpace, report: Report) -> None:
+        self._skill = skill
+        self._knowledge = knowledge
+        self._known: SkillSituations = knowledge.of(skill)
+        self._space = space
+        self._report = report
+        self._judged_wrong: set[Span] = set()
+        self._behaviour = space.behaviour(skill)
+        self._admitted = self._known.idle.where_all(self._behaviour.judged_checks)
+        self.startable = self._admitted.able(self._behaviour.start)
+
+    def run(self) -> None:
+        self._preconditions()
+        self._invariants()
+        self._effects()
+        self._posts()
+        if self._admitted.loose or self._known.running.loose:
+            message = f"The predicates of `{self._skill.name}` tie too many resources together to be judged."
+            self._report.add("SW088", self._skill.span, message, "Let each predicate name fewer resources.")
+
+    # --- the start
+
+    def _preconditions(self) -> None:
+        skill, idle = self._skill, self._known.idle
+        impossible = False
+        for check, relation in zip(skill.preconditions.checks, self._behaviour.checks, strict=True):
+            if relation is not None and idle.where(relation).empty:
+                impossible = True
+                message = f"The precondition `{check.name}` of `{skill.name}` can never hold."
+                advice = f"Ask for states that come about: {possible_states(relation.names, idle)} when it is judged."
+                self._report.add("SW050", span_of(check.expression) or check.span, message, advice)
+        if impossible:
+            return
+        if self._admitted.empty:
+            paired = zip(skill.preconditions.checks, self._behaviour.checks, strict=True)
+            judged = [check for check, relation in paired if relation is not None]
+            culprits = listed(check.name for check in judged)
+            message = f"The preconditions {culprits} of `{skill.name}` can never hold together."
+            names = {name for relation in self._behaviour.judged_checks for name in relation.names}
+            advice = f"Drop or change one of them. Each for itself, {possible_states(names, idle)}."
+            self._report.add("SW054", judged[0].span, message, advice)
+        elif not self.startable.empty:
+            self._blocked_start()
+
+    def _blocked_start(self) -> None:
+        blocked = self._admitted.unable(self._behaviour.start)
+        if blocked.empty:
+            return
+        effect = self._skill.effect(self._skill.preconditions.success or "")
+        stuck = ((name, target, blocked.states(name) - sources) for name, target, sources in self._behaviour.start)
+        name, target, states = next(item for item in stuck if item[2])
+        state = min(states)
+        message = (
+            f"`{self._skill.name}` can be admitted while `{name}` is {state}, "
+            f"from where the start effect `{effect.name}` cannot bring it to {target}."
+        )
+        advice = f"Add a precondition on `{name}`, or the transition `{state} -> {target}`."
+        self._report.add("SW084", effect.span, message, advice)
+
+    # --- invariants
+
+    def _invariants(self) -> None:
+        paired = zip(self._skill.invariants, self._behaviour.invariants, strict=True)
+        judged = [(invariant, guard) for invariant, (guard, _) in paired if guard is not None]
+        wrong = [self._never_holds(invariant, guard) for invariant, guard in judged]
+        if any(wrong):
+            return
+        if not self._known.started.empty and self._known.running.empty:
+            culprits = listed(invariant.name for invariant, _ in judged)
+            message = f"Whenever `{self._skill.name}` starts, one of its invariants {culprits} is false."
+            advice = "Change them so that they can hold together."
+            self._report.add("SW053", judged[0][0].span, message, advice)
+            return
+        for invariant, guard in judged:
+            self._may_be_broken(invariant, guard)
+
+    def _never_holds(self, invariant: Invariant, relation: Relation) -> bool:
+        """Report an invariant that never holds, or not at the start; tell whether it is one."""
+        name, span = self._skill.name, span_of(invariant.expression) or invariant.span
+        started = self._known.started
+        if self._knowledge.always.where(relation).empty:
+            message = f"The invariant `{invariant.name}` of `{name}` can never hold."
+            possible = possible_states(relation.names, self._knowledge.always)
+            self._report.add("SW051", span, message, f"Ask for states that come about: {possible}.")
+            return True
+        if not started.empty and started.where(relation).empty:
+            message = f"The invariant `{invariant.name}` of `{name}` is false as soon as the skill starts."
+            found = described(started.example(relation.names))
+            advice = f"After preconditions and start effect it finds {found}: ask for that, or change the start effect."
+            self._report.add("SW053", span, message, advice)
+            return True
+        return False
+
+    def _may_be_broken(self, invariant: Invariant, relation: Relation) -> None:
+        broken = self._known.entered.where(relation, wanted=False)
+        if not broken.empty:
+            found = described(broken.example(relation.names))
+            message = f"`{self._skill.name}` can start while its invariant `{invariant.name}` is false: {found}."
+            advice = (
+                f"Ask for the same in a precondition: `{invariant.name}: resource=({to_text(invariant.expression)})`."
+            )
+            self._report.add("SW085", span_of(invariant.expression), message, advice)
+
+    # --- effects
+
+    def _effects(self) -> None:
+        skill, known = self._skill, self._known
+        self._judge(skill.preconditions.success, self._admitted, "when it starts")
+        self._judge(skill.preconditions.failure, known.refused(self._behaviour), "when it is refused")
+        for invariant, broken in zip(skill.invariants, known.violated, strict=True):
+            self._judge(invariant.violation, broken, f"when `{invariant.name}` is violated")
+        for result in skill.results:
+            self._judge(result.apply, known.running, f"when it ends {result.name}")
+        self._judge(skill.interrupt.apply, known.running, "when it is interrupted")
+        self._judge(skill.lost, known.running, "when its manager is lost")
+
+    def _judge(self, effect_name: str | None, situations: Situations, when: str) -> None:
+        if effect_name is None:
+            return
+        effect = self._skill.effect(effect_name)
+        comes_about = not situations.empty
+        possible = situations if comes_about else self._knowledge.always
+        places = list(zip(effect.transitions, effect.spans, strict=True))
+        wrong = [
+            self._judge_transition(effect, *place, possible.states(place[0][0]), when, comes_about) for place in places
+        ]
+        if comes_about and not any(wrong) and situations.able(self._space.changes(effect.transitions)).empty:
+            message = f"`{effect.name}` can never apply {when}: its transitions are never open all at once."
+            names = [name for name, _ in effect.transitions]
+            self._add_once("SW042", effect.span, message, f"Then {possible_states(names, situations)}.")
+
+    def _judge_transition(
+        self, effect: Effect, change: tuple[str, str], span: Span, states: frozenset[str], when: str, comes_about: bool
+    ) -> bool:
+        """Report a transition that cannot be taken from any of the states; tell whether it is one."""
+        name, target = change
+        resource = self._space.resource(name)
+        into = [edge for edge in resource.transitions if edge.target == target]
+        if states <= {target} or any(edge.source in states and not edge.extern for edge in into):
+            return False
+        if any(edge.source in states and edge.extern for edge in into):
+            message = (
+                f"`{effect.name}` drives `{name} -> {target}`, which is extern: only the functional layer may take it."
+            )
+            advice = "Remove it from the effect, or declare the transition without `extern`."
+            self._add_once("SW040", span, message, advice)
+        elif target in states:
+            return False  # It can only ever find the resource there already, which changes nothing.
+        elif all(edge.extern for edge in into):
+            message = f"`{name}` has no transition to `{target}` that a skill may take."
+            self._add_once("SW041", span, message, f"{transitions_of(resource)} Add one, or name another state.")
+        elif comes_about:
+            message = (
+                f"`{effect.name}` can never apply {when}: "
+                f"`{name}` is then {alternatives(states)}, with no transition to `{target}`."
+            )
+            advice = f"{transitions_of(resource)} Add `{min(states)} -> {target}`, or name another state."
+            self._add_once("SW042", span, message, advice)
+        return True
+
+    def _add_once(self, code: str, span: Span | None, message: str, advice: str) -> None:
+        """An effect that several ends apply is reported once."""
+        if span is None or span not in self._judged_wrong:
+            if span is not None:
+                self._judged_wrong.add(span)
+            self._report.add(code, span, message, advice)
+
+    # --- postconditions
+
+    def _posts(self) -> None:
+        for result, (changes, relation) in zip(self._skill.results, self._behaviour.results, strict=True):
+            if result.post is None or relation is None:
+                continue
+            name, span = self._skill.name, span_of(result.post)
+            anywhere, here = self._knowledge.always.after(changes), self._known.running.after(changes)
+            if not anywhere.empty and anywhere.where(relation).empty:
+                message = f"The postcondition of `{result.name}` can never hold when `{name}` ends so."
+                advice = f"After its effect, {possible_states(relation.names, anywhere)}: ask for that."
+                self._report.add("SW052", span, message, advice)
+            elif not here.empty and here.where(relation).empty:
+                message = (
+                    f"Nobody can ever observe `S_{result.name}`: when `{name}` ends so, the postcondition is false."
+                )
+                advice = f"Then {possible_states(relation.names, here)}: ask for that, or remove the result."
+                self._report.add("SW061", span, message, advice)

@@ -1,0 +1,50 @@
+"""What the findings of the analysis have in common: their places in the source, and states in words."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+
+from skillwing.dsl.checking.reachability.situations import Situations
+from skillwing.dsl.expressions import And, Expression, Implies, Not, Or
+from skillwing.dsl.model import Resource
+from skillwing.dsl.spans import Span
+from skillwing.dsl.suggest import listed
+
+
+def span_of(expression: Expression) -> Span | None:
+    """The stretch of source from the first to the last comparison of a predicate."""
+    spans = list(_spans(expression))
+    return spans[0].to(spans[-1]) if spans else None
+
+
+def _spans(expression: Expression) -> Iterator[Span]:
+    match expression:
+        case And(left, right) | Or(left, right) | Implies(left, right):
+            yield from _spans(left)
+            yield from _spans(right)
+        case Not(operand):
+            yield from _spans(operand)
+        case _ if expression.span is not None:
+            yield expression.span
+        case _:
+            pass
+
+
+def possible_states(names: Collection[str], situations: Situations) -> str:
+    """Say which states some resources can have: "`wheels` can be PARKED or DRIVING, `drill` can be UP"."""
+    return ", ".join(f"`{name}` can be {alternatives(situations.states(name))}" for name in sorted(names)) or "none"
+
+
+def alternatives(states: Collection[str]) -> str:
+    return " or ".join(sorted(states)) or "nothing"
+
+
+def described(states: Mapping[str, str]) -> str:
+    """Say in which states some resources are: "`drill == UP` and `wheels == PARKED`"."""
+    return listed(f"{name} == {state}" for name, state in sorted(states.items())) if states else "always"
+
+
+def transitions_of(resource: Resource) -> str:
+    """Say which transitions a resource has."""
+    texts = [f"{'extern ' if edge.extern else ''}{edge.source} -> {edge.target}" for edge in resource.transitions]
+    return f"Its transitions are {listed(texts)}."

@@ -1,0 +1,153 @@
+"""One process of a system through all its lives: how it is started, how it ends, and what is left of it."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+
+from skillwing.services.processes.lifetime import EXIT_CONFIGURATION
+from skillwing.services.processes.process_state import ProcessState
+from skillwing.services.processes.restart_policy import Restart, RestartPolicy
+
+LOG_LINES = 8
+RESTARTED = "--- restarted"
+"""What the line begins with that divides the lives of a process in its log."""
+STAMP = "%H:%M:%S"
+
+
+@dataclass(frozen=True, slots=True)
+class Death:
+    """A process that ended without being told to. Either exit_code or signal is set; log: its last lines.
+
+    pause: seconds until it is started again, None if it stays down. outlook: the same in a sentence.
+    """
+
+    process: str
+    pid: int
+    exit_code: int | None
+    signal: int | None
+    log: tuple[str, ...]
+    pause: float | None = None
+    outlook: str = ""
+
+    @property
+    def final(self) -> bool:
+        """It stays down."""
+        return self.pause is None
+
+    def __str__(self) -> str:
+        if self.signal is not None:
+            return f"{self.process} was killed by {signal.Signals(self.signal).name}."
+        return f"{self.process} ended with exit code {self.exit_code}."
+
+
+class Child:
+    """A Python module run as a child of this process, with its log.
+
+    command: the module and its words; restart, essential: as its `ProcessSpec` says; talks: it holds an alive token.
+    `process` is its present or last life, from the first `start` on. To be used under the launcher's lock.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        command: Sequence[str],
+        log: Path,
+        *,
+        restart: Restart,
+        essential: bool = True,
+        talks: bool = True,
+    ) -> None:
+        self.name = name
+        self.command = tuple(command)
+        self.log = log
+        self._restart = restart
+        self._policy = RestartPolicy(restart)
+        self._started = 0.0
+        self._lives = 0
+        self._death: Death | None = None
+        self._essential = essential
+        self._talks = talks
+
+    def start(self, now: float, stdout: int | None = None) -> None:
+        """Begin a life at second `now`; the log is continued, with a line that says so."""
+        self.log.parent.mkdir(parents=True, exist_ok=True)
+        if self._lives:
+            self._close_pipes()
+        with self.log.open("ab") as file:
+            if self._lives:
+                file.write(
+                    f"{RESTARTED} at {datetime.now().astimezone():{STAMP}}, life {self._lives + 1} ---\n".encode()
+                )
+                file.flush()
+            self.process = subprocess.Popen(
+                [sys.executable, "-m", *self.command],
+                stdin=subprocess.PIPE,
+                stdout=file if stdout is None else stdout,
+                stderr=file,
+                start_new_session=True,
+            )
+        self._lives += 1
+        self._started = now
+        self._death = None
+
+    def died(self, now: float) -> Death:
+        """Take note of the end of a life, which has to have come."""
+        code = self.process.returncode
+        hopeless = code == EXIT_CONFIGURATION
+        pause = self._policy.died(now, self._started, hopeless=hopeless)
+        exit_code, number = (code, None) if code >= 0 else (None, -code)
+        log = self.last_lines()
+        outlook = self._outlook(pause, hopeless, log)
+        self._death = Death(self.name, self.process.pid, exit_code, number, log, pause, outlook)
+        return self._death
+
+    def _outlook(self, pause: float | None, hopeless: bool, log: Sequence[str]) -> str:
+        if pause is not None:
+            return f"It is started again in {pause:g} s."
+        if self._restart == "never":
+            return "It is not started again, for a new one could not go on where it ended."
+        words = f"its last words: {log[-1].strip()}" if log else "it logged nothing in its last life"
+        if hopeless:
+            return f"It cannot do what it was told; {words}. It stays down."
+        policy = self._policy
+        return f"It died {policy.deaths} times in {policy.span:.0f} s; {words}; it stays down."
+
+    def last_lines(self) -> tuple[str, ...]:
+        """What it has logged last, in this life."""
+        try:
+            text = self.log.read_text(encoding="utf-8", errors="replace")
+        except OSError:
+            return ()
+        _, marker, life = text.rpartition(RESTARTED)
+        lines = life.splitlines()[1 if marker else 0 :]
+        return tuple(lines[-LOG_LINES:])
+
+    def state(self) -> ProcessState:
+        death = self._death
+        return ProcessState(
+            name=self.name,
+            pid=self.process.pid,
+            life="lives" if death is None else "given up" if death.final else "waits",
+            restarts=max(0, self._lives - 1),
+            last_words="" if death is None else f"{death} {death.outlook}",
+            essential=self._essential,
+            talks=self._talks,
+        )
+
+    def kill(self) -> None:
+        """End it now, if it has not ended, and let go of it."""
+        if self.process.poll() is None:
+            self.process.kill()
+            self.process.wait()
+        self._close_pipes()
+
+    def _close_pipes(self) -> None:
+        for pipe in (self.process.stdin, self.process.stdout):
+            if pipe is not None:
+                pipe.close()

@@ -1,0 +1,59 @@
+"""The roll call of a running system: how each process is, and what to tell when that changes."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass
+
+from skillwing.services.processes.proc_files import Usage, usage
+from skillwing.services.processes.process_state import Condition, ProcessState, condition
+
+SILENCE = 3.0
+"""Seconds for which a process has to be silent until that is worth a word: a healing network lets tokens flap."""
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One process and how it is. used: what it uses, None if it does not live."""
+
+    state: ProcessState
+    condition: Condition
+    used: Usage | None
+
+
+def entries_of(states: Iterable[ProcessState], alive: Collection[str] | None) -> list[Entry]:
+    """How processes are. alive: who holds an alive token, None if nobody could be asked."""
+    used = {state: None if state.pid is None else usage(state.pid) for state in states}
+    return [Entry(state, condition(state, found, alive), found) for state, found in used.items()]
+
+
+class RollCall:
+    """Compares each look at the system with what was told of it before."""
+
+    def __init__(self) -> None:
+        self._told: dict[str, Condition] = {}
+        self._silent: dict[str, float] = {}
+
+    def look(self, entries: Iterable[Entry], now: float) -> list[str]:
+        """A sentence for each process that has fallen silent, or runs again; `now` in seconds.
+
+        Deaths are told by whoever sees them, with their reasons.
+        """
+        told = [self._sentence(entry.state.name, entry.condition, now) for entry in entries]
+        return [sentence for sentence in told if sentence]
+
+    def _sentence(self, name: str, found: Condition, now: float) -> str:
+        if found is not Condition.SILENT:
+            self._silent.pop(name, None)
+        elif now - self._silent.setdefault(name, now) < SILENCE:
+            return ""
+        before = self._told.get(name)
+        self._told[name] = found
+        if found is Condition.SILENT and before is not Condition.SILENT:
+            return f"{name} does not answer any more: it is stopped, hangs or is cut off."
+        if found is Condition.RUNS and before not in (None, Condition.RUNS):
+            return f"{name} runs again."
+        if found is Condition.STARTS:
+            # Whether it comes up is still to be seen.
+            self._told[name] = before or Condition.RUNS
+        return ""
