@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import get_args
 
 import pytest
 from editor_files import FILES, RL_FILES, document, marked
@@ -11,6 +12,7 @@ from skillwing.dsl.checking.types import SCALARS
 from skillwing.dsl.editor.completion import completions
 from skillwing.dsl.editor.document import Document
 from skillwing.dsl.editor.glossary import glossary_of
+from skillwing.dsl.model import OwnerPolicy
 from skillwing.dsl.reading.dialects import dialect_of
 
 ARM = """\
@@ -61,6 +63,7 @@ def texts(found: Document, offset: int) -> list[str]:
         ("output { grip: Grip = | }", ["SOFT", "FIRM", "false", "true"]),
         ("precondition { | }", ["failure", "success"]),
         ("interrupt { | }", ["apply", "timeout"]),
+        ("owner_lost=|", ["interrupt", "continue"]),
         ("// a comment |", []),
         ("/* a comment | */", []),
         ("/* a comment |", []),
@@ -129,6 +132,10 @@ def test_every_word_of_the_language_is_explained(file: str) -> None:
 
 def test_every_built_in_type_is_explained() -> None:
     assert glossary_of("s.skillset").types.keys() == SCALARS.keys()
+
+
+def test_every_choice_is_explained() -> None:
+    assert [*glossary_of("s.skillset").choices["owner_lost"]] == [*get_args(OwnerPolicy)]
 
 
 @pytest.mark.parametrize("path", [*FILES, *RL_FILES], ids=lambda path: path.name)

@@ -23,6 +23,7 @@ skillset boat {
     /* Raised by the winch. */
     resource sail { initial DOWN  DOWN -> UP  UP -> DOWN  extern * -> TORN }
     skill tack {
+        owner_lost=continue
         input { angle: float64 [rad] in -1.0..1.0 = 0.5 }
         output { position: Position }
         effect { hoist: sail -> UP   strike   { sail -> DOWN } }
@@ -87,6 +88,7 @@ def said(word: str, text: str = BOAT) -> str:
         ("STUCK", "```\nSTUCK: apply=strike\n```\n\nResult of `tack`."),
         ("float64", "A number in double precision; NaN and infinity are refused."),
         ("apply", "The effect that is applied."),
+        ("continue", "The goal goes on."),
     ],
 )
 def test_what_a_name_is(word: str, expected: str) -> None:

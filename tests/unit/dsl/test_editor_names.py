@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import get_args
 
 import pytest
 from editor_files import FILES, RL_FILES, document
@@ -10,6 +11,7 @@ from editor_files import FILES, RL_FILES, document
 from skillwing.dsl.checking.types import SCALARS
 from skillwing.dsl.editor.document import Document
 from skillwing.dsl.editor.names import Scope, Symbol
+from skillwing.dsl.model import OwnerPolicy
 
 ROVER = """\
 skillset rover {
@@ -85,7 +87,7 @@ def test_every_name_of_a_file_is_in_the_index(path: Path) -> None:
     found = document(path)
     known = {occurrence.start for occurrence in found.names.occurrences}
     unknown = {word.text for word in found.words if word.kind == "NAME" and word.start not in known}
-    assert unknown <= SCALARS.keys()
+    assert unknown <= {*SCALARS, *get_args(OwnerPolicy)}
 
 
 @pytest.mark.parametrize("path", [*FILES, *RL_FILES], ids=lambda path: path.name)

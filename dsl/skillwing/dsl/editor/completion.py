@@ -45,8 +45,10 @@ def completions(document: Document, offset: int) -> tuple[Completion, ...]:
     allowed = allowed_after(before, dialect)
     names = list(_names(document, start, end)) if "NAME" in allowed else []
     keywords = sorted(kind.lower() for kind in allowed if dialect.vocabulary.is_word(kind))
-    meaning = glossary_of(document.file).keywords
-    return (*names, *(Completion(word, "keyword", meaning.get(word, ""), start, end) for word in keywords))
+    glossary = glossary_of(document.file)
+    choices = glossary.choices.get(document.assigned(len(before)))
+    meanings = choices or {word: glossary.keywords.get(word, "") for word in keywords}
+    return (*names, *(Completion(word, "keyword", meaning, start, end) for word, meaning in meanings.items()))
 
 
 def _names(document: Document, start: int, end: int) -> Iterator[Completion]:

@@ -73,6 +73,11 @@ class Document:
         """The position among `words` of the last one that starts at the offset or before it; -1 if none does."""
         return bisect_right(self._starts, offset) - 1
 
+    def assigned(self, position: int) -> str:
+        """What the word at a position among `words` is a value of: `x` where `x=` stands before it, else nothing."""
+        before = self.words[max(0, position - 2) : position]
+        return before[0].text if len(before) == 2 and before[1].kind == "EQUALS" else ""
+
     def range(self, span: Span) -> tuple[int, int]:
         """The offsets that a span stands for, at least one character wide where there is one."""
         start = self.lines.offset(span.line, span.column)

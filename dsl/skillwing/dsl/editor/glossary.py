@@ -6,24 +6,26 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from skillwing.dsl.editor.rl_glossary import RL_KEYWORDS
-from skillwing.dsl.editor.skillset_glossary import SKILLSET_KEYWORDS, SKILLSET_TYPES
+from skillwing.dsl.editor.skillset_glossary import OWNER_POLICIES, SKILLSET_KEYWORDS, SKILLSET_TYPES
 from skillwing.dsl.reading.dialects import dialect_of
 
 
 @dataclass(frozen=True, slots=True)
 class Glossary:
-    """Every keyword of a dialect, and every type that is built in, with its meaning."""
+    """Every keyword of a dialect, every type that is built in, and the choices that some keywords leave, by keyword."""
 
     keywords: Mapping[str, str]
     types: Mapping[str, str]
+    choices: Mapping[str, Mapping[str, str]]
 
-    def meaning(self, word: str) -> str | None:
-        return self.keywords.get(word) or self.types.get(word)
+    def meaning(self, word: str, behind: str = "") -> str | None:
+        """What a word means. behind: the keyword of which it may be a choice."""
+        return self.choices.get(behind, {}).get(word) or self.keywords.get(word) or self.types.get(word)
 
 
 _BY_GRAMMAR = {
-    "skillset.lark": Glossary(SKILLSET_KEYWORDS, SKILLSET_TYPES),
-    "rl.lark": Glossary(RL_KEYWORDS, {}),
+    "skillset.lark": Glossary(SKILLSET_KEYWORDS, SKILLSET_TYPES, {"owner_lost": OWNER_POLICIES}),
+    "rl.lark": Glossary(RL_KEYWORDS, {}, {}),
 }
 
 

@@ -29,7 +29,7 @@ def hover(document: Document, offset: int) -> Hover | None:
         word = document.words[position] if position >= 0 else None
         if word is None or not word.start <= offset <= word.end:
             continue
-        text = glossary_of(document.file).meaning(word.text)
+        text = glossary_of(document.file).meaning(word.text, document.assigned(position))
         if text is not None:
             return Hover(text, word.start, word.end)
     return None
