@@ -9,6 +9,10 @@ CLIENT = "client/"
 """What the names of clients that own goals begin with."""
 
 
+JOURNAL_FILE = "journal.sqlite"
+"""The resource manager's journal, in the directory of its run."""
+
+
 def skill_process(skill: str) -> str:
     """`skill/takeoff` for `takeoff`."""
     return f"skill/{skill}"

@@ -22,8 +22,6 @@ from skillwing.services.journal.rows import insert_entry, insert_record, select_
 from skillwing.services.journal.schema import Identity, check_form, check_owner, create, damaged, is_empty
 from skillwing.services.protocol import Record
 
-JOURNAL_FILE = "journal.sqlite"
-"""Name of the journal in a run's directory."""
 RECORDS_TO_RESUME = 200
 """The latest timeline records that are read to go on."""
 ROOM = 4 << 20
@@ -46,6 +44,7 @@ class Journal:
 
     def __init__(self, path: Path | None, identity: Identity, *, durable: bool = False) -> None:
         self.path = path or Path(":memory:")
+        self._on_disk = path is not None
         self._identity = identity
         self._durable = durable
         self._owner = 0
@@ -60,7 +59,9 @@ class Journal:
         """Begin an empty journal with these entries. Raises JournalWriteError."""
         with self._transaction():
             create(self._connection, self._identity)
-            self._take_room()
+            if self._on_disk:
+                self._take_room()
+        self._owner = 0
         self.write(entries, (), now)
 
     def write(self, entries: Iterable[Entry], records: Iterable[Record], now: float) -> None:
