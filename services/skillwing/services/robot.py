@@ -13,13 +13,14 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from importlib.metadata import entry_points
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Literal
 
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.dsl.packages import import_name, name_problem
 from skillwing.services.errors import InvalidOptionError
-from skillwing.services.names import DATA_MANAGER, RESOURCE_MANAGER, skill_process
+from skillwing.services.names import DATA_MANAGER, JOURNAL_FILE, RESOURCE_MANAGER, skill_process
 from skillwing.services.processes.restart_policy import Restart
 
 ROBOTS = "skillwing.robots"
@@ -74,15 +75,20 @@ class Robot:
         """Read the skillset file; raises `SkillsetError` with everything that is wrong in it."""
         return load(self.skillset)
 
-    def managers(self) -> tuple[ProcessSpec, ...]:
+    def managers(self, run: Mapping[str, Any] = MappingProxyType({})) -> tuple[ProcessSpec, ...]:
         """The data manager, the resource manager, and one skill manager for each skill with hooks.
 
-        Without one skill manager the system goes on: that skill's goals end LOST, and nobody can start it.
+        run: options of the run, of which `run_dir` gets the resource manager's journal, which otherwise dies with it,
+        and `durable` makes that safe from power loss. Without one skill manager the system goes on: that skill's goals
+        end LOST, and nobody can start it.
         """
         options = {"skillset": str(self.skillset)}
+        journal: dict[str, Any] = {"robot": self.name, "durable": bool(run.get("durable"))}
+        if run.get("run_dir") is not None:
+            journal["journal"] = str(Path(run["run_dir"]) / JOURNAL_FILE)
         return (
             ProcessSpec(DATA_MANAGER, f"{MANAGERS}.data_manager:make_data_manager", options, essential=False),
-            ProcessSpec(RESOURCE_MANAGER, f"{MANAGERS}.resource_manager:make_resource_manager", options),
+            ProcessSpec(RESOURCE_MANAGER, f"{MANAGERS}.resource_manager:make_resource_manager", options | journal),
             *(
                 ProcessSpec(
                     skill_process(skill),
@@ -96,7 +102,7 @@ class Robot:
 
     def process(self, name: str, options: dict[str, Any]) -> ProcessSpec:
         """One process of the table, by name, for these run options; raises UnknownNameError."""
-        specs = (*self.functional_layer(options), *self.managers(), *self.observers(options))
+        specs = (*self.functional_layer(options), *self.managers(options), *self.observers(options))
         for spec in specs:
             if spec.name == name:
                 return spec
