@@ -24,7 +24,8 @@ RUN python3 -m venv /opt/skillwing && /opt/skillwing/bin/pip install --no-cache-
 FROM manager-environment AS manager
 COPY --from=wheel /wheel /tmp/wheel
 RUN /opt/skillwing/bin/pip install --no-cache-dir --no-deps /tmp/wheel/*.whl \
-    && useradd --create-home --uid 1000 skillwing
+    && useradd --create-home --uid 1000 skillwing \
+    && install -d -o skillwing -g skillwing /home/skillwing/runs
 ENV PATH=/opt/skillwing/bin:$PATH PYTHONUNBUFFERED=1
 USER skillwing
 WORKDIR /home/skillwing

@@ -172,7 +172,7 @@ def _processes(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
         {"mission": MISSION, "skillset": str(ROBOT.skillset)},
         extra="missions",
     )
-    return (*ROBOT.observers(options), *ROBOT.functional_layer(options), *ROBOT.managers(), mission)
+    return (*ROBOT.observers(options), *ROBOT.functional_layer(options), *ROBOT.managers(options), mission)
 
 
 def _fly(options: dict[str, Any], run_dir: Path, console: Console, title: str) -> Flight:

@@ -279,6 +279,8 @@ def make_resource_manager(options: dict[str, Any]) -> Node:
     skillset = load(required(options, "skillset"))
     path = options.get("journal")
     identity = Identity(options.get("robot", ""), skillset.name, skillset.schema_hash)
+    if path is not None:
+        Path(path).parent.mkdir(parents=True, exist_ok=True)
     journal = Journal(None if path is None else Path(path), identity, durable=bool(options.get("durable")))
     # A journal that cannot be read is to be refused here, with a sentence, before anything runs.
     journal.kept()

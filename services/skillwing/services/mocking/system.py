@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import msgspec
@@ -57,16 +58,21 @@ def make_mock_managers(skillset: Skillset, script: MockScript | None = None) -> 
 
 
 def mock_processes(
-    robot: Robot, *, scripts: Sequence[Path] = (), seed: int | None = None, skills: Collection[str] | None = None
+    robot: Robot,
+    *,
+    scripts: Sequence[Path] = (),
+    seed: int | None = None,
+    skills: Collection[str] | None = None,
+    run: Mapping[str, Any] = MappingProxyType({}),
 ) -> tuple[ProcessSpec, ...]:
     """The processes of a robot with mocks: all skills of its skillset and the world, or only these skills.
 
     With `skills` the other skills keep their managers; what is below all of them is for the caller to add. scripts:
-    files that add to one another; seed: instead of the one in them.
+    files that add to one another; seed: instead of the one in them; run: options of the run, for the managers.
     """
     options: dict[str, Any] = {"skillset": str(robot.skillset), "scripts": [str(each.absolute()) for each in scripts]}
     options |= {} if seed is None else {"seed": seed}
-    managers = {spec.name: spec for spec in robot.managers()}
+    managers = {spec.name: spec for spec in robot.managers(run)}
     names = [skill.name for skill in robot.load_skillset().skills] if skills is None else list(skills)
     mocks = {
         skill_process(name): ProcessSpec(

@@ -10,6 +10,8 @@ from typing import Any, TypeAlias
 from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.services.bus import Bus, Node
 from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.journal.journal import Journal
+from skillwing.services.journal.schema import Identity
 from skillwing.services.managers.data_manager import DataManagerNode
 from skillwing.services.managers.hooks import SkillHooks
 from skillwing.services.managers.resource_manager import ResourceManagerNode
@@ -55,13 +57,14 @@ class SkillsetInProcess(Bench):
         model = model_of(skillset)
         layer = layer or FakeLayer()
         found = checked_states(model, states or {})
+        journal = Journal(None, Identity("", model.name, model.schema_hash))
         self.network = InProcessNetwork(seed=seed, jitter=jitter)
         self.hooks: dict[str, SkillHooks[Any, Any, Any]] = {}
         """By skill: the hooks that its manager runs."""
         self._running: dict[str, tuple[Node, Bus]] = {}
         self._makers: dict[str, Callable[[], Node]] = {
             DATA_MANAGER: lambda: DataManagerNode(model),
-            RESOURCE_MANAGER: lambda: ResourceManagerNode(model, found),
+            RESOURCE_MANAGER: lambda: ResourceManagerNode(model, found, journal),
         }
         self._attach(layer)
         for make in self._makers.values():
@@ -97,7 +100,10 @@ class SkillsetInProcess(Bench):
         bus.close()
 
     def restart(self, process: str) -> None:
-        """Have a manager that was killed come back, knowing nothing. Raises UnknownNameError for any other node."""
+        """Have a manager that was killed come back. The resource manager goes on from its journal, others know nothing.
+
+        Raises UnknownNameError for any other node.
+        """
         if process not in self._makers:
             raise UnknownNameError("manager", process, self._makers)
         self._attach(self._makers[process]())

@@ -11,7 +11,9 @@ from pathlib import Path
 
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.bus.zenoh_bus import ZenohBus
+from skillwing.services.journal.journal import set_aside
 from skillwing.services.mocking.system import mock_processes
+from skillwing.services.names import JOURNAL_FILE
 from skillwing.services.options import imported
 from skillwing.services.processes.launcher import Launcher
 from skillwing.services.robot import ProcessSpec, Robot
@@ -24,9 +26,10 @@ class SkillsetProcesses(Bench):
     """Managers as processes of their own, in wall time, at a port that the system chooses.
 
     skillset: path of the file. hooks: for each skill with a manager the class, as `package.module:Class`, importable
-    by the processes; mocks play the other skills, by the files `scripts`. run_dir: gets `logs/<process>.log`. data: as
-    in `SkillsetInProcess`, published by the test's own process whenever a call waits. layer: the fake functional
-    layer, on the test's session. processes: what else the robot needs.
+    by the processes; mocks play the other skills, by the files `scripts`. run_dir: gets `logs/<process>.log` and a new
+    journal, from which the resource manager goes on when it is restarted. data: as in `SkillsetInProcess`, published by
+    the test's own process whenever a call waits. layer: the fake functional layer, on the test's session. processes:
+    what else the robot needs.
 
     Raises StartError, with the last lines of its log, for a process that does not come up. To be closed, best as a
     context manager: when `close` returns, no process is left.
@@ -51,8 +54,9 @@ class SkillsetProcesses(Bench):
             hooks=dict(hooks or {}),
             clock="wall",
         )
+        set_aside(run_dir / JOURNAL_FILE)
         mocked = [skill.name for skill in model.skills if skill.name not in classes]
-        specs = (*processes, *mock_processes(robot, scripts=scripts, skills=mocked))
+        specs = (*processes, *mock_processes(robot, scripts=scripts, skills=mocked, run={"run_dir": run_dir}))
         self.launcher = Launcher(robot.name, model.name, run_dir, clock=robot.clock)
         # A robot can do without some of them, a test without none.
         self._specs = {spec.name: replace(spec, essential=True) for spec in specs}

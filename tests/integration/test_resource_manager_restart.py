@@ -1,0 +1,237 @@
+"""The resource manager dies at any state of a goal and comes back: nobody else is restarted, and nothing is lost.
+
+In one process and virtual time; test_resource_manager_killed.py does the same to real processes.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from skillwing.dsl import parse
+from skillwing.services.bus import Answer, Answered, Refused, Unanswered
+from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.core.resource_core import ResourceCore
+from skillwing.services.ids import RecordIds
+from skillwing.services.journal.journal import Journal, look_into
+from skillwing.services.journal.schema import Identity
+from skillwing.services.managers.hooks import Goal, SkillHooks
+from skillwing.services.managers.resource_manager import ResourceManagerNode
+from skillwing.services.names import RESOURCE_MANAGER, skill_process
+from skillwing.services.protocol import (
+    BeginGoal,
+    DataSample,
+    ErrorCode,
+    FireExtern,
+    Keys,
+    QueryStates,
+    Record,
+    ResourceStates,
+    State,
+    Violated,
+    decode,
+    encode,
+)
+from skillwing.services.testing import SkillsetInProcess
+
+DIGGER = parse(
+    """
+    skillset digger {
+        data { slope: float64 [rad] period=0.5  permit: float64 }
+        resource engine { initial ON  extern ON -> OFF  extern OFF -> ON }
+        resource arm { initial FREE  FREE -> USED  USED -> FREE }
+        skill dig {
+            effect { take: arm -> USED  free: arm -> FREE }
+            precondition { free: resource=(arm == FREE)  level: data=(slope < 0.5)  success take }
+            invariant {
+                engine: resource=(engine == ON) violation=free
+                level: data=(slope < 0.5) violation=free
+                permitted: data=(permit > 0.0) violation=free
+            }
+            interrupt { apply=free timeout=2.0 }
+            result { success DONE: apply=free  failure ROCK: apply=free }
+        }
+    }
+    """,
+    "digger.skillset",
+)
+SKILL = skill_process("dig")
+
+
+class Dig(SkillHooks[dict[str, Any], Any, Any]):
+    """Digs until the test says otherwise."""
+
+    skill = "dig"
+
+    def on_dispatch(self, goal: Goal[dict[str, Any]]) -> None:
+        pass
+
+    def on_interrupt(self, goal: Goal[dict[str, Any]]) -> None:
+        pass
+
+
+@pytest.fixture
+def digger() -> SkillsetInProcess:
+    return SkillsetInProcess(DIGGER, [Dig], data={"slope": 0.1, "permit": 1.0})
+
+
+def hooks(digger: SkillsetInProcess) -> Dig:
+    found = digger.hooks["dig"]
+    assert isinstance(found, Dig)
+    return found
+
+
+def die_and_come_back(digger: SkillsetInProcess, away: float = 0.5) -> None:
+    digger.kill(RESOURCE_MANAGER)
+    digger.run(away)
+    digger.restart(RESOURCE_MANAGER)
+
+
+def test_a_running_goal_runs_on_and_ends_as_if_nothing_had_happened(digger: SkillsetInProcess) -> None:
+    goal = digger.start_skill("dig")
+    die_and_come_back(digger)
+    digger.run(5.0)
+    assert goal.state is State.RUNNING
+    digger.assert_states(arm="USED")
+    hooks(digger).terminated(goal.id, "DONE", None)
+    goal.assert_ended("S_DONE")
+    digger.assert_states(arm="FREE")
+
+
+def test_a_goal_that_ends_while_nobody_listens_ends_when_somebody_does(digger: SkillsetInProcess) -> None:
+    goal = digger.start_skill("dig")
+    digger.kill(RESOURCE_MANAGER)
+    hooks(digger).terminated(goal.id, "DONE", None)
+    digger.run(0.5)
+    assert goal.state is State.RUNNING
+    digger.restart(RESOURCE_MANAGER)
+    goal.assert_ended("S_DONE")
+    digger.assert_states(arm="FREE")
+
+
+def test_a_start_while_nobody_listens_is_granted_when_somebody_does(digger: SkillsetInProcess) -> None:
+    digger.kill(RESOURCE_MANAGER)
+    goal = digger.send_start("dig")
+    digger.run(0.5)
+    assert goal.state is State.VALIDATING
+    digger.restart(RESOURCE_MANAGER)
+    digger.run(1.0)
+    assert goal.state is State.RUNNING
+
+
+def test_an_invariant_that_broke_meanwhile_is_noticed(digger: SkillsetInProcess) -> None:
+    goal = digger.start_skill("dig")
+    digger.kill(RESOURCE_MANAGER)
+    digger.set_data(slope=0.9)
+    digger.run(0.5)
+    digger.restart(RESOURCE_MANAGER)
+    goal.assert_ended("RI", invariant="level")
+
+
+def test_a_datum_that_stays_away_counts_for_as_long_as_it_would_have(digger: SkillsetInProcess) -> None:
+    goal = digger.start_skill("dig")
+    digger.kill(RESOURCE_MANAGER)
+    digger.stop_data("slope")
+    digger.kill("data_manager")
+    digger.run(0.2)
+    digger.restart(RESOURCE_MANAGER)
+    digger.run(1.0)
+    assert goal.state is State.RUNNING
+    digger.run(1.0)
+    goal.assert_ended("RI", invariant="level")
+
+
+def test_a_manager_that_died_meanwhile_has_lost_its_goal(digger: SkillsetInProcess) -> None:
+    digger.start_skill("dig")
+    digger.kill(RESOURCE_MANAGER)
+    digger.kill(SKILL)
+    digger.run(0.2)
+    digger.restart(RESOURCE_MANAGER)
+    digger.assert_states(arm="USED")
+    digger.run(1.5)
+    digger.assert_states(arm="FREE")
+
+
+def test_a_verdict_that_nobody_heard_is_said_again() -> None:
+    """The process died after it had written the verdict down, and before it could publish it."""
+    journal = Journal(None, Identity("", DIGGER.name, DIGGER.schema_hash))
+    core = ResourceCore(DIGGER, source=RESOURCE_MANAGER, new_record_id=RecordIds(RESOURCE_MANAGER))
+    journal.begin(core.inventory(), 0.0)
+    for name, value in (("slope", 0.1), ("permit", 1.0)):
+        core.update_datum(DataSample(name=name, value=value, t=0.0), 0.0)
+    begin = BeginGoal(goal_id="g", skill="dig", inputs={}, manager=SKILL, owner="test", schema=DIGGER.schema_hash)
+    for step in (
+        core.begin(begin, 0.0),
+        core.fire_extern(FireExtern(resource="engine", target="OFF", source="test"), 0.0),
+    ):
+        journal.write(step.entries, [each for each in step.publications if isinstance(each, Record)], 0.0)
+
+    network, keys = InProcessNetwork(), Keys(DIGGER.name)
+    heard: list[Violated] = []
+    records: list[Record] = []
+    listener = network.bus("listener")
+    listener.subscribe(keys.verdict("dig"), lambda sample: heard.append(decode(sample.payload, Violated)))
+    listener.subscribe(keys.timeline, lambda sample: records.append(decode(sample.payload, Record)))
+    network.attach(ResourceManagerNode(DIGGER, journal=journal))
+    network.run_for(0.1)
+    assert [(verdict.goal_id, verdict.invariant) for verdict in heard] == [("g", "engine")]
+    assert [record.after for record in records] == ["GRANTED", "USED", "OFF", "VIOLATED", "FREE", "RESUMED"]
+
+
+def test_a_resource_manager_whose_journal_another_one_has_taken_falls_silent(tmp_path: Path) -> None:
+    identity = Identity("", DIGGER.name, DIGGER.schema_hash)
+    network, keys = InProcessNetwork(), Keys(DIGGER.name)
+    network.attach(ResourceManagerNode(DIGGER, journal=Journal(tmp_path / "journal.sqlite", identity)))
+    client = network.bus("client")
+    alive: dict[str, bool] = {}
+    client.watch_alive(keys.alive("**"), alive.__setitem__)
+    network.run_for(0.1)
+    Journal(tmp_path / "journal.sqlite", identity)
+    answers: list[Answer] = []
+    request = encode(FireExtern(resource="engine", target="OFF", source="test"))
+    client.ask(keys.resource_extern, request, answers.append)
+    client.ask(keys.resource_extern, request, answers.append)
+    network.run_for(0.1)
+    refused, unanswered = answers
+    assert isinstance(refused, Refused)
+    assert refused.error.code is ErrorCode.UNAVAILABLE
+    assert "Another process goes on from the journal" in refused.error.message
+    assert unanswered == Unanswered(timed_out=False)
+    assert alive == {keys.alive(RESOURCE_MANAGER): False}
+
+
+def test_a_journal_of_an_earlier_life_of_the_robot_is_set_aside(tmp_path: Path) -> None:
+    """Robot time has begun anew, as it does with a simulated world: nothing is as the journal says."""
+    identity, path = Identity("", DIGGER.name, DIGGER.schema_hash), tmp_path / "journal.sqlite"
+    core = ResourceCore(DIGGER, source=RESOURCE_MANAGER, new_record_id=RecordIds(RESOURCE_MANAGER))
+    journal = Journal(path, identity)
+    journal.begin(core.inventory(), 0.0)
+    step = core.fire_extern(FireExtern(resource="engine", target="OFF", source="test"), 50.0)
+    journal.write(step.entries, (), 50.0)
+    journal.close()
+
+    network, keys = InProcessNetwork(), Keys(DIGGER.name)
+    network.attach(ResourceManagerNode(DIGGER, journal=Journal(path, identity)))
+    states: list[Answer] = []
+    network.run_for(0.1)
+    network.bus("client").ask(keys.resource_states, encode(QueryStates()), states.append)
+    network.run_for(0.1)
+    (answer,) = states
+    assert isinstance(answer, Answered)
+    assert decode(answer.payload, ResourceStates).states["engine"] == "ON"
+    _, kept = look_into(tmp_path / "journal-1.sqlite", 10)
+    assert {stands.resource: stands.state for stands in kept.resources}["engine"] == "OFF"
+
+
+def test_tokens_and_revisions_go_on_growing(digger: SkillsetInProcess) -> None:
+    first = digger.start_skill("dig")
+    hooks(digger).terminated(first.id, "DONE", None)
+    first.assert_ended("S_DONE")
+    die_and_come_back(digger)
+    second = digger.start_skill("dig")
+    digger.assert_states(arm="USED")
+    current = hooks(digger).current
+    assert current is not None
+    assert current.id == second.id
