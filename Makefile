@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
 
-.PHONY: setup demo test lint format pictures reference lock clean
+.PHONY: setup demo test lint format pictures reference lock clean history
 
 setup: $(READY)
 
@@ -39,6 +39,11 @@ pictures: setup
 	$(BIN)/skillwing demo --no-viewer --run-dir runs/pictures
 	mkdir -p docs/images
 	cp runs/pictures/timeline.png runs/pictures/map.png docs/images/
+
+# Histories of the real resource manager, asked by several clients and killed, checked for linearizability.
+HISTORY_ARGS ?= --seconds 60
+history: setup
+	$(BIN)/python tests/history/history_run.py $(HISTORY_ARGS)
 
 # The reference page of the robot's skillset.
 reference: setup

@@ -1,0 +1,219 @@
+"""Clients that all want the same things of one resource manager, and write down what they asked and what they got."""
+
+from __future__ import annotations
+
+import random
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from itertools import count
+from typing import Any
+
+from linearizability import Operation
+from sequential_manager import Call, Lose, Reply, Told
+
+from skillwing.dsl.model import Skillset
+from skillwing.services.bus import Answered, Bus, Refused, Unanswered
+from skillwing.services.bus.reading import message_reader
+from skillwing.services.protocol import (
+    AttachManager,
+    BeginGoal,
+    Ended,
+    EndGoal,
+    ErrorReply,
+    FireEvent,
+    FireExtern,
+    GoalVerdict,
+    Granted,
+    Keys,
+    Lost,
+    QueryStates,
+    RenewGoal,
+    ResourceStates,
+    Violated,
+    decode,
+    encode,
+)
+
+PATIENCE = 20.0
+"""Wall seconds that a client waits for a resource manager that was killed to be back."""
+
+
+class NobodyAnswersError(Exception):
+    """The resource manager did not come back."""
+
+
+class Notebook:
+    """The operations of one client, and the times of its calls."""
+
+    def __init__(self, client: str) -> None:
+        self.client = client
+        self.operations: list[Told] = []
+
+    def write(self, call: Call, answer: Reply | None, called: int) -> None:
+        """An operation ends when its answer has been read. Without one, a question has left no trace."""
+        if answer is None and isinstance(call, (QueryStates, RenewGoal)):
+            return
+        answered = None if answer is None else time.monotonic_ns()
+        self.operations.append(Operation(self.client, call, answer, called, answered))
+
+
+class Client:
+    """Calls the resource manager on its own session, one call at a time.
+
+    manager: the name under which it begins goals; clients of one manager are incarnations that take its place from one
+    another.
+    """
+
+    def __init__(self, bus: Bus, skillset: Skillset, manager: str, seed: int) -> None:
+        self.name = bus.name
+        self.notebook = Notebook(bus.name)
+        self._bus = bus
+        self._skillset = skillset
+        self._keys = Keys(skillset.name)
+        self._manager = manager
+        self._random = random.Random(seed)
+        self._incarnations = count(1)
+        self._incarnation = ""
+        self._goals = count(1)
+
+    def work(self, operations: int) -> None:
+        """Call this often, about. Raises NobodyAnswersError."""
+        self._take_the_place()
+        ways = {self._pursue_a_goal: 10, self._look: 4, self._switch: 4, self._sweep: 3, self._take_the_place: 1}
+        while len(self.notebook.operations) < operations:
+            (act,) = self._random.choices(list(ways), list(ways.values()))
+            act()
+
+    # --- what a client does ------------------------------------------------------------------------------------------
+
+    def _pursue_a_goal(self) -> None:
+        skill = self._random.choice(self._skillset.skills)
+        goal_id = f"{self._bus.name}-{next(self._goals)}"
+        begin = BeginGoal(
+            goal_id=goal_id,
+            skill=skill.name,
+            inputs={},
+            manager=self._manager,
+            owner=self._bus.name,
+            schema=self._skillset.schema_hash,
+            incarnation=self._incarnation,
+        )
+        granted = self._insist(begin)
+        if isinstance(granted, ErrorReply) and self._random.random() < 0.5:
+            self._take_the_place()
+        if not isinstance(granted, Granted):
+            return
+        renew = RenewGoal(goal_id=goal_id, skill=skill.name, token=granted.token)
+        while self._random.random() < 0.5:
+            self._random.choice([lambda: self._ask(renew), self._look, self._switch])()
+        if self._random.random() < 0.1:
+            self._insist(EndGoal(goal_id=goal_id, skill=skill.name, token=granted.token - 1, how="interrupt"))
+        how = self._random.choice(["result", "result", "interrupt", "error"])
+        result = self._random.choice(skill.results).name if how == "result" else None
+        end = EndGoal(goal_id=goal_id, skill=skill.name, token=granted.token, how=how, result=result)
+        self._insist(end)
+        if self._random.random() < 0.2:
+            self._insist(self._random.choice([begin, end]))
+
+    def _look(self) -> None:
+        self._ask(QueryStates())
+
+    def _switch(self) -> None:
+        target = self._random.choice(["ON", "ON", "OFF"])
+        self._insist(FireExtern(resource="power", target=target, source=self._bus.name))
+
+    def _sweep(self) -> None:
+        self._insist(FireEvent(event="sweep", source=self._bus.name))
+
+    def _take_the_place(self) -> None:
+        self._incarnation = f"{self._bus.name}-{next(self._incarnations)}"
+        self._insist(AttachManager(manager=self._manager, incarnation=self._incarnation))
+
+    # --- calls -------------------------------------------------------------------------------------------------------
+
+    def _insist(self, call: Call) -> Reply:
+        """Call until there is an answer. Whenever there was none, wait until anybody answers at all."""
+        while (answer := self._ask(call)) is None:
+            deadline = time.monotonic() + PATIENCE
+            while self._ask(QueryStates()) is None:
+                if time.monotonic() > deadline:
+                    raise NobodyAnswersError(f"{self._bus.name} was left without an answer for {PATIENCE:g} s.")
+                self._bus.run_until(lambda: False, 0.05)
+        return answer
+
+    def _ask(self, call: Call) -> Reply | None:
+        answers: list[Answered | Refused | Unanswered] = []
+        called = time.monotonic_ns()
+        self._bus.ask(self._key(call), _encoded(call), answers.append)
+        self._bus.run_until(lambda: bool(answers))
+        reply = _reply(call, answers[0])
+        self.notebook.write(call, reply, called)
+        return reply
+
+    def _key(self, call: Call) -> str:
+        keys = self._keys
+        match call:
+            case BeginGoal() | EndGoal() | RenewGoal():
+                return keys.resource_goal
+            case FireExtern():
+                return keys.resource_extern
+            case FireEvent():
+                return keys.event(call.event)
+            case AttachManager():
+                return keys.resource_attach
+            case QueryStates():
+                return keys.resource_states
+            case Lose():
+                raise AssertionError("nobody calls for a loss")
+
+
+@dataclass
+class LossWatch:
+    """Notes when goals are taken from managers that were silent, which happens without a call."""
+
+    bus: Bus
+    skillset: Skillset
+    heard: dict[str, int] = field(default_factory=dict[str, int])
+
+    def __post_init__(self) -> None:
+        listen: Callable[..., None] = message_reader(_union(Violated | Lost), self._hear)
+        self.bus.subscribe(Keys(self.skillset.name).verdict("*"), listen, events=True)
+
+    def _hear(self, verdict: Violated | Lost) -> None:
+        if isinstance(verdict, Lost):
+            self.heard.setdefault(verdict.goal_id, time.monotonic_ns())
+
+    def operations(self, history: list[Told]) -> list[Told]:
+        """Each loss as an operation between the first call that speaks of the goal, and hearing of its loss."""
+        begun: dict[str, int] = {}
+        for told in history:
+            if isinstance(told.call, BeginGoal):
+                begun[told.call.goal_id] = min(told.called, begun.get(told.call.goal_id, told.called))
+        any_reply = Ended(goal_id="", held=True, reason="", revision=0, record="")
+        return [
+            Operation("resource manager", Lose(goal_id), any_reply, begun[goal_id], at)
+            for goal_id, at in self.heard.items()
+            if goal_id in begun
+        ]
+
+
+def _encoded(call: Call) -> bytes:
+    assert not isinstance(call, Lose)
+    return encode(call)
+
+
+def _reply(call: Call, answer: Answered | Refused | Unanswered) -> Reply | None:
+    match answer:
+        case Answered():
+            kind = _union(GoalVerdict) if isinstance(call, (BeginGoal, EndGoal, RenewGoal)) else ResourceStates
+            return decode(answer.payload, kind)
+        case Refused():
+            return answer.error
+        case Unanswered():
+            return None
+
+
+def _union(kind: Any) -> Any:
+    """A union of tagged messages as `decode` takes it; type checkers have no name for its type."""
+    return kind

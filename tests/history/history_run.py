@@ -1,0 +1,154 @@
+"""Record histories of the real resource manager process, with clients on sessions of their own, and check them.
+
+    python tests/history/history_run.py --seconds 60 --kills 3
+
+Prints a line for each history, and what they add up to; a history that is not linearizable is told in full and ends
+the run with 1.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import sys
+import tempfile
+import threading
+import time
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from history_clients import Client, LossWatch
+from linearizability import Verdict, check
+from sequential_manager import Call, Reply, SequentialManager, Told
+
+from skillwing.dsl import load
+from skillwing.services.bus.zenoh_bus import ZenohBus
+from skillwing.services.names import RESOURCE_MANAGER
+from skillwing.services.processes.launcher import Launcher
+from skillwing.services.robot import ProcessSpec
+
+WORKSHOP = Path(__file__).parent / "workshop.skillset"
+HONEST = "skillwing.services.managers.resource_manager:make_resource_manager"
+ROBOT = "workshop"
+PATIENCE_WITH_THE_CROWD = 240.0
+"""Wall seconds until a run counts as stuck."""
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A history, the wall seconds in which it was recorded, and how often its resource manager was killed."""
+
+    history: tuple[Told, ...]
+    seconds: float
+    kills: int
+
+    @property
+    def unanswered(self) -> int:
+        """Operations of which nobody knows whether they have happened."""
+        return sum(told.answered is None for told in self.history)
+
+    def check(self) -> Verdict[Call, Reply]:
+        """Hold the history to the model."""
+        return check(SequentialManager(load(WORKSHOP), self.history), self.history)
+
+
+def record(
+    run_dir: Path,
+    *,
+    seed: int = 0,
+    clients: int = 4,
+    operations: int = 300,
+    kills: int = 0,
+    factory: str = HONEST,
+    journal: bool = True,
+) -> Recorded:
+    """The history of one resource manager process, asked by several clients at once.
+
+    operations: of each client, about. kills: how often, evenly spread, the process is killed with -9 and started again.
+    factory: what makes it. journal: it keeps one, so that it remembers across kills.
+    """
+    skillset = load(WORKSHOP)
+    options = {"skillset": str(WORKSHOP), **({"journal": str(run_dir / "journal.sqlite")} if journal else {})}
+    spec = ProcessSpec(RESOURCE_MANAGER, factory, options)
+    with Launcher(ROBOT, skillset.name, run_dir, clock="wall") as launcher:
+        launcher.start((spec,))
+        buses = [ZenohBus(f"client{number}", ROBOT, launcher.endpoint) for number in range(clients)]
+        ear = ZenohBus("ear", ROBOT, launcher.endpoint)
+        losses = LossWatch(ear, skillset)
+        crowd = [Client(bus, skillset, f"skill/{i % 3}", seed * 1000 + i) for i, bus in enumerate(buses)]
+        started = time.monotonic()
+        threads = [threading.Thread(target=client.work, args=(operations,), name=client.name) for client in crowd]
+        for thread in threads:
+            thread.start()
+        for number in range(kills):
+            due = clients * operations * (number + 1) // (kills + 1)
+            _listen(ear, lambda due=due: _done(crowd) >= due or not _any_alive(threads))
+            os.kill(launcher.pids[RESOURCE_MANAGER], signal.SIGKILL)
+            _listen(ear, lambda: not launcher.running(RESOURCE_MANAGER))
+            launcher.start((spec,))
+        _listen(ear, lambda: not _any_alive(threads))
+        seconds = time.monotonic() - started
+        for bus in (*buses, ear):
+            bus.close()
+    history = [told for client in crowd for told in client.notebook.operations]
+    return Recorded((*history, *losses.operations(history)), seconds, kills)
+
+
+def _listen(ear: ZenohBus, done: Callable[[], bool]) -> None:
+    """Hear what is published until `done` holds; raises TimeoutError if it never does."""
+    deadline = time.monotonic() + PATIENCE_WITH_THE_CROWD
+    while not done():
+        if time.monotonic() > deadline:
+            raise TimeoutError("the clients did not get on with their work")
+        ear.run_until(lambda: False, 0.02)
+
+
+def _any_alive(threads: Sequence[threading.Thread]) -> bool:
+    return any(thread.is_alive() for thread in threads)
+
+
+def _done(crowd: Sequence[Client]) -> int:
+    return sum(len(client.notebook.operations) for client in crowd)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Record and check history after history for a while; returns the exit code."""
+    parser = argparse.ArgumentParser(description="Check histories of the real resource manager for linearizability.")
+    parser.add_argument("--seconds", type=float, default=60.0, help="for how long to go on (default: %(default)s)")
+    parser.add_argument("--clients", type=int, default=6, help="at once (default: %(default)s)")
+    parser.add_argument("--operations", type=int, default=300, help="of each client (default: %(default)s)")
+    parser.add_argument("--kills", type=int, default=3, help="kill -9 in every second history (default: %(default)s)")
+    parser.add_argument("--seed", type=int, default=int(time.time()), help="of what clients ask for")
+    wanted = parser.parse_args(arguments)
+    started = time.monotonic()
+    totals: Counter[str] = Counter()
+    while totals["histories"] < 2 or time.monotonic() - started < wanted.seconds:
+        seed = wanted.seed + totals["histories"]
+        kills = wanted.kills if totals["histories"] % 2 else 0
+        with tempfile.TemporaryDirectory() as folder:
+            recorded = record(
+                Path(folder), seed=seed, clients=wanted.clients, operations=wanted.operations, kills=kills
+            )
+        verdict = recorded.check()
+        told = f"{len(recorded.history)} operations in {recorded.seconds:.1f} s, {kills} kills, "
+        sys.stdout.write(f"seed {seed}: {told}{recorded.unanswered} unanswered: {verdict}\n")
+        if not verdict.linearizable:
+            return 1
+        totals.update(
+            histories=1,
+            operations=len(recorded.history),
+            kills=kills,
+            unanswered=recorded.unanswered,
+            steps=verdict.steps,
+        )
+    seconds = time.monotonic() - started
+    summary = ", ".join(f"{count} {what}" for what, count in totals.items())
+    sys.stdout.write(f"All linearizable: {summary} in {seconds:.0f} s.\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

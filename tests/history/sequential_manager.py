@@ -1,0 +1,191 @@
+"""The resource manager for one client at a time: `ResourceCore` itself, made anew for each call.
+
+A state is what a core has to remember, as a journal would keep it. So the check also says that what the core wants
+remembered is enough to go on from.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TypeAlias
+
+import msgspec
+from linearizability import Operation
+
+from skillwing.dsl.model import Skillset
+from skillwing.services.core.kept import Entry, GoalOver, GrantOpened, Kept, ManagerNoted, ResourceStands
+from skillwing.services.core.refusal import RefusedError
+from skillwing.services.core.resource_core import NOTHING_KEPT, ResourceCore, Step
+from skillwing.services.protocol import (
+    AttachManager,
+    BeginGoal,
+    EndGoal,
+    ErrorReply,
+    FireEvent,
+    FireExtern,
+    GoalVerdict,
+    Granted,
+    QueryStates,
+    RenewGoal,
+    ResourceStates,
+    Violated,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Lose:
+    """The resource manager takes a goal away from a manager that is silent: an operation that nobody calls."""
+
+    goal_id: str
+
+
+Call: TypeAlias = BeginGoal | EndGoal | RenewGoal | FireExtern | FireEvent | AttachManager | QueryStates | Lose
+Reply: TypeAlias = GoalVerdict | ResourceStates | ErrorReply
+Told: TypeAlias = Operation[Call, Reply]
+
+
+@dataclass(frozen=True)
+class Memory:
+    """A state of the model."""
+
+    kept: Kept
+
+    @cached_property
+    def _hash(self) -> int:
+        kept = self.kept
+        grants = tuple(grant.granted.goal_id for grant in kept.grants)
+        goals = tuple((over.goal_id, type(over.verdict)) for over in kept.goals)
+        return hash((kept.resources, grants, goals, kept.managers, kept.last_token))
+
+    def __hash__(self) -> int:
+        return self._hash
+
+
+class SequentialManager:
+    """A `Model` of the resource manager for the history that is given.
+
+    Fencing tokens may be any that grow. So the model grants with the token that the history says each goal was given.
+    """
+
+    def __init__(self, skillset: Skillset, history: Iterable[Told]) -> None:
+        self._skillset = skillset
+        self._tokens: dict[str, int] = {}
+        self._owner: dict[str, str] = {}
+        self._open_ended: set[str] = set()
+        for told in history:
+            if isinstance(told.answer, (Granted, Violated)):
+                self._tokens[told.answer.goal_id] = told.answer.token
+            if isinstance(told.call, BeginGoal):
+                self._owner[told.call.goal_id] = told.client
+            if told.answer is None and isinstance(told.call, (BeginGoal, EndGoal)):
+                self._open_ended.add(told.call.goal_id)
+
+    @property
+    def initial(self) -> Memory:
+        core = ResourceCore(self._skillset, source="model", new_record_id=_no_id)
+        return Memory(add_up(NOTHING_KEPT, core.inventory()))
+
+    def step(self, state: Memory, call: Call, answer: Reply | None) -> Memory | None:
+        """What the core would have done, if it would have answered that."""
+        core = ResourceCore(self._skillset, source="model", new_record_id=_no_id, kept=state.kept)
+        try:
+            step = self._perform(core, call)
+        except RefusedError as refusal:
+            return state if answer is None or _same(answer, refusal.reply) else None
+        if not (answer is None or isinstance(call, Lose) or _same(answer, step.reply)):
+            return None
+        if not step.entries:
+            return state
+        kept = add_up(state.kept, step.entries)
+        return Memory(self._without_the_settled(kept, call))
+
+    def _perform(self, core: ResourceCore, call: Call) -> Step[GoalVerdict] | Step[ResourceStates] | Step[None]:
+        match call:
+            case BeginGoal():
+                step = core.begin(call, self._time_of_grant(call.goal_id))
+            case EndGoal():
+                step = core.end(call, 0.0)
+            case RenewGoal():
+                step = core.renew(call)
+            case FireExtern():
+                step = core.fire_extern(call, 0.0)
+            case FireEvent():
+                step = core.fire_event(call, 0.0)
+            case AttachManager():
+                step = core.attach_manager(call, 0.0)
+            case Lose():
+                step = core.goal_lost(call.goal_id, 0.0, "silent")
+            case QueryStates():
+                step = Step(core.snapshot(0.0))
+        return step
+
+    def _time_of_grant(self, goal_id: str) -> float:
+        """The robot time in seconds at which a grant gets the token that the goal was given; 0 for any token."""
+        token = self._tokens.get(goal_id)
+        return 0.0 if token is None else (token + 0.5) / 1000
+
+    def _without_the_settled(self, kept: Kept, call: Call) -> Kept:
+        """Forget goals of which no call will speak any more, lest states grow with the history.
+
+        A client asks for the next goal when it is done with the one before; calls without an answer may come later.
+        """
+        if not isinstance(call, BeginGoal):
+            return kept
+        client = self._owner[call.goal_id]
+        goals = tuple(
+            over
+            for over in kept.goals
+            if over.goal_id == call.goal_id
+            or over.goal_id in self._open_ended
+            or self._owner.get(over.goal_id) != client
+        )
+        return replace(kept, goals=goals)
+
+
+def add_up(kept: Kept, entries: Sequence[Entry]) -> Kept:
+    """What is kept after a step; equal for steps in any order that end alike, so that the search meets itself."""
+    resources = {each.resource: each for each in kept.resources}
+    grants = {each.granted.goal_id: each for each in kept.grants}
+    goals = {each.goal_id: each for each in kept.goals}
+    managers, last_token = list(kept.managers), kept.last_token
+    for entry in entries:
+        match entry:
+            case ResourceStands():
+                resources[entry.resource] = entry
+            case GrantOpened():
+                grants[entry.granted.goal_id] = entry
+                last_token = max(last_token, entry.granted.token)
+            case GoalOver():
+                grants.pop(entry.goal_id, None)
+                goals[entry.goal_id] = entry
+            case ManagerNoted():
+                managers.append(entry)
+            case _:
+                raise AssertionError(f"the workshop has no data, and the core keeps {entry}")
+    return replace(
+        kept,
+        resources=tuple(resources.values()),
+        grants=tuple(grants.values()),
+        goals=tuple(sorted(goals.values(), key=lambda over: over.goal_id)),
+        managers=tuple(sorted(managers, key=lambda noted: noted.manager)),
+        last_token=last_token,
+    )
+
+
+def _same(answer: Reply, reply: Reply | None) -> bool:
+    """Refusals by their codes, everything else as a whole but for times and ids of timeline records."""
+    if isinstance(answer, ErrorReply):
+        return isinstance(reply, ErrorReply) and answer.code == reply.code
+    return reply is not None and _without_stamps(answer) == _without_stamps(reply)
+
+
+def _without_stamps(reply: Reply) -> Reply:
+    stamps = {"t": 0.0, "record": ""}
+    fields = {name: value for name, value in stamps.items() if name in reply.__struct_fields__}
+    return msgspec.structs.replace(reply, **fields)
+
+
+def _no_id() -> str:
+    return ""

@@ -1,0 +1,52 @@
+"""What concurrent clients see of the real resource manager process could have happened one after the other.
+
+`make history` does the same for longer, with figures.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+from history_run import record
+from sequential_manager import Told
+
+from skillwing.services.protocol import Granted
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(autouse=True)
+def processes_find_this_folder(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The untrustworthy managers are made by modules that lie here."""
+    inherited = os.environ.get("PYTHONPATH", "")
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, [str(Path(__file__).parent), inherited])))
+
+
+def test_concurrent_clients_see_one_order(tmp_path: Path) -> None:
+    recorded = record(tmp_path, seed=1, operations=120)
+    assert granted(recorded.history), "nobody was granted anything"
+    verdict = recorded.check()
+    assert verdict.linearizable, str(verdict)
+
+
+def test_also_when_the_manager_is_killed_and_goes_on_from_its_journal(tmp_path: Path) -> None:
+    recorded = record(tmp_path, seed=2, operations=120, kills=2)
+    verdict = recorded.check()
+    assert verdict.linearizable, str(verdict)
+
+
+def test_a_manager_without_a_journal_is_found_to_have_forgotten(tmp_path: Path) -> None:
+    recorded = record(tmp_path, seed=3, operations=60, kills=1, journal=False)
+    assert not recorded.check().linearizable
+
+
+@pytest.mark.parametrize("lie", ["grants_twice", "tells_old_states", "forgets_ends"])
+def test_a_manager_that_lies_is_found_out(tmp_path: Path, lie: str) -> None:
+    recorded = record(tmp_path, seed=4, operations=120, factory=f"untrustworthy:make_{lie}", journal=False)
+    assert not recorded.check().linearizable
+
+
+def granted(history: tuple[Told, ...]) -> int:
+    return sum(isinstance(told.answer, Granted) for told in history)

@@ -1,0 +1,124 @@
+"""Resource managers that lie now and then: the check has to find out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import count
+from typing import Any
+
+from skillwing.dsl import load
+from skillwing.services.bus import Bus, Handle, Request
+from skillwing.services.managers.resource_manager import ResourceManagerNode
+from skillwing.services.protocol import Ended, EndGoal, GoalCall, GoalVerdict, Granted, Keys, NotReady, decode, encode
+
+OFTEN = 7
+"""Every so many chances to lie, one is taken."""
+
+
+class _LyingRequest:
+    """A request whose answer is changed on its way out."""
+
+    def __init__(self, request: Request, change: Callable[[Request, bytes], bytes]) -> None:
+        self._request = request
+        self._change = change
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._request, name)
+
+    def reply(self, payload: bytes, attachment: bytes = b"") -> None:
+        self._request.reply(self._change(self._request, payload), attachment)
+
+
+class _LyingBus:
+    """A bus on which the answers to some key's requests are changed; drop: requests that are answered unseen."""
+
+    def __init__(
+        self,
+        bus: Bus,
+        key: str,
+        change: Callable[[Request, bytes], bytes],
+        drop: Callable[[Request], bytes | None] = lambda request: None,
+    ) -> None:
+        self._bus = bus
+        self._key = key
+        self._change = change
+        self._drop = drop
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._bus, name)
+
+    def serve(self, key_expression: str, on_request: Callable[[Request], None]) -> Handle:
+        def lie(request: Request) -> None:
+            answer = self._drop(request)
+            if answer is None:
+                on_request(_LyingRequest(request, self._change))  # pyright: ignore[reportArgumentType]
+            else:
+                request.reply(answer)
+
+        return self._bus.serve(key_expression, lie if key_expression == self._key else on_request)
+
+
+class GrantsTwice(ResourceManagerNode):
+    """Grants at times what somebody else holds."""
+
+    def attach(self, bus: Bus) -> None:
+        refusals = count(1)
+
+        def change(request: Request, payload: bytes) -> bytes:
+            verdict = decode(payload, _union(GoalVerdict))
+            if isinstance(verdict, NotReady) and next(refusals) % OFTEN == 0:
+                token, revision = int(bus.now() * 1000), self._core.revision
+                return encode(Granted(goal_id=verdict.goal_id, token=token, revision=revision, record=verdict.record))
+            return payload
+
+        super().attach(_lying(bus, Keys("workshop").resource_goal, change))
+
+
+class TellsOldStates(ResourceManagerNode):
+    """Answers at times with states that it has told before."""
+
+    def attach(self, bus: Bus) -> None:
+        questions, told = count(1), list[bytes]()
+
+        def change(request: Request, payload: bytes) -> bytes:
+            told.append(payload)
+            return told[-min(5, len(told))] if next(questions) % OFTEN == 0 else payload
+
+        super().attach(_lying(bus, Keys("workshop").resource_states, change))
+
+
+class ForgetsEnds(ResourceManagerNode):
+    """Acknowledges at times an end, and applies nothing."""
+
+    def attach(self, bus: Bus) -> None:
+        ends = count(1)
+
+        def drop(request: Request) -> bytes | None:
+            call = decode(request.payload, _union(GoalCall))
+            if isinstance(call, EndGoal) and next(ends) % OFTEN == 0:
+                revision = self._core.revision + 1
+                return encode(Ended(goal_id=call.goal_id, held=True, reason="", revision=revision, record=""))
+            return None
+
+        super().attach(_lying(bus, Keys("workshop").resource_goal, lambda request, payload: payload, drop))
+
+
+def make_grants_twice(options: dict[str, Any]) -> ResourceManagerNode:
+    return GrantsTwice(load(options["skillset"]))
+
+
+def make_tells_old_states(options: dict[str, Any]) -> ResourceManagerNode:
+    return TellsOldStates(load(options["skillset"]))
+
+
+def make_forgets_ends(options: dict[str, Any]) -> ResourceManagerNode:
+    return ForgetsEnds(load(options["skillset"]))
+
+
+def _lying(bus: Bus, *how: Any) -> Bus:
+    return _LyingBus(bus, *how)  # pyright: ignore[reportReturnType]
+
+
+def _union(kind: Any) -> Any:
+    """A union of tagged messages as `decode` takes it; type checkers have no name for its type."""
+    return kind
