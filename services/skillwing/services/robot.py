@@ -157,9 +157,7 @@ def _loaded(path: str) -> Robot:
     try:
         robot = getattr(import_module(module), attribute)
     except Exception as error:  # a package that somebody else writes may fail in any way
-        sentence = (
-            f"The robot `{path}` cannot be loaded: {type(error).__name__}: {error}. Mend its module."
-        )
+        sentence = f"The robot `{path}` cannot be loaded: {type(error).__name__}: {error}. Mend its module."
         raise InvalidOptionError("robot", sentence) from error
     if not isinstance(robot, Robot):
         raise InvalidOptionError("robot", f"`{path}` is no `Robot`. Name the table of a robot: `package.robot:ROBOT`.")

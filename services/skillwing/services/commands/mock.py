@@ -9,6 +9,12 @@ from typing import Annotated
 import typer
 
 from skillwing.dsl import load
+from skillwing.services.commands.journal_options import (
+    DurableOption,
+    ResumeOption,
+    journal_words,
+    make_room_for_journal,
+)
 from skillwing.services.commands.output import make_console
 from skillwing.services.commands.running import (
     DetachOption,
@@ -41,6 +47,8 @@ def mock(
     detach: DetachOption = False,
     listen: ListenOption = LOOPBACK,
     run_dir: RunDirOption = None,
+    resume: ResumeOption = False,
+    durable: DurableOption = False,
 ) -> None:
     """Run every manager of a skillset as its own process, with mocks for its skills and for the world around them.
 
@@ -61,10 +69,12 @@ def mock(
         words = ["mock", str(file.absolute()), "--robot-name", name, "--listen", listen]
         words += [] if script is None else ["--script", str(script.absolute())]
         words += [] if seed is None else ["--seed", str(seed)]
+        words += journal_words(resume=resume, durable=durable)
         run_detached(name, words, directory)
         return
+    make_room_for_journal(directory, resume=resume)
     robot = Robot(name=name, skillset=file.absolute(), hooks={}, clock="wall")
     played = ", ".join(map(str, scripts)) or "no script: each skill ends with its first success, if it has one"
     make_console().print(f"Mocks of {file}. They play {played}.", markup=False)
-    specs = mock_processes(robot, scripts=scripts, seed=seed)
+    specs = mock_processes(robot, scripts=scripts, seed=seed, run={"run_dir": str(directory), "durable": durable})
     raise typer.Exit(run_system(robot, specs, directory, clock="wall", listen=listen, mock=True))

@@ -7,6 +7,12 @@ from typing import Annotated
 
 import typer
 
+from skillwing.services.commands.journal_options import (
+    DurableOption,
+    ResumeOption,
+    journal_words,
+    make_room_for_journal,
+)
 from skillwing.services.commands.running import (
     DetachOption,
     ListenOption,
@@ -47,11 +53,16 @@ def up(
     detach: DetachOption = False,
     listen: ListenOption = LOOPBACK,
     run_dir: RunDirOption = None,
+    resume: ResumeOption = False,
+    durable: DurableOption = False,
 ) -> None:
     """Start a robot's processes and stay with them until Ctrl-C.
 
     With --mock no robot is needed: all of its skills are mocked, and the world around them. `up --mock goto hover`
     mocks these skills only; the others, and the robot, are real.
+
+    With --resume the resource manager goes on from the journal of an earlier run: states, goals and tokens are those
+    of then. That makes sense where the robot has lived on meanwhile; a simulated one has not.
 
     Exit codes: 0 it was told to stop, 1 it did not start or lost a process it cannot do without, 2 unknown robot.
     """
@@ -66,15 +77,18 @@ def up(
         words += [] if seed is None else ["--seed", str(seed)]
         words += ["--mock"] if mock else []
         words += [] if script is None else ["--script", str(script.absolute())]
+        words += journal_words(resume=resume, durable=durable)
         run_detached(table.name, words, directory)
         return
+    make_room_for_journal(directory, resume=resume)
     everything = mock and not skills
     world = WORLD_SEED if seed is None else seed
-    layer = () if everything else table.functional_layer({"seed": world, "speed": speed, "run_dir": str(directory)})
+    run = {"seed": world, "speed": speed, "run_dir": str(directory), "durable": durable}
+    layer = () if everything else table.functional_layer(run)
     managers = (
-        mock_processes(table, scripts=scripts_for(table.skillset, script), seed=seed, skills=skills or None)
+        mock_processes(table, scripts=scripts_for(table.skillset, script), seed=seed, skills=skills or None, run=run)
         if mock
-        else table.managers()
+        else table.managers(run)
     )
     clock = "wall" if everything else table.clock
     raise typer.Exit(run_system(table, (*layer, *managers), directory, clock=clock, listen=listen, mock=everything))

@@ -5,7 +5,7 @@
 
 The first form looks a process up in the robot's table, the second names it outright. What is not given is taken from
 the environment: SKILLWING_CONNECT, SKILLWING_ROBOT, SKILLWING_HEARTBEAT, and for the run SKILLWING_SEED,
-SKILLWING_SPEED, SKILLWING_FAULTS (JSON) and SKILLWING_RUN_DIR, SKILLWING_VIEWER_URL.
+SKILLWING_SPEED, SKILLWING_FAULTS (JSON), SKILLWING_RUN_DIR, SKILLWING_DURABLE (1 or 0) and SKILLWING_VIEWER_URL.
 
 It runs until SIGTERM or SIGINT, or with `--parent-pipe` until its standard input ends. Exit codes: 0 it was told to
 end, 69 no router answers, 70 the node crashed (the log has the traceback), 78 it was told to do something it cannot.
@@ -35,7 +35,14 @@ from skillwing.services.robot import ClockKind, ProcessSpec, find_robot
 SWITCH_INTERVAL = 0.0005
 """Seconds that one thread may keep the interpreter: with the default of 5 ms Zenoh's callbacks wait for it too long."""
 HEARTBEAT_PERIOD = 1.0
-RUN_OPTIONS = {"seed": int, "speed": float, "faults": json.loads, "run_dir": str, "viewer_url": str}
+RUN_OPTIONS = {
+    "seed": int,
+    "speed": float,
+    "faults": json.loads,
+    "run_dir": str,
+    "durable": int,
+    "viewer_url": str,
+}
 
 logger = logging.getLogger("skillwing.node_host")
 
