@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
 
-.PHONY: setup demo test lint format pictures reference lock clean history
+.PHONY: setup demo test mutants lint format pictures reference lock clean history
 
 setup: $(READY)
 
@@ -23,6 +23,10 @@ demo: setup
 
 test: lint
 	$(BIN)/python -m pytest $(PYTEST_ARGS)
+
+# Broken variants of every example file: whatever is typed, there are diagnostics and never a traceback.
+mutants: setup
+	SKILLWING_MUTANTS=10000 $(BIN)/python -m pytest tests/unit/dsl/test_mutations.py $(PYTEST_ARGS)
 
 lint: setup
 	$(BIN)/ruff check .

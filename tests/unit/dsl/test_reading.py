@@ -1,0 +1,194 @@
+"""Lexemes cover a text whatever it is; and what is said of the commonest slips."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from skillwing.dsl.checking.checker import check
+from skillwing.dsl.reading.layout import unclosed_by_layout
+from skillwing.dsl.reading.lexemes import COMMENT
+from skillwing.dsl.reading.lexer import lex
+
+GRIPPER = """skillset gripper {
+    data { battery: float64 [%] period=1.0  mode: string }
+    resource arm { initial IDLE  IDLE -> BUSY  BUSY -> IDLE }
+
+    skill grasp {
+        effect { take: arm -> BUSY  drop: arm -> IDLE }
+        precondition {
+            idle:    resource=(arm == IDLE)
+            charged: data=(battery > 10.0)
+            success take
+        }
+        invariant { charged: data=(battery > 5.0) violation=drop }
+        interrupt { apply=drop timeout=2.0 }
+        result { HELD: apply=drop }
+    }
+}
+"""
+
+PIECES = st.lists(
+    st.sampled_from(
+        [*"{}()[]:=.,;*/\\\"<>!&|#'-+\n\r\t \0\ufeff", "->", "==", "//", "/*", "*/", "skill", "name", "1.5"]
+    )
+    | st.characters(),
+    max_size=60,
+).map("".join)
+
+
+# --- lexemes
+
+
+@pytest.mark.parametrize("file", ["a.skillset", "a.rl"])
+@settings(deadline=None)
+@given(text=PIECES)
+def test_every_character_is_in_a_lexeme_or_is_white_space(file: str, text: str) -> None:
+    at = 1 if text.startswith("\ufeff") else 0
+    for lexeme in lex(text, file):
+        assert not text[at : lexeme.start].strip()
+        assert lexeme.text == text[lexeme.start : lexeme.end] != ""
+        assert lexeme.kind
+        at = lexeme.end
+    assert not text[at:].strip()
+
+
+@settings(deadline=None)
+@given(text=PIECES)
+def test_the_span_of_a_lexeme_encloses_it(text: str) -> None:
+    lines = text.split("\n")
+    for lexeme in lex(text, "a.skillset"):
+        span = lexeme.span
+        ends = "\n".join(lines[span.line - 1 : span.end_line])
+        behind = len(lines[span.end_line - 1]) - (span.end_column - 1)
+        assert ends[span.column - 1 : len(ends) - behind] == lexeme.text
+
+
+def test_comments_are_lexemes() -> None:
+    found = lex("a // to the end\r\nb /* over\nlines */ c", "a.skillset")
+    assert [lexeme.text for lexeme in found if lexeme.kind == COMMENT] == ["// to the end", "/* over\nlines */"]
+
+
+# --- what is not worth a word
+
+
+@pytest.mark.parametrize(
+    "text",
+    [GRIPPER.replace("\n", "\r\n"), "\ufeff" + GRIPPER, GRIPPER.replace("    ", "\t"), GRIPPER.replace("\n", " ")],
+    ids=["Windows line ends", "byte order mark", "tabs", "one line"],
+)
+def test_layout_and_line_ends_mean_nothing(text: str) -> None:
+    checked = check(text, "f.skillset")
+    assert checked.diagnostics == check(GRIPPER, "f.skillset").diagnostics == ()
+    assert checked.skillset == check(GRIPPER, "f.skillset").skillset is not None
+
+
+# --- slips
+
+
+@pytest.mark.parametrize(
+    ("written", "instead", "message", "advice"),
+    [
+        ("(arm == IDLE)", "(arm == IDLE && true)", "The language does not write `&&`.", "Write `and`."),
+        ("(arm == IDLE)", "(arm == IDLE || false)", "The language does not write `||`.", "Write `or`."),
+        ("(arm == IDLE)", "(!(arm == BUSY))", "The language does not write `!`.", "Write `not`."),
+        ("(arm == IDLE)", "(arm = IDLE)", "`=` stands where `==` belongs.", "Write `==`."),
+        ("(arm == IDLE)", "(arm := IDLE)", "The language does not write `:=`.", "Write `==`."),
+        ("timeout=2.0", "timeout := 2.0", "The language does not write `:=`.", "Write `=`."),
+        ("battery > 10.0", "mode == 'it''s'", "The language does not write `'it'`.", 'Write `"it"`.'),
+        ("success take", "success take  # now", "Comments do not begin with `#`.", "Write `//`."),
+        ("IDLE -> BUSY ", "IDLE -> BUSY;", "The language has no character `;`.", "Elements need no separator between"),
+        ("skill grasp", "skill gr\0asp", "A name cannot hold the character `U+0000`.", "like `gr_asp`."),
+        ("skill grasp", "skill pick-up", "A name cannot hold the character `-`.", "like `pick_up`."),
+        ("skill grasp", "skill grâce", "A name cannot hold the character `â`.", "like `grace`."),
+        ("timeout=2.0", "timeout=2.", "A number has digits on both sides of its point.", "Write `2.0`."),
+        ("timeout=2.0", "timeout=-.5", "A number has digits on both sides of its point.", "Write `-0.5`."),
+        ("violation=", "voilation=", "`voilation` is no word of the language.", "Did you mean `violation`?"),
+        ("HELD: apply", "HELD: aply", "`aply` is no word of the language.", "Did you mean `apply`?"),
+        ("timeout=", "tmeout=", "`tmeout` is no word of the language.", "Did you mean `timeout`?"),
+        ("skill grasp", "skill", "This skill has no name.", "Write `skill NAME { ... }`."),
+        ("take: arm", "arm", "A name is missing before `arm`.", "Write `NAME: arm ...`."),
+        ("idle:    resource", "resource", "A name is missing before `resource`.", "Write `NAME: resource ...`."),
+        ("arm -> IDLE }", "arm -> IDLE  lost { } }", "`lost` does not belong into `effect`.", "that closes `effect`."),
+        (
+            "    skill grasp",
+            "    result { A }\n    skill grasp",
+            "`result` has no place here in skillset `gripper`.",
+            "skill",
+        ),
+        ("    }\n}\n", "}\n", "Missing `}` of skill `grasp`, opened at line 5.", "Add `}` here, before `}`."),
+        ("violation=drop }", "violation=drop", "Missing `}` of `invariant`, opened at line 12.", "before `interrupt`."),
+        ("IDLE)", "IDLE", "Missing `)` of `resource=(`, opened at line 8.", "Add `)` here, before `charged`."),
+        (
+            "}\n}\n",
+            "}\n}\nskill s { result { A } }",
+            "`skill` stands behind the end of the skillset.",
+            "at line 16 ends",
+        ),
+    ],
+)
+def test_a_slip_is_named_and_the_way_out_told(written: str, instead: str, message: str, advice: str) -> None:
+    assert written in GRIPPER
+    found = check(GRIPPER.replace(written, instead, 1), "f.skillset").diagnostics
+    assert message in [item.message for item in found]
+    assert any(advice in (item.help or "") for item in found if item.message == message)
+
+
+@pytest.mark.parametrize("text", ["", "   \n", "// nothing but a comment\n", "\ufeff"])
+def test_a_file_without_a_word_is_empty(text: str) -> None:
+    assert [item.message for item in check(text, "f.skillset").diagnostics] == ["The file is empty."]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "{" * 100_000,
+        "skillset s {" + "{" * 100_000,
+        "skillset s { skill k { precondition { p: data=(" + "(" * 50_000,
+        "skillset s { skill k {" * 10_000,
+        '"' * 100_001,
+        "/*" * 50_000,
+        "a b " * 50_000,
+        "&" * 50_000,
+        "\n" * 100_000,
+        "\0" * 50_000,
+    ],
+    ids=lambda text: f"{text[:12]!r}...",
+)
+def test_absurd_files_get_few_diagnostics(text: str) -> None:
+    checked = check(text, "f.skillset")
+    assert checked.skillset is None
+    assert 1 <= len(checked.diagnostics) <= 120
+
+
+# --- layout
+
+
+@settings(deadline=None)
+@given(st.data())
+def test_the_layout_tells_which_of_the_brackets_is_missing(data: st.DataObject) -> None:
+    """In a file whose blocks are indented, the block is found whose closing bracket was taken away."""
+    lines = [
+        line.replace(" }", "\n        }") if line.startswith("        ") and line.endswith(" }") else line
+        for line in GRIPPER.split("\n")
+    ]
+    lexemes = lex("\n".join(lines), "f.skillset")
+    closing = [
+        index
+        for index, lexeme in enumerate(lexemes)
+        if lexeme.kind == "CLOSE" and lexeme.span.line != lexemes[index - 1].span.line
+    ]
+    missing = data.draw(st.sampled_from(closing))
+    opened: list[int] = []
+    for index, lexeme in enumerate(lexemes[:missing]):
+        if lexeme.kind == "OPEN":
+            opened.append(index)
+        elif lexeme.kind == "CLOSE":
+            opened.pop()
+    left = [lexeme for index, lexeme in enumerate(lexemes) if index != missing]
+    found = unclosed_by_layout(left)
+    if missing == len(lexemes) - 1:
+        assert [item.opening for item in found] == [opened[-1]]
+    else:
+        assert [(item.opening, item.closing) for item in found] == [(opened[-1], missing)]
