@@ -26,7 +26,7 @@ DIALECTS = ["skillset", "rl"]
 WORD_SCOPES = ("keyword.", "storage.type", "constant.language")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Rule:
     """scopes: by number of the group they colour; 0 is the whole match."""
 
@@ -51,6 +51,7 @@ def _rule(pattern: dict[str, Any]) -> Rule:
     return Rule(re.compile(pattern["match"], re.MULTILINE), captures or {0: pattern["name"]})
 
 
+@cache
 def coloured(text: str, dialect: str) -> dict[int, str]:
     """The scope of every character that has one, by offset."""
     return {offset: scope for start, end, scope in _coloured(text, dialect) for offset in range(start, end)}
@@ -58,12 +59,15 @@ def coloured(text: str, dialect: str) -> dict[int, str]:
 
 def _coloured(text: str, dialect: str) -> Iterator[tuple[int, int, str]]:
     at = 0
-    while at < len(text):
-        matches = [(rule, rule.pattern.search(text, at)) for rule in rules(dialect)]
-        found = [(rule, match) for rule, match in matches if match is not None]
+    ahead = {rule: rule.pattern.search(text) for rule in rules(dialect)}
+    while True:
+        for rule, match in ahead.items():
+            if match is not None and match.start() < at:
+                ahead[rule] = rule.pattern.search(text, at)
+        found = [(match.start(), rule, match) for rule, match in ahead.items() if match is not None]
         if not found:
             return
-        rule, first = min(found, key=lambda pair: pair[1].start())
+        _, rule, first = min(found, key=lambda candidate: candidate[0])
         yield from ((*first.span(group), scope) for group, scope in rule.scopes.items() if first[group] is not None)
         at = max(first.end(), at + 1)
 

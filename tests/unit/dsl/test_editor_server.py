@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import asyncio
+import socket
 import sys
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from typing import Any
 
 import pytest
+import typer
 from lsprotocol import types as lsp
 from pygls.exceptions import JsonRpcException
 from pygls.lsp.client import LanguageClient
+
+from skillwing.dsl.commands.language_server import language_server
 
 URI = "file:///boat.skillset"
 WHO = lsp.TextDocumentIdentifier(URI)
@@ -180,3 +184,23 @@ def test_the_client_chooses_how_columns_are_counted() -> None:
         assert hover.range.start == lsp.Position(1, 21)
 
     in_editor(conversation, encoding=lsp.PositionEncodingKind.Utf32)
+
+
+def test_without_the_library_the_command_says_what_to_install(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.delitem(sys.modules, "skillwing.dsl.editor.server", raising=False)
+    monkeypatch.setitem(sys.modules, "pygls.lsp.server", None)
+    with pytest.raises(typer.Exit) as end:
+        language_server()
+    assert end.value.exit_code == 2
+    assert "pip install 'skillwing[editor]'" in capsys.readouterr().err
+
+
+def test_a_port_in_use_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        with pytest.raises(typer.Exit) as end:
+            language_server(tcp=port)
+    assert end.value.exit_code == 2
+    assert f"Port {port} cannot be opened: Address already in use." in capsys.readouterr().err
