@@ -88,11 +88,11 @@ def test_without_its_simulator_the_flight_ends_and_the_report_says_why(demo: Dem
     demo.child("sim").kill()
     assert demo.end() == FAILED
     assert demo.processes() == []
-    assert "sim was killed by SIGKILL. The flight ends here." in demo.output
+    assert "sim was killed by SIGKILL. It is not started again" in demo.output
     report = read_report(demo.run_dir)
     assert report.result != "success"
     assert [entry.name for entry in report.processes if entry.state == "died"] == ["sim"]
-    assert "**sim was killed by SIGKILL.**" in (demo.run_dir / "report.md").read_text(encoding="utf-8")
+    assert "**sim was killed by SIGKILL. It is not" in (demo.run_dir / "report.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.slow

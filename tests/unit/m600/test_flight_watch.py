@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import io
+from dataclasses import replace
 from signal import SIGKILL
 
 import pytest
 from rich.console import Console
 
 from skillwing.m600.demo.flight_deck import FlightDeck
-from skillwing.m600.demo.flight_watch import SILENCE, STALL, FlightWatch
+from skillwing.m600.demo.flight_watch import RETURN, SILENCE, STALL, FlightWatch
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus import Bus
 from skillwing.services.bus.inprocess import InProcessNetwork
@@ -78,6 +79,32 @@ def test_without_the_rest_a_flight_goes_on_and_says_so_once() -> None:
     flight.bus.after(10.1, lambda: flight.vanish("recorder"))
     assert flight.watch.follow() == ""
     assert flight.printed() == ["recorder was killed by SIGKILL. The mission goes on as it can."]
+
+
+def test_what_is_started_again_ends_no_flight() -> None:
+    flight = Flight()
+    returning = replace(death("sim"), pause=0.2, outlook="It is started again in 0.2 s.")
+    flight.bus.after(10.0, lambda: flight.deaths.append(returning))
+    flight.bus.after(10.0, lambda: flight.vanish("sim"))
+    flight.bus.after(10.0 + RETURN / 2, lambda: flight.appear("sim"))
+    assert flight.watch.follow() == ""
+    assert flight.printed() == [f"{returning} {returning.outlook} The mission goes on as it can."]
+
+
+def test_what_does_not_come_back_ends_the_flight_that_needs_it() -> None:
+    flight = Flight()
+    flight.bus.after(10.0, lambda: flight.deaths.append(replace(death("sim"), pause=0.2)))
+    flight.bus.after(10.0, lambda: flight.vanish("sim"))
+    assert flight.watch.follow() == "sim does not answer any more."
+    assert flight.network.now() == pytest.approx(10.0 + RETURN, abs=1.0)
+
+
+def test_what_is_given_up_in_the_end_ends_the_flight() -> None:
+    flight = Flight()
+    flight.bus.after(10.0, lambda: flight.deaths.append(replace(death("sim"), pause=0.2)))
+    flight.bus.after(11.0, lambda: flight.deaths.append(death("sim")))
+    assert flight.watch.follow() == "sim was killed by SIGKILL."
+    assert flight.network.now() == pytest.approx(11.0, abs=1.0)
 
 
 def test_a_process_that_hangs_ends_the_flight_that_needs_it() -> None:

@@ -78,12 +78,19 @@ class Flight:
 
     def entries(self) -> list[ProcessEntry]:
         """What became of each process."""
-        died = {death.process: str(death) for death in self.deaths}
+        down = {death.process for death in self.deaths if death.final}
 
         def state(name: str) -> str:
-            return "died" if name in died else "stopped" if name in self.started else "not started"
+            return "died" if name in down else "stopped" if name in self.started else "not started"
 
-        return [ProcessEntry(name=name, state=state(name), detail=died.get(name, "")) for name in self.names]
+        def detail(name: str) -> str:
+            own = [death for death in self.deaths if death.process == name]
+            restarts = sum(not death.final for death in own)
+            told = [str(own[-1])] if own else []
+            told += [f"It was started again {restarts} time{'s' if restarts > 1 else ''}."] if restarts else []
+            return " ".join(told)
+
+        return [ProcessEntry(name=name, state=state(name), detail=detail(name)) for name in self.names]
 
 
 def _finite(value: float) -> float:
@@ -171,6 +178,8 @@ def _processes(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
         "skillwing.bt_missions.running.runner:make_mission",
         {"mission": MISSION, "skillset": str(ROBOT.skillset)},
         extra="missions",
+        # A new mission would begin with a takeoff, in the air.
+        restart="never",
     )
     return (*ROBOT.observers(options), *ROBOT.functional_layer(options), *ROBOT.managers(options), mission)
 
@@ -179,11 +188,14 @@ def _fly(options: dict[str, Any], run_dir: Path, console: Console, title: str) -
     """Start everything, follow the mission to its end, stop everything."""
     flight = Flight(_processes(options))
     skillset = ROBOT.load_skillset()
-    launcher = Launcher(ROBOT.name, skillset.name, run_dir, clock=ROBOT.clock, on_death=flight.deaths.append)
+    launcher = Launcher(
+        ROBOT.name, skillset.name, run_dir, clock=ROBOT.clock, restarts=True, on_death=flight.deaths.append
+    )
     with _ending_well(flight), launcher:
         try:
             launcher.start_router()
-            with announced(ROBOT, launcher.endpoint, run_dir):
+            with announced(ROBOT, launcher.endpoint, run_dir) as announcement:
+                launcher.on_change = lambda: announcement.update(launcher.states)
                 _follow(launcher, flight, skillset, console, title, options["speed"])
         finally:
             flight.started = set(launcher.pids)
@@ -225,7 +237,7 @@ def _ending_well(flight: Flight) -> Iterator[None]:
         told = [str(death) for death in error.deaths] or [f"No sign of life from {', '.join(error.missing)}."]
         flight.ended_by = " ".join(["The system did not start.", *told])
     except (SkillwingError, OSError, zenoh.ZError) as error:
-        fatal = [str(death) for death in flight.deaths if death.process in flight.essential]
+        fatal = [str(death) for death in flight.deaths if death.final and death.process in flight.essential]
         flight.ended_by = " ".join(fatal) or str(error)
 
 
@@ -252,7 +264,7 @@ def _judge(flight: Flight, run_dir: Path, seed: int, console: Console) -> int:
         except OSError as error:
             raise SkillwingError(f"The report cannot be written: {error}. {flight.ended_by}") from error
     for death in flight.deaths:
-        if death.exit_code is not None and death.log:
+        if death.final and death.exit_code is not None and death.log:
             console.print(Text.assemble((f"The last lines of {death.process}:", "red"), *_indented(death.log)))
     for note in notes:
         console.print(Text(note, "red"))

@@ -14,6 +14,8 @@ STALL = 30.0
 """Wall seconds without robot time after which the flight is given up."""
 SILENCE = 5.0
 """Wall seconds that a process which has not ended may be cut off; a busy machine needs some to heal a link."""
+RETURN = 30.0
+"""The same for one that died and is started again."""
 PERIOD = 0.2
 """Wall seconds between two looks."""
 
@@ -42,6 +44,7 @@ class FlightWatch:
         self._present: set[str] = set()
         self._silent: dict[str, float] = {}
         self._told: set[str] = set()
+        self._deaths_told = 0
         self._last_t = -1.0
         self._wall = wall
         self._last_tick = wall()
@@ -61,30 +64,36 @@ class FlightWatch:
         name = key.removeprefix(self._prefix)
         if alive:
             self._present.add(name)
+            self._told.discard(name)
             self._silent.pop(name, None)
         else:
             self._present.discard(name)
             self._silent[name] = self._wall()
 
     def _dead(self) -> str:
-        for death in list(self._deaths):
-            if death.process in self._essential:
-                return str(death)
-            self._tell_once(death.process, str(death))
+        """Why the flight ends, if a process died that it needs and that stays down. Other deaths are only told."""
+        for death in self._deaths[self._deaths_told :]:
+            self._deaths_told += 1
+            if death.final and death.process in self._essential:
+                return f"{death} {death.outlook}".strip()
+            self._tell(f"{death} {death.outlook}".strip())
         return ""
 
     def _cut_off(self) -> str:
-        """Processes that have not ended and are silent all the same: stopped, or hung."""
-        dead = {death.process for death in self._deaths}
+        """Processes that are silent all the same: stopped, hung, or not back from their restart."""
+        down = {death.process for death in self._deaths if death.final}
+        returning = {death.process for death in self._deaths if not death.final}
         now = self._wall()
         for name, since in self._silent.items():
-            if name in dead or now - since < SILENCE:
+            if name in down or now - since < (RETURN if name in returning or ROUTER in returning else SILENCE):
                 continue
             if not self._present:
                 return f"Nobody answers any more; {ROUTER} must have stopped."
             if name in self._essential:
                 return f"{name} does not answer any more."
-            self._tell_once(name, f"{name} does not answer any more.")
+            if name not in self._told:
+                self._told.add(name)
+                self._tell(f"{name} does not answer any more.")
         return ""
 
     def _stalled(self) -> str:
@@ -94,7 +103,5 @@ class FlightWatch:
         stands_still = self._wall() - self._last_tick > STALL
         return f"Robot time has stood still for {STALL:g} s." if stands_still else ""
 
-    def _tell_once(self, name: str, text: str) -> None:
-        if name not in self._told:
-            self._told.add(name)
-            self._deck.tell(f"{text} The mission goes on as it can.", "red")
+    def _tell(self, text: str) -> None:
+        self._deck.tell(f"{text} The mission goes on as it can.", "red")

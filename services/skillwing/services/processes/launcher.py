@@ -51,7 +51,7 @@ class Launcher:
     robot: name and namespace; skillset: its name; clock: who tells robot time; run_dir: gets `logs/<process>.log`.
     restarts: what dies is started again as its `ProcessSpec` and `RestartPolicy` say, the router at the same endpoint;
     else every death is final. on_death: called on a thread of its own when a process ends without being told to;
-    on_change: the same, whenever `states` has changed.
+    on_change: the same, whenever `states` has changed; it may be set later.
 
     Each child holds the reading end of a pipe whose other end only this process has: when this one is killed, even
     with -9, the pipe closes and the children end. They are in sessions of their own, so that Ctrl-C in a terminal
@@ -77,7 +77,7 @@ class Launcher:
         self._clock: ClockKind = clock
         self._restarts = restarts
         self._on_death = on_death or _ignore
-        self._on_change = on_change or _nothing
+        self.on_change = on_change or _nothing
         self._wake: Callable[[], None] = _nothing
         self._children: dict[str, Child] = {}
         self._stopping = threading.Event()
@@ -196,6 +196,7 @@ class Launcher:
         with self._lock:
             child.start(time.monotonic(), stdout)
             self._children[spec.name] = child
+        self.on_change()
         return child
 
     def _look_after(self, child: Child) -> None:
@@ -212,14 +213,14 @@ class Launcher:
                 self.deaths.append(death)
             self._wake()
             self._on_death(death)
-            self._on_change()
+            self.on_change()
             if death.pause is None or self._stopping.wait(death.pause):
                 return
             with self._lock:
                 if self._stopping.is_set():
                     return
                 child.start(time.monotonic())
-            self._on_change()
+            self.on_change()
 
     def _start_error(self, missing: Iterable[str], deaths: Iterable[Death]) -> StartError:
         names = tuple(missing)
