@@ -221,7 +221,7 @@ def test_a_journal_of_an_earlier_life_of_the_robot_is_set_aside(tmp_path: Path) 
     (answer,) = states
     assert isinstance(answer, Answered)
     assert decode(answer.payload, ResourceStates).states["engine"] == "ON"
-    _, kept = look_into(tmp_path / "journal-1.sqlite", 10)
+    _, kept = look_into(tmp_path / "journal-1.sqlite")
     assert {stands.resource: stands.state for stands in kept.resources}["engine"] == "OFF"
 
 

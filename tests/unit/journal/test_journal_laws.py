@@ -117,10 +117,11 @@ class Twins(RuleBasedStateMachine):
         if kept.records:
             ids.skip(kept.records[-1].id)
         self.renewed = ResourceCore(CRANE, source="rm", new_record_id=ids, kept=kept)
-        *said_again, resumed = self.renewed.resume(kept, self.now).publications
+        step = self.renewed.resume(kept, self.now)
+        (resumed,) = step.publications
         assert isinstance(resumed, Record)
-        assert resumed.id not in {each.id for each in said_again if isinstance(each, Record)}
-        self.journal.write((), (resumed,), self.now)
+        assert resumed.id not in {each.id for each in step.reply if isinstance(each, Record)}
+        self.write(step)
         self.ids.skip(resumed.id)
         for item in CRANE.data:
             reading = self.constant.data.reading(item.name, self.now)

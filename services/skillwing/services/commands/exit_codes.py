@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from skillwing.dsl import SkillsetError, UnknownNameError
 from skillwing.services.errors import InvalidInputError, InvalidOptionError, NoSystemError, RefusedError
+from skillwing.services.journal.errors import JournalError
 from skillwing.services.protocol import Ending, Terminal
 
 OK = 0
@@ -26,7 +27,14 @@ def exit_code_of(error: Exception) -> int:
             return NO_SYSTEM
         case RefusedError():
             return REFUSED
-        case UnknownNameError() | InvalidInputError() | InvalidOptionError() | SkillsetError() | OSError():
+        case (
+            UnknownNameError()
+            | InvalidInputError()
+            | InvalidOptionError()
+            | SkillsetError()
+            | JournalError()
+            | OSError()
+        ):
             return USAGE
         case _:
             return FAILED

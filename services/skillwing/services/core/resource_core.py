@@ -132,8 +132,8 @@ class ResourceCore:
         """The entries that a new journal begins with."""
         return self._table.inventory()
 
-    def resume(self, kept: Kept, now: float) -> Step[None]:
-        """Say again what may not have got out before the predecessor died, for it does no harm twice.
+    def resume(self, kept: Kept, now: float) -> Step[tuple[Publication, ...]]:
+        """Go on from what was kept. The reply is to be published first: what the predecessor may not have got out.
 
         Of the data nothing is known at first. Each is taken for as fresh as its last value may have been.
         """
@@ -145,8 +145,7 @@ class ResourceCore:
         verdicts = (over.verdict for over in kept.goals)
         again += [each for each in verdicts if isinstance(each, (Violated, Lost)) and each.t >= since]
         self._scribe.record(now, RecordKind.PROCESS, self._source, None, "RESUMED", text)
-        step = self._finish(None)
-        return Step(None, (*again, *step.publications), step.entries)
+        return self._finish(tuple(again))
 
     # --- from the functional layer and operators ---------------------------------------------------------------------
 

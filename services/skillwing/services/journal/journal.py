@@ -18,7 +18,7 @@ from skillwing.services.journal.errors import (
     JournalWriteError,
     NoJournalError,
 )
-from skillwing.services.journal.rows import insert_entry, insert_record, select_identity, select_kept
+from skillwing.services.journal.rows import HISTORY_KEPT, insert_entry, insert_record, select_identity, select_kept
 from skillwing.services.journal.schema import Identity, check_form, check_owner, create, damaged, is_empty
 from skillwing.services.protocol import Record
 
@@ -144,8 +144,8 @@ class Journal:
         connection.execute("DROP TABLE room")
 
 
-def look_into(path: Path, records: int) -> tuple[Identity, Kept]:
-    """Whose journal it is and what it holds, also while it is written to; `records`: of its history the latest.
+def look_into(path: Path) -> tuple[Identity, Kept]:
+    """Whose journal it is and what it holds, with all of its history, also while it is written to.
 
     Raises NoJournalError and JournalRefusedError.
     """
@@ -157,7 +157,7 @@ def look_into(path: Path, records: int) -> tuple[Identity, Kept]:
         check_form(connection, path)
         # One transaction, for the journal may be written to while it is read.
         connection.execute("BEGIN")
-        return select_identity(connection), select_kept(connection, records)
+        return select_identity(connection), select_kept(connection, HISTORY_KEPT)
 
 
 def set_aside(path: Path) -> Path | None:

@@ -12,6 +12,7 @@ FORMAT = 1
 """Raised whenever an older process could not read what a newer one writes."""
 APPLICATION_ID = 0x534B574A
 """`SKWJ`, by which tools know the file."""
+ELSEWHERE = "Name another file, or move this one away to start afresh."
 
 TABLES = """
 CREATE TABLE journal (
@@ -56,7 +57,7 @@ def create(connection: sqlite3.Connection, identity: Identity) -> None:
 def check_form(connection: sqlite3.Connection, path: Path) -> None:
     """Raise JournalRefusedError for a file that is no journal, a damaged one, or one of a newer format."""
     if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
-        raise JournalRefusedError(path, f"{path} is no journal of a resource manager. Name another file.")
+        raise JournalRefusedError(path, f"{path} is no journal of a resource manager. {ELSEWHERE}")
     written = connection.execute("PRAGMA user_version").fetchone()[0]
     if written > FORMAT:
         text = f"The journal {path} was written by a newer Skillwing: its format is {written}, this one reads {FORMAT}."
@@ -72,10 +73,10 @@ def check_owner(found: Identity, wanted: Identity, path: Path) -> None:
         return
     if found.robot != wanted.robot:
         text = f"The journal {path} is that of the robot `{found.robot}`, and this one is `{wanted.robot}`."
-        raise JournalRefusedError(path, f"{text} Name another file.")
+        raise JournalRefusedError(path, f"{text} {ELSEWHERE}")
     if found.skillset != wanted.skillset:
         text = f"The journal {path} is that of the skillset `{found.skillset}`, and this one is `{wanted.skillset}`."
-        raise JournalRefusedError(path, f"{text} Name another file.")
+        raise JournalRefusedError(path, f"{text} {ELSEWHERE}")
     raise JournalRefusedError(
         path,
         f"The journal {path} was written with version {found.schema} of the skillset `{found.skillset}`, and this is "

@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 from skillwing.services.core.kept import Kept
 from skillwing.services.core.latest import LatestData
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.core.resource_core import ResourceCore, Step
+from skillwing.services.core.resource_core import Publication, ResourceCore, Step
 from skillwing.services.journal.errors import JournalTakenError, JournalWriteError
 from skillwing.services.journal.journal import Journal
 from skillwing.services.protocol import ErrorCode, Record
@@ -35,7 +35,7 @@ class JournaledCore:
         """Begin an empty journal. Raises JournalWriteError."""
         self._journal.begin(self.core.inventory(), now)
 
-    def resume(self, kept: Kept, now: float) -> Step[None] | None:
+    def resume(self, kept: Kept, now: float) -> Step[tuple[Publication, ...]] | None:
         """Go on from what the journal holds; the step is not written yet.
 
         Returns None where robot time has begun anew: nothing is as it was then, and an empty journal takes the place

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
@@ -15,7 +15,7 @@ from skillwing.services.core.kept import Kept
 from skillwing.services.core.latest import LatestData
 from skillwing.services.core.leases import Expired
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.core.resource_core import ResourceCore, Step
+from skillwing.services.core.resource_core import Publication, ResourceCore, Step
 from skillwing.services.journal.errors import JournalTakenError
 from skillwing.services.journal.journal import Journal
 from skillwing.services.journal.schema import Identity
@@ -129,6 +129,7 @@ class ResourceManagerNode:
         self._open()
         if step is None:
             return
+        self._publish(step.reply)
         self._perform(step)
         for grant in self._core.grants:
             self._presence.expect(grant.manager)
@@ -241,7 +242,13 @@ class ResourceManagerNode:
             if self._rejudging is None:
                 self._rejudging = self._bus.after(WRITE_AGAIN, self._judge_anew, wall=True)
             raise
-        for publication in step.publications:
+        self._publish(step.publications)
+        self._alarm.set(self._core.next_tick(self._bus.now()))
+        self._keep_leases()
+        return step.reply
+
+    def _publish(self, publications: Iterable[Publication]) -> None:
+        for publication in publications:
             match publication:
                 case Record():
                     self._timeline.publish(publication)
@@ -249,9 +256,6 @@ class ResourceManagerNode:
                     self._changes[publication.resource].put(encode(publication))
                 case Violated() | Lost():
                     self._verdicts[publication.skill].put(encode(publication))
-        self._alarm.set(self._core.next_tick(self._bus.now()))
-        self._keep_leases()
-        return step.reply
 
     def _judge_anew(self) -> None:
         """Judge the invariants at this instant."""
