@@ -8,10 +8,17 @@ from skillwing.services.bus import Answer, Answered, Bus, Refused, Unanswered
 
 FIRST_DELAY = 0.05
 LONGEST_DELAY = 1.0
+CUT_OFF_DELAY = 0.25
+"""Seconds between two attempts while we are cut off from the network, when silence says nothing about others."""
 
 
 def retry_delay(attempt: int) -> float:
-    """Seconds to wait after the `attempt`-th silence (from 1): doubling from 0.05 s up to 1 s."""
+    """Seconds to wait after the `attempt`-th silence (from 1): doubling from 0.05 s up to 1 s.
+
+    0 stands for a silence that does not count, because this node was cut off.
+    """
+    if attempt == 0:
+        return CUT_OFF_DELAY
     return min(LONGEST_DELAY, FIRST_DELAY * 2 ** min(attempt - 1, 16))
 
 
@@ -27,6 +34,7 @@ def ask_until_answered(
     """Send the same request until somebody answers it, so the request has to be idempotent.
 
     After each silence `keep_asking(number of silences)` decides: True asks again, False ends it with `on_silence`.
+    While this node is cut off from the network nothing is counted, and the count begins anew when it is back.
     Waiting is in wall time, since a robot clock that stands still is no reason to stop talking.
     """
     silences = 0
@@ -39,7 +47,7 @@ def ask_until_answered(
         if not isinstance(answer, Unanswered):
             on_answer(answer)
             return
-        silences += 1
+        silences = silences + 1 if bus.connected else 0
         if keep_asking(silences):
             bus.after(retry_delay(silences), send, wall=True)
         else:

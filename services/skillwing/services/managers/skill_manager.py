@@ -13,8 +13,8 @@ import msgspec
 
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
-from skillwing.services.bus import Answer, Answered, Bus, Handle, Node, Refused, Sample
-from skillwing.services.client.asking import ask_until_answered, retry_delay
+from skillwing.services.bus import Answer, Answered, Bus, Handle, Node, Refused, Sample, Unanswered
+from skillwing.services.client.asking import CUT_OFF_DELAY, ask_until_answered, retry_delay
 from skillwing.services.core.skill_actions import Action, AskResources, CallHook, Hook
 from skillwing.services.core.skill_core import RENEWAL_PERIOD, SkillCore
 from skillwing.services.core.values import fit_fields
@@ -140,6 +140,10 @@ class SkillManagerNode:
             log.warning("the resource manager does not take us for %s: %s", self.name, answer.error.message)
 
     def _on_resources_answer(self, asked: AskResources, answer: Answer) -> None:
+        if isinstance(answer, Unanswered) and not self._bus.connected:
+            # Nobody's silence but ours.
+            self._bus.after(CUT_OFF_DELAY, lambda: self._ask(asked), wall=True)
+            return
         self._perform(self._core.answered(asked, _verdict(answer), self._bus.now()))
 
     # --- what the hooks ask for --------------------------------------------------------------------------------------

@@ -1,0 +1,173 @@
+"""Leases over real Zenoh: processes that freeze, and a router that dies under everybody."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import pytest
+
+from skillwing.dsl import parse
+from skillwing.services.bus import Node
+from skillwing.services.bus.zenoh_bus import ZenohBus
+from skillwing.services.client.interface import SkillsetInterface
+from skillwing.services.managers.presence import LOSS_DEBOUNCE
+from skillwing.services.managers.resource_manager import GRANT_LEASE
+from skillwing.services.mocking import MockRun, MockScript, make_mock_managers
+from skillwing.services.names import skill_process
+from skillwing.services.processes.router import LOOPBACK
+from skillwing.services.protocol import Keys, State
+from skillwing.services.testing import SkillsetProcesses
+
+pytest_plugins = ["skillwing.services.testing.fixtures"]
+pytestmark = pytest.mark.slow
+
+WINCH = """
+skillset winch {
+    resource rope { initial FREE  FREE -> TAKEN  TAKEN -> FREE }
+    skill pull {
+        effect { take: rope -> TAKEN  release: rope -> FREE }
+        precondition { free: resource=(rope == FREE)  success take }
+        interrupt { apply=release timeout=2.0 }
+        result { PULLED: apply=release }
+    }
+}
+"""
+SCRIPT = "[skill.pull]\ndelay = 600.0\n"
+PATIENCE = 20.0
+"""Seconds for what takes about two of them, on a machine that is busy."""
+
+
+@pytest.fixture
+def winch(tmp_path: Path, skillset_processes: Callable[..., SkillsetProcesses]) -> SkillsetProcesses:
+    (tmp_path / "winch.skillset").write_text(WINCH, encoding="utf-8")
+    (tmp_path / "winch.mock.toml").write_text(SCRIPT, encoding="utf-8")
+    return skillset_processes(tmp_path / "winch.skillset", scripts=[tmp_path / "winch.mock.toml"])
+
+
+@contextmanager
+def frozen(pid: int) -> Iterator[None]:
+    os.kill(pid, signal.SIGSTOP)
+    try:
+        yield
+    finally:
+        os.kill(pid, signal.SIGCONT)
+
+
+def test_a_frozen_manager_loses_its_goal_and_learns_of_it_when_it_wakes_up(winch: SkillsetProcesses) -> None:
+    goal = winch.start_skill("pull")
+    with frozen(winch.launcher.pids[skill_process("pull")]):
+        winch.assert_states(rope="FREE", within=PATIENCE)
+        goal.assert_ended("LOST", within=PATIENCE)
+    # Awake again it gives up what it was about, and then takes a new goal.
+    assert any(winch.start_skill("pull").state is State.RUNNING for _ in range(10))
+    winch.assert_states(rope="TAKEN")
+
+
+def test_a_client_that_freezes_loses_the_goals_it_owns(winch: SkillsetProcesses, tmp_path: Path) -> None:
+    owner = tmp_path / "owner.py"
+    owner.write_text(
+        f"""
+from skillwing.dsl import load
+from skillwing.dsl import parse
+from skillwing.services.bus import Node
+from skillwing.services.bus.zenoh_bus import ZenohBus
+from skillwing.services.client.interface import SkillsetInterface
+bus = ZenohBus("owner", "winch", "{winch.launcher.endpoint}")
+client = SkillsetInterface(bus, load({str(tmp_path / "winch.skillset")!r}), client="owner", owns_goals=True)
+client.start("pull", {{}}, goal_id="owned")
+bus.run_until(lambda: False)
+""",
+        encoding="utf-8",
+    )
+    process = subprocess.Popen([sys.executable, str(owner)])
+    try:
+        winch.assert_states(rope="TAKEN", within=PATIENCE)
+        with frozen(process.pid):
+            winch.assert_states(rope="FREE", within=PATIENCE)
+    finally:
+        process.kill()
+        process.wait()
+
+
+# --- a router that dies ----------------------------------------------------------------------------------------------
+
+
+class Crew:
+    """The managers of the winch and a client on one router, which the test kills: each node on a thread of its own."""
+
+    def __init__(self, endpoint: str) -> None:
+        skillset = parse(WINCH, "winch.skillset")
+        script = MockScript(skills={"pull": (MockRun(delay=600.0),)})
+        self.keys = Keys("winch")
+        self._over = False
+        self._threads: list[threading.Thread] = []
+        self._buses: list[ZenohBus] = []
+        self.client_bus = ZenohBus("client", "winch", endpoint)
+        self.client = SkillsetInterface(self.client_bus, skillset, client="client", owns_goals=True)
+        for number in range(len(make_mock_managers(skillset, script))):
+            self._run(lambda number=number: make_mock_managers(skillset, script)[number], endpoint)
+
+    def _run(self, make: Callable[[], Node], endpoint: str) -> None:
+        def live() -> None:
+            node = make()
+            bus = ZenohBus(node.name, "winch", endpoint)
+            self._buses.append(bus)
+            node.attach(bus)
+            bus.run_until(lambda: self._over)
+            bus.close()
+
+        self._threads.append(threading.Thread(target=live, daemon=True))
+        self._threads[-1].start()
+
+    def wait_until(self, condition: Callable[[], bool]) -> None:
+        assert self.client_bus.run_until(condition, PATIENCE)
+
+    def close(self) -> None:
+        self._over = True
+        self.client_bus.close()
+        for bus in self._buses:
+            bus.post(lambda: None)  # who waits for messages looks up
+        for thread in self._threads:
+            thread.join(PATIENCE)
+
+
+@contextmanager
+def router_at(endpoint: str = LOOPBACK) -> Iterator[str]:
+    command = [sys.executable, "-m", "skillwing.services.processes.router", "--listen", endpoint]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    try:
+        assert process.stdout is not None
+        yield process.stdout.readline().strip()
+    finally:
+        process.kill()
+        process.wait()
+
+
+def test_a_router_that_is_back_within_some_seconds_costs_nobody_a_goal() -> None:
+    with ExitStack() as cleaning:
+        with router_at() as endpoint:
+            crew = Crew(endpoint)
+            cleaning.callback(crew.close)
+            goal = crew.client.start("pull", {})
+            crew.wait_until(lambda: goal.state is State.RUNNING)
+        crew.wait_until(lambda: not crew.client_bus.connected)
+        longer_than_any_lease = GRANT_LEASE + LOSS_DEBOUNCE + 1.0
+        crew.client_bus.run_until(lambda: False, longer_than_any_lease)
+        with router_at(endpoint):
+            crew.wait_until(lambda: crew.client_bus.connected)
+            crew.client_bus.run_until(lambda: False, longer_than_any_lease)
+            assert goal.state is State.RUNNING
+            assert crew.client.states["rope"] == "TAKEN"
+            crew.client.interrupt(goal)
+            crew.wait_until(lambda: goal.done)
+            assert goal.terminal is not None
+            assert goal.terminal.label == "IT"
+            crew.wait_until(lambda: crew.client.states["rope"] == "FREE")
+            cleaning.close()
