@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
 
-.PHONY: setup demo test mutants lint format pictures reference lock clean history
+.PHONY: setup demo test mutants lint format errors pictures reference lock clean history
 
 setup: $(READY)
 
@@ -36,6 +36,10 @@ lint: setup
 format: setup
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+
+# What follows from the code in docs/errors/: headings, the output under each example, the index.
+errors: setup
+	$(BIN)/python tests/unit/dsl/error_pages.py
 
 # The pictures in README.md, from a flight of this very code.
 pictures: setup

@@ -123,7 +123,7 @@ class _Play:
             self._seen.judged.add(end)
             if "could not be applied" not in publication.reason:
                 self._seen.applied.add(end)
-            self._seen.after[publication.skill, f"violation of {publication.invariant}"].add(node)
+            self._seen.after[publication.skill, f"violation of `{publication.invariant}`"].add(node)
 
     def _play_from(self, datum: object) -> None:
         skillset = self._skillset
@@ -184,7 +184,9 @@ class _Play:
             self._seen.applied.add((skill.name, "it is refused"))
 
     def _end(self, skill: Skill, datum: object) -> None:
-        ends = [(f"it ends {result.name}", f"result {result.name}", "result", result.name) for result in skill.results]
+        ends = [
+            (f"it ends {result.name}", f"result `{result.name}`", "result", result.name) for result in skill.results
+        ]
         ends += [("it is interrupted", "interruption", "interrupt", None)]
         for when, label, how, result in ends:
             core = self._core()

@@ -212,8 +212,8 @@ def _leaks(skillset: Skillset, skill: Skill, startable: list[dict[str, str]], se
         hopeful = seen.hopeful(resource, origins)
         for (owner, label), nodes in seen.after.items():
             effects = {
-                **{f"result {result.name}": result.apply for result in skill.results},
-                **{f"violation of {item.name}": item.violation for item in skill.invariants},
+                **{f"result `{result.name}`": result.apply for result in skill.results},
+                **{f"violation of `{item.name}`": item.violation for item in skill.invariants},
                 "interruption": skill.interrupt.apply,
                 "loss of its manager": skill.lost,
             }

@@ -73,7 +73,7 @@ class SkillAnalysis:
             f"`{self._skill.name}` can be admitted while `{name}` is {state}, "
             f"from where the start effect `{effect.name}` cannot bring it to {target}."
         )
-        advice = f"Add a precondition on `{name}`, or the transition `{state} -> {target}`."
+        advice = f"Add a check such as `{name}: resource=({name} != {state})`, or the transition `{state} -> {target}`."
         self._report.add("SW084", effect.span, message, advice)
 
     # --- invariants
@@ -167,7 +167,12 @@ class SkillAnalysis:
             return False  # It can only ever find the resource there already, which changes nothing.
         elif all(edge.extern for edge in into):
             message = f"`{name}` has no transition to `{target}` that a skill may take."
-            self._add_once("SW041", span, message, f"{transitions_of(resource)} Add one, or name another state.")
+            self._add_once(
+                "SW041",
+                span,
+                message,
+                f"{transitions_of(resource)} Add `{min(states)} -> {target}`, or name another state.",
+            )
         elif comes_about:
             message = (
                 f"`{effect.name}` can never apply {when}: "

@@ -47,4 +47,6 @@ def described(states: Mapping[str, str]) -> str:
 def transitions_of(resource: Resource) -> str:
     """Say which transitions a resource has."""
     texts = [f"{'extern ' if edge.extern else ''}{edge.source} -> {edge.target}" for edge in resource.transitions]
-    return f"Its transitions are {listed(texts)}."
+    if not texts:
+        return "It has no transitions."
+    return f"Its only transition is {listed(texts)}." if len(texts) == 1 else f"Its transitions are {listed(texts)}."

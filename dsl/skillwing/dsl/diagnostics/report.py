@@ -29,11 +29,21 @@ class Report:
         self.diagnostics.append(Diagnostic(code, span or Span("", 1, 1, 1, 1), message, advice, related))
 
     def unknown(self, code: str, word: Word, kind: str, known: Iterable[str]) -> None:
-        """Report a name that is not declared, with the one that was probably meant or with all there are."""
+        """Report a name that is not declared, with the one that was probably meant or with all there are.
+
+        kind: "resource", or "state of `wheels`" for what belongs to something.
+        """
         names = tuple(known)
         guess = closest(word.text, names)
-        advice = f"Did you mean `{guess}`?" if guess else f"There is {listed(names)}."
-        self.add(code, word.span, f"There is no {kind} `{word.text}`.", advice)
+        noun, _, owner = kind.partition(" of ")
+        message = f"{owner} has no {noun} `{word.text}`." if owner else f"There is no {noun} `{word.text}`."
+        if guess:
+            advice = f"Did you mean `{guess}`?"
+        elif names:
+            advice = f"There is {listed(names)}."
+        else:
+            advice = f"Declare it: {_DECLARATIONS.get(code, '`{}`').format(word.text)}."
+        self.add(code, word.span, message, advice)
 
     def declare(self, seen: dict[str, Word], word: Word, kind: str) -> bool:
         """Note a declaration; report it and return False if the name is taken or cannot be used."""
@@ -48,3 +58,12 @@ class Report:
             message = f"No {kind} can be called `{word.text}`."
             self.add("SW018", word.span, message, f"Choose another name, such as `{word.text.strip('_') or 'item'}_1`.")
         return True
+
+
+# How to declare what there is none of.
+_DECLARATIONS = {
+    "SW010": "`resource {0} {{ initial A  A -> B  B -> A }}`",
+    "SW012": "`effect {{ {0}: RESOURCE -> STATE }}` in this skill",
+    "SW014": "`data {{ {0}: float64 period=1.0 }}` in the skillset, or `input {{ {0}: float64 }}` in the skill",
+    "SW015": "`{0}: float64` in the type",
+}

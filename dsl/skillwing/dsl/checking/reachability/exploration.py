@@ -18,9 +18,11 @@ from skillwing.dsl.checking.reachability.situations import Changes, Situations
 from skillwing.dsl.checking.reachability.statespace import Guard, StateSpace
 from skillwing.dsl.model import Skill
 
-_MOST_SKILLS = 12
-_MOST_COMBINATIONS = 2048
-_MOST_NODES = 600
+MOST_SKILLS = 12
+MOST_STATES = 2048
+"""Of combinations of the declared states of all resources."""
+MOST_SITUATIONS = 600
+"""Of nodes that come about."""
 _MOST_OUTCOMES = 6000
 
 _Node: TypeAlias = tuple[Row, tuple[str, ...]]
@@ -32,7 +34,7 @@ def explore(space: StateSpace) -> Exploration | None:
     combinations = 1
     for name in space.names:
         combinations *= len(space.resource(name).states)
-    if len(space.skillset.skills) > _MOST_SKILLS or combinations > _MOST_COMBINATIONS:
+    if len(space.skillset.skills) > MOST_SKILLS or combinations > MOST_STATES:
         return None
     try:
         return Exploration(space)
@@ -161,7 +163,7 @@ class Exploration:
             node = frontier.pop()
             for successor in self._successors(node):
                 if successor not in self._predecessors:
-                    if len(self._predecessors) >= _MOST_NODES:
+                    if len(self._predecessors) >= MOST_SITUATIONS:
                         raise _TooManyError
                     self._predecessors[successor] = set()
                     frontier.append(successor)

@@ -39,10 +39,10 @@ def ends_of(skill: Skill) -> Iterator[tuple[str, str | None]]:
 
     In this order: results, interruption, loss, violations of the invariants.
     """
-    yield from ((f"result {result.name}", result.apply) for result in skill.results)
+    yield from ((f"result `{result.name}`", result.apply) for result in skill.results)
     yield "interruption", skill.interrupt.apply
     yield "loss of its manager", skill.lost
-    yield from ((f"violation of {invariant.name}", invariant.violation) for invariant in skill.invariants)
+    yield from ((f"violation of `{invariant.name}`", invariant.violation) for invariant in skill.invariants)
 
 
 class Knowledge(Protocol):
