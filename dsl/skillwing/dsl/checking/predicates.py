@@ -76,8 +76,14 @@ class Predicates:
         left, right = comparison.left, comparison.right
         subject, state = (left, right) if not self._names_resource(right) else (right, left)
         if self._names_resource(left) and self._names_resource(right):
-            self._report.add("SW020", comparison.span, "A resource is compared with a state, not with a resource.")
-            return None
+            # A state may be called like a resource.
+            if _text(right) in self._known.resources[_text(left)].states:
+                subject, state = left, right
+            elif _text(left) not in self._known.resources[_text(right)].states:
+                message = "A resource is compared with a state, not with a resource."
+                advice = f"Compare it with one of {_states(self._known.resources[_text(left)])}."
+                self._report.add("SW020", comparison.span, message, advice)
+                return None
         resource = self._resource(subject)
         if resource is None:
             return None

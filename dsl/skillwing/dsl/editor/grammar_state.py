@@ -61,7 +61,7 @@ class _States:
 
     def _shift(self, kind: str, follower: str) -> bool:
         after = self._after(kind)
-        if after is None and self._vocabulary.may_be_name(kind, follower):
+        if after is None and self._vocabulary.may_be_name(kind, follower, self._machine.actions[self._stack.top]):
             after = self._after("NAME")
         if after is None:
             return False

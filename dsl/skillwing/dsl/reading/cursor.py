@@ -94,7 +94,8 @@ class Cursor:
         """Tell whether the machine could read words of these kinds from here, or from another stack."""
         trial = self.outlook() if stack is None else stack.copy()
         for kind, follower in zip(kinds, [*kinds[1:], ""], strict=True):
-            as_name = kind not in self.machine.actions[trial.top] and self._words.may_be_name(kind, follower)
+            fitting = self.machine.actions[trial.top]
+            as_name = kind not in fitting and self._words.may_be_name(kind, follower, fitting)
             if not self.machine.reads("NAME" if as_name else kind, trial):
                 return False
         return True

@@ -118,8 +118,8 @@ class Recovery:
     def _word_as_name(self, lexeme: Lexeme) -> bool:
         """A word of the language may also be a name, where only a name fits."""
         cursor = self._cursor
-        may_be_name = lexeme.kind != "NAME" and self._words.may_be_name(lexeme.kind, cursor.kind_at(1))
-        if not may_be_name or not cursor.reads(["NAME"]):
+        fitting = cursor.machine.actions[cursor.machine.states[-1]]
+        if not self._words.may_be_name(lexeme.kind, cursor.kind_at(1), fitting) or not cursor.reads(["NAME"]):
             return False
         self._replace(lexeme.supposed("NAME", lexeme.text))
         return True

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from skillwing.dsl.reading.lexemes import Lexeme
@@ -43,9 +43,13 @@ class Vocabulary:
         """Tell whether a terminal is a word of the language."""
         return kind not in self._no_words
 
-    def may_be_name(self, kind: str, follower: str) -> bool:
-        """A word of the language is read as a name where it fits as one and does not begin a block or an element."""
-        return self.is_word(kind) and follower not in {"OPEN", "NAME"}
+    def may_be_name(self, kind: str, follower: str, fitting: Iterable[str]) -> bool:
+        """Tell whether a word of the language may stand for a name, where one fits: if it does not begin a block.
+
+        So it seems to do before a name or a bracket; before a bracket it is a name where nothing else fits. fitting:
+        the terminals that the parser knows at the place.
+        """
+        return self.is_word(kind) and follower != "NAME" and (follower != "OPEN" or set(fitting) == {"NAME"})
 
     def block_title(self, heading: Sequence[object]) -> str:
         """Name a block by the words in front of its bracket."""
