@@ -87,7 +87,10 @@ def _excerpt(span: Span, source: str, mark: str) -> list[str]:
     lines = source.split("\n")
     if not 1 <= span.line <= len(lines):
         return []
-    line = lines[span.line - 1].rstrip("\r")
+    # A terminal would obey what cannot be seen.
+    line = "".join(
+        mark if mark.isprintable() or mark == "\t" else "\ufffd" for mark in lines[span.line - 1].rstrip("\r")
+    )
     start = span.column - 1
     end = span.end_column - 1 if span.end_line == span.line else len(line)
     before, marked = line[:start].expandtabs(_TAB_WIDTH), line[start:end].expandtabs(_TAB_WIDTH)
