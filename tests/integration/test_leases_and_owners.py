@@ -112,6 +112,24 @@ def test_the_first_lease_leaves_time_for_a_slow_dispatch(monkeypatch: pytest.Mon
     goal.assert_ended("LOST", within=0.2, detected_by="resource manager")
 
 
+def test_a_hook_that_blocks_its_manager_is_on_the_timeline(monkeypatch: pytest.MonkeyPatch) -> None:
+    blocked = 0.0
+    virtual = InProcessBus.now
+    monkeypatch.setattr(InProcessBus, "wall", lambda bus: virtual(bus) + blocked)
+
+    class Lift(SkillHooks[Any, Any, Any]):
+        skill = "lift"
+
+        def on_dispatch(self, goal: Goal[Any]) -> None:
+            nonlocal blocked
+            blocked += 4.5
+
+    robot = SkillsetInProcess(CRANE, [Lift])
+    goal = robot.start_skill("lift")
+    goal.assert_running()
+    assert "BLOCKED  `on_dispatch` blocked its manager for 4.5 s; hooks have to return" in robot.story()
+
+
 def test_a_manager_is_told_that_its_goal_was_taken_although_the_push_was_lost() -> None:
     class Lift(SkillHooks[Any, Any, Any]):
         skill = "lift"

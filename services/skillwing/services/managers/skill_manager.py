@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import time
 from collections import deque
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -257,14 +256,14 @@ class SkillManagerNode:
     def _guarded(self, hook: str, goal_id: str, body: Callable[[], T]) -> tuple[T | None, bool]:
         """Run a hook. Returns what it returned and True, or None and False if it raised."""
         # How long a hook blocks this thread is a matter of wall time, not of robot time.
-        started = time.monotonic()
+        started = self._bus.wall()
         try:
             return body(), True
         except Exception as error:  # noqa: BLE001 - whatever a developer's code raises ends its goal, not this process
             self._report(hook, goal_id, error)
             return None, False
         finally:
-            elapsed = time.monotonic() - started
+            elapsed = self._bus.wall() - started
             if elapsed > self._model.dispatch_timeout:
                 self._report_blocking(hook, goal_id, elapsed)
 
