@@ -16,7 +16,6 @@ from py_trees.common import Status
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.running import runner
-from skillwing.bt_missions.running.abort import AbortMission
 from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
 from skillwing.bt_missions.running.runner import MissionNode, make_mission
 from skillwing.bt_missions.subtrees.composites import alongside, in_order
@@ -24,7 +23,7 @@ from skillwing.bt_missions.subtrees.landing import land_where_it_is
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.bus import Answer, Answered, Bus, Refused
 from skillwing.services.errors import InvalidOptionError
-from skillwing.services.protocol import MissionStatus, RecordKind, decode, encode
+from skillwing.services.protocol import AbortMission, MissionStatus, RecordKind, decode, encode
 
 TIDY = {"max_examples": 8, "deadline": None}
 

@@ -455,6 +455,12 @@ class MissionStatus(Message, frozen=True, kw_only=True):
         return self.phase in {"SUCCEEDED", "FAILED", "ABORTED"}
 
 
+class AbortMission(Message, frozen=True, kw_only=True):
+    """Interrupt everything, land, and end the mission as ABORTED. Repeating it changes nothing."""
+
+    reason: str = "aborted by the operator"
+
+
 class ClockTick(Message, frozen=True, kw_only=True):
     """Robot time, and how fast it is meant to run against the wall clock (1.0 real time)."""
 

@@ -16,7 +16,6 @@ from py_trees.common import Status
 
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.running.abort import AbortMission
 from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, find_mission
 from skillwing.bt_missions.running.preflight import preflight
 from skillwing.bt_missions.running.tree_text import TreePortrait
@@ -27,6 +26,7 @@ from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.options import required
 from skillwing.services.protocol import (
+    AbortMission,
     ErrorCode,
     ErrorReply,
     Keys,
