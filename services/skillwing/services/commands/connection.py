@@ -7,7 +7,7 @@ with connect(robot) as system:
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from typing import Annotated
 
@@ -20,6 +20,7 @@ from skillwing.services.errors import RefusedError, UnansweredError
 from skillwing.services.names import CLIENT
 from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.roll_call import Entry, entries_of
+from skillwing.services.processes.run_state import read_run_state
 from skillwing.services.protocol import ErrorCode, GoalStatus, QueryGoal, QueryStates, ResourceStates
 from skillwing.services.robot import find_robot
 
@@ -46,13 +47,15 @@ class System(Connection):
                 return None
             raise
 
-    def processes(self) -> list[Entry]:
-        """Every process, the known ones first, and how it is: those that were started, as far as is known, else those
-        of the robot's table, and whoever else holds an alive token and is no client."""
-        alive = self.alive()
-        known = self.target.processes or tuple(ProcessState(name=name) for name in self._table())
-        names = {state.name for state in known}
-        others = sorted(name for name in alive - names if not name.startswith(CLIENT))
+    def entries(self, alive: Collection[str]) -> list[Entry]:
+        """Every process and how it is, the known ones first: those that were started, as far as is known, else those
+        of the robot's table. Then whoever else holds an alive token and is no client. alive: who holds one."""
+        target = self.target
+        state = None if target.pid is None else read_run_state(target.robot)
+        known = target.processes if state is None else state.processes
+        known = known or tuple(ProcessState(name=name) for name in self._table())
+        names = {each.name for each in known}
+        others = sorted(name for name in alive if name not in names and not name.startswith(CLIENT))
         return entries_of((*known, *(ProcessState(name=name) for name in others)), alive)
 
     def _table(self) -> tuple[str, ...]:

@@ -18,7 +18,7 @@ from skillwing.services.protocol import GoalStatus, QueryStates, ResourceStates
 def status(robot: RobotOption = None, as_json: JsonOption = False) -> None:
     """Show the system's processes, the goals of its skills and the states of its resources."""
     with connect(robot, wait_for_clock=False) as system:
-        processes = system.processes()
+        processes = system.entries(system.alive())
         goals = [goal for goal in map(system.goal, (skill.name for skill in system.skillset.skills)) if goal]
         states = _states(system)
     if as_json:

@@ -61,13 +61,8 @@ def write_run_state(state: RunState) -> None:
 def read_run_state(robot: str) -> RunState | None:
     """The running system of a robot; None if there is none."""
     path = _path(robot)
-    try:
-        state = msgspec.json.decode(path.read_bytes(), type=RunState)
-    except FileNotFoundError:
-        return None
-    except (OSError, msgspec.DecodeError):
-        state = None
-    if state is None or started(state.pid) != state.pid_started:
+    state = _read(path)
+    if not _is_current(state):
         path.unlink(missing_ok=True)
         return None
     return state
@@ -150,6 +145,22 @@ def running_systems() -> tuple[RunState, ...]:
     """All systems of this user that run, by robot name."""
     found = (read_run_state(path.stem) for path in sorted(runtime_dir().glob("*.json")))
     return tuple(state for state in found if state is not None)
+
+
+def stale_run_states() -> tuple[str, ...]:
+    """Robots whose file was left behind by a process that was killed. To be asked before anybody removes it."""
+    return tuple(path.stem for path in sorted(runtime_dir().glob("*.json")) if not _is_current(_read(path)))
+
+
+def _read(path: Path) -> RunState | None:
+    try:
+        return msgspec.json.decode(path.read_bytes(), type=RunState)
+    except (OSError, msgspec.DecodeError):
+        return None
+
+
+def _is_current(state: RunState | None) -> bool:
+    return state is not None and started(state.pid) == state.pid_started
 
 
 def _path(robot: str) -> Path:

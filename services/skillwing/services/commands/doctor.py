@@ -1,0 +1,37 @@
+"""`skillwing doctor`: what is wrong with the system, and what to do about it."""
+
+from __future__ import annotations
+
+import typer
+from rich.console import Console
+from rich.text import Text
+
+from skillwing.services.commands.connection import JsonOption, RobotOption
+from skillwing.services.commands.exit_codes import FAILED, OK
+from skillwing.services.commands.output import make_console, print_json
+from skillwing.services.diagnosis.examination import examine
+from skillwing.services.diagnosis.findings import Finding, diagnose
+
+
+def doctor(robot: RobotOption = None, as_json: JsonOption = False) -> None:
+    """Say what is wrong with the running system and this machine, and what to do about it. Changes nothing.
+
+    Exit codes: 0 nothing serious, 1 something is wrong. docs/operations.md lists the findings.
+    """
+    evidence = examine(robot)
+    findings = diagnose(evidence)
+    name = evidence.system.robot if evidence.system else None
+    if as_json:
+        print_json({"robot": name, "findings": findings})
+    else:
+        _print(make_console(), name, findings)
+    raise typer.Exit(FAILED if any(finding.serious for finding in findings) else OK)
+
+
+def _print(console: Console, robot: str | None, findings: list[Finding]) -> None:
+    for finding in findings:
+        mark = Text("wrong ", "bold red") if finding.serious else Text("note  ", "bold yellow")
+        console.print(Text.assemble(mark, finding.what))
+        console.print(Text.assemble("      ", finding.remedy, style="dim"))
+    if not any(finding.serious for finding in findings):
+        console.print(f"{robot} is well.", style="green")

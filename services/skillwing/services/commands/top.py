@@ -1,0 +1,179 @@
+"""`skillwing top`: every process, skill and resource, live."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console, Group, RenderableType
+from rich.live import Live
+from rich.text import Text
+
+from skillwing.services.bus import Answer, Answered
+from skillwing.services.bus.reading import message_reader
+from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
+from skillwing.services.commands.keyboard import when_pressed
+from skillwing.services.commands.output import end_text, make_console, make_table, print_json, state_text, value_text
+from skillwing.services.commands.process_table import duration, process_facts, process_table
+from skillwing.services.processes.roll_call import Entry
+from skillwing.services.protocol import (
+    GoalProgress,
+    GoalStatus,
+    ProtocolError,
+    QueryStates,
+    Record,
+    ResourceStates,
+    decode,
+    encode,
+)
+from skillwing.services.telemetry.present import Present, ResourceNow, SkillNow
+
+PERIOD = 1.0
+"""Wall seconds between two pictures, over which a process's share of a core is measured."""
+QUIT = "q"
+
+
+def top(
+    robot: RobotOption = None,
+    once: Annotated[bool, typer.Option("--once", help="Show one picture and end.")] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Show every process, skill and resource of the running system, live, until q or Ctrl-C.
+
+    With --once or --json, or where nobody looks on, once. CPU is percent of one core.
+    """
+    console = make_console()
+    with connect(robot, wait_for_clock=False) as system:
+        watch = SystemTop(system)
+        watch.look()
+        system.bus.run_until(lambda: False, PERIOD)
+        watch.look()
+        if as_json:
+            print_json(watch.facts())
+        elif once or not console.is_terminal:
+            console.print(watch.picture())
+        else:
+            _stay(system, watch, console)
+
+
+def _stay(system: System, watch: SystemTop, console: Console) -> None:
+    pressed: set[str] = set()
+    with (
+        Live(watch.picture(), console=console, screen=True, auto_refresh=False) as live,
+        when_pressed(lambda key: system.bus.post(lambda: pressed.add(key))),
+    ):
+        while QUIT not in pressed:
+            system.bus.run_until(lambda: QUIT in pressed, PERIOD)
+            watch.look()
+            live.update(watch.picture(), refresh=True)
+
+
+class SystemTop:
+    """Follows a system on the bus of a connection, which has to run in between."""
+
+    def __init__(self, system: System) -> None:
+        self._system = system
+        self._present = Present()
+        self._states: ResourceStates | None = None
+        self._alive: set[str] = set()
+        self._entries: list[Entry] = []
+        self._cpu: dict[str, float] = {}
+        self._used: dict[int, tuple[float, float]] = {}
+        bus, keys, present = system.bus, system.keys, self._present
+        prefix = keys.alive("")
+
+        def note(key: str, alive: bool) -> None:
+            (self._alive.add if alive else self._alive.discard)(key.removeprefix(prefix))
+
+        bus.watch_alive(keys.alive("**"), note)
+        bus.subscribe(keys.timeline, message_reader(Record, present.add_record), events=True)
+        bus.subscribe(keys.status("*"), message_reader(GoalStatus, present.add_status), events=True)
+        bus.subscribe(keys.progress("*"), message_reader(GoalProgress, present.add_progress), latest_only=True)
+
+    def look(self) -> None:
+        """Take a look at the processes, and ask for the resources; the answer comes while the bus runs."""
+        system = self._system
+        system.bus.ask(system.keys.resource_states, encode(QueryStates()), self._on_states)
+        self._entries = system.entries(self._alive)
+        now = time.monotonic()
+        shares: dict[str, float] = {}
+        used: dict[int, tuple[float, float]] = {}
+        for entry in self._entries:
+            pid = entry.state.pid
+            if pid is None or entry.used is None:
+                continue
+            used[pid] = (now, entry.used.cpu)
+            before = self._used.get(pid)
+            if before is not None and now > before[0]:
+                shares[entry.state.name] = 100.0 * (entry.used.cpu - before[1]) / (now - before[0])
+        self._cpu, self._used = shares, used
+
+    def _on_states(self, answer: Answer) -> None:
+        if isinstance(answer, Answered):
+            try:
+                self._states = decode(answer.payload, ResourceStates)
+            except ProtocolError:
+                return  # `doctor` tells of processes that cannot be understood
+
+    # --- what is shown -----------------------------------------------------------------------------------------------
+
+    @property
+    def _now(self) -> float:
+        return self._system.bus.now()
+
+    def _skills(self) -> Iterable[SkillNow]:
+        return (self._present.skill(skill.name) for skill in self._system.skillset.skills)
+
+    def _resources(self) -> Iterable[ResourceNow]:
+        return [] if self._states is None else self._present.resources(self._states)
+
+    def picture(self) -> RenderableType:
+        """Three tables, one above the other."""
+        target = self._system.target
+        time_of_robot = "" if target.clock == "wall" else f" at {self._now:.1f} s"
+        title = Text.assemble((f"{target.robot}{' (mock)' if target.mock else ''}{time_of_robot}", "bold"))
+        title.append(f"   {target.endpoint}   CPU {sum(self._cpu.values()):.0f} % of a core", style="dim")
+        skills = make_table(("SKILL", "STATE", "FOR", "PROGRESS", "ENDED LAST"), right=("FOR",))
+        for skill in self._skills():
+            skills.add_row(*self._skill_row(skill))
+        resources = make_table(("RESOURCE", "STATE", "FOR", "BY"), right=("FOR",))
+        for resource in self._resources():
+            resources.add_row(
+                resource.resource, state_text(resource.state), self._age(resource.since), Text(resource.by, "dim")
+            )
+        return Group(title, Text(), process_table(self._entries, self._cpu), Text(), skills, Text(), resources)
+
+    def _skill_row(self, skill: SkillNow) -> tuple[str | Text, ...]:
+        running = skill.goal_id is not None
+        last: str | Text = "" if skill.last is None else end_text(skill.last)
+        if isinstance(last, Text):
+            last.truncate(60, overflow="ellipsis")
+        return (
+            skill.skill,
+            Text(skill.state, "blue" if running else "dim"),
+            self._age(skill.since),
+            value_text(skill.feedback) if skill.feedback is not None else "",
+            last,
+        )
+
+    def _age(self, since: float | None) -> str:
+        return "" if since is None else duration(max(0.0, self._now - since))
+
+    def facts(self) -> dict[str, Any]:
+        """The same for programs."""
+        return {
+            "robot": self._system.target.robot,
+            "t": self._now,
+            "processes": {
+                entry.state.name: {
+                    **process_facts(entry),
+                    "cpu_percent": round(self._cpu.get(entry.state.name, 0.0), 2),
+                    "memory_bytes": None if entry.used is None else entry.used.memory,
+                }
+                for entry in self._entries
+            },
+            "skills": {skill.skill: skill for skill in self._skills()},
+            "resources": {resource.resource: resource for resource in self._resources()},
+        }

@@ -1,0 +1,1 @@
+"""Finding out what is wrong with a system: what is seen, what that means, and what to do about it."""

@@ -1,0 +1,189 @@
+"""Looking at a system and its machine, whatever state they are in, without changing anything."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from collections.abc import Iterable
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TypeVar
+
+from skillwing.dsl import UnknownNameError, load
+from skillwing.dsl.model import Skillset
+from skillwing.services.bus.zenoh_session import RouterUnreachableError, open_client
+from skillwing.services.client.connection import Target, find_target
+from skillwing.services.diagnosis.evidence import Disk, Evidence, Probe, SystemSeen
+from skillwing.services.diagnosis.probing import Question, alive, probe, watch_clock
+from skillwing.services.errors import NoSystemError
+from skillwing.services.ids import new_goal_id
+from skillwing.services.names import CLIENT, DATA_MANAGER, RESOURCE_MANAGER, skill_process
+from skillwing.services.processes.proc_files import Listener, listener, port_of
+from skillwing.services.processes.process_state import ProcessState
+from skillwing.services.processes.roll_call import entries_of
+from skillwing.services.processes.run_state import running_systems, stale_run_states
+from skillwing.services.protocol import (
+    DataReading,
+    GoalStatus,
+    Keys,
+    Message,
+    ProtocolError,
+    QueryData,
+    QueryGoal,
+    QueryStates,
+    ResourceStates,
+    StartGoal,
+    decode,
+)
+from skillwing.services.robot import find_robot
+
+M = TypeVar("M", bound=Message)
+
+CONNECT_TIMEOUT = 2.0
+CLOCK_WATCH = 1.0
+"""Wall seconds for which robot time is looked at."""
+LONG_AGO = -1.0
+"""Robot time before which a start had to arrive that must not start anything."""
+PACKAGES = {
+    "sim": ("mujoco", "embreex", "numpy", "scipy"),
+    "missions": ("py_trees",),
+    "viewer": ("rerun", "matplotlib"),
+}
+
+
+def examine(robot: str | None = None) -> Evidence:
+    """Look at the running system, or at that of a robot; raises NoSystemError if there are several to choose from."""
+    stale = stale_run_states()
+    try:
+        target = find_target(robot)
+    except NoSystemError:
+        if robot is None and len(running_systems()) > 1:
+            raise
+        target = None
+    return Evidence(
+        system=None if target is None else examine_system(target),
+        stale=stale,
+        missing={extra: found for extra, names in PACKAGES.items() if (found := _not_installed(names))},
+        load=os.getloadavg()[0],
+        cores=os.cpu_count() or 1,
+    )
+
+
+def examine_system(target: Target) -> SystemSeen:
+    """Look at one system."""
+    skillset = load(target.skillset)
+    keys = Keys(skillset.name)
+    disk = None if target.run_dir is None else _disk(target.run_dir)
+    port = port_of(target.endpoint)
+    try:
+        session = open_client(target.endpoint, target.robot, CONNECT_TIMEOUT)
+    except RouterUnreachableError:
+        return SystemSeen(
+            robot=target.robot,
+            endpoint=target.endpoint,
+            skillset=target.skillset,
+            clock=target.clock,
+            local=target.pid is not None,
+            router=False,
+            listener=None if port is None else _stranger(port, target),
+            entries=tuple(entries_of(target.processes, None)),
+            disk=disk,
+        )
+    with session:
+        held = frozenset(key.removeprefix(keys.alive("")) for key in alive(session, keys.alive("**")))
+        probes = probe(session, (*_manager_questions(skillset, keys), *_skill_questions(skillset, keys, held)))
+        goals = probe(session, tuple(_goal_questions(skillset, keys, held)))
+        data = probe(session, tuple(_data_questions(skillset, keys)) if DATA_MANAGER in held else ())
+        clock = watch_clock(session, CLOCK_WATCH)
+    states = next(iter(_messages(probes[:1], ResourceStates)), None)
+    return SystemSeen(
+        robot=target.robot,
+        endpoint=target.endpoint,
+        skillset=target.skillset,
+        clock=target.clock,
+        local=target.pid is not None,
+        router=True,
+        entries=tuple(entries_of(target.processes or _expected(target), held)),
+        probes=probes,
+        clock_seen=clock,
+        data=tuple(_messages(data, DataReading)),
+        states=None if states is None else states.states,
+        resources=frozenset(resource.name for resource in skillset.resources),
+        goals=tuple(_messages(goals, GoalStatus)),
+        clients=frozenset(name for name in held if name.startswith(CLIENT)),
+        disk=disk,
+    )
+
+
+# --- questions -------------------------------------------------------------------------------------------------------
+
+
+def _manager_questions(skillset: Skillset, keys: Keys) -> Iterable[Question]:
+    yield Question(RESOURCE_MANAGER, keys.resource_states, QueryStates())
+    if skillset.data:
+        yield Question(DATA_MANAGER, keys.data(skillset.data[0].name), QueryData())
+
+
+def _skill_questions(skillset: Skillset, keys: Keys, alive: frozenset[str]) -> Iterable[Question]:
+    """Starts that come too late to start anything: each manager compares the schema before it looks at the clock."""
+    for skill in skillset.skills:
+        if skill_process(skill.name) in alive:
+            start = StartGoal(
+                goal_id=new_goal_id(), inputs={}, client="doctor", schema=skillset.schema_hash, deadline=LONG_AGO
+            )
+            yield Question(skill_process(skill.name), keys.start(skill.name), start)
+
+
+def _goal_questions(skillset: Skillset, keys: Keys, alive: frozenset[str]) -> Iterable[Question]:
+    for skill in skillset.skills:
+        if skill_process(skill.name) in alive:
+            yield Question(skill_process(skill.name), keys.goal(skill.name), QueryGoal())
+
+
+def _data_questions(skillset: Skillset, keys: Keys) -> Iterable[Question]:
+    for datum in skillset.data:
+        yield Question(DATA_MANAGER, keys.data(datum.name), QueryData())
+
+
+def _messages(probes: Iterable[Probe], kind: type[M]) -> Iterable[M]:
+    """The answers that can be read; whoever cannot be understood is known by its version."""
+    for each in probes:
+        for reply in each.replies[:1]:
+            if reply.refusal is None:
+                try:
+                    yield decode(reply.payload, kind)
+                except ProtocolError:
+                    continue
+
+
+# --- the machine -----------------------------------------------------------------------------------------------------
+
+
+def _expected(target: Target) -> tuple[ProcessState, ...]:
+    """The processes of the robot's table, where nobody has written down which were started."""
+    try:
+        table = find_robot(target.robot)
+    except UnknownNameError:
+        return ()
+    return tuple(ProcessState(name=spec.name) for spec in (*table.functional_layer({}), *table.managers()))
+
+
+def _stranger(port: int, target: Target) -> Listener | None:
+    found = listener(port)
+    own = {state.pid for state in target.processes}
+    return None if found is None or found.pid in own else found
+
+
+def _not_installed(packages: Iterable[str]) -> tuple[str, ...]:
+    return tuple(name for name in packages if find_spec(name) is None)
+
+
+def _disk(run_dir: Path) -> Disk:
+    try:
+        free = shutil.disk_usage(run_dir).free
+        with tempfile.TemporaryFile(dir=run_dir) as file:
+            file.write(b"x")
+    except OSError:
+        return Disk(run_dir, 0, writable=False)
+    return Disk(run_dir, free, writable=True)

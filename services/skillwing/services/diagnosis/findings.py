@@ -1,0 +1,307 @@
+"""From what was seen to what it means: one pure rule for each thing that can be wrong with a system."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import msgspec
+
+from skillwing.services.diagnosis.evidence import Evidence, SystemSeen
+from skillwing.services.names import RESOURCE_MANAGER
+from skillwing.services.processes.process_state import Condition
+from skillwing.services.protocol import PROTOCOL_VERSION, ErrorCode, State
+
+SLOW = 0.8
+"""Share of the promised pace below which robot time counts as slow."""
+CROWD = 2.0
+"""Runnable processes per core from which on a machine counts as overloaded."""
+LITTLE_ROOM = 200 << 20
+"""Free bytes below which a run is about to fill its disk: a recording takes more than that."""
+
+
+class Finding(msgspec.Struct, frozen=True, kw_only=True):
+    """One thing that is wrong, or, unless `serious`, worth knowing. about: its name for programs.
+
+    what: one sentence what is wrong. remedy: one what to do.
+    """
+
+    about: str
+    what: str
+    remedy: str
+    serious: bool = True
+
+
+Rule = Callable[[Evidence], Iterator[Finding]]
+SystemRule = Callable[[SystemSeen], Iterator[Finding]]
+
+
+def diagnose(evidence: Evidence) -> list[Finding]:
+    """All findings, the serious ones first."""
+    found = [finding for rule in RULES for finding in rule(evidence)]
+    if evidence.system is not None:
+        found += [finding for rule in SYSTEM_RULES for finding in rule(evidence.system)]
+    return sorted(found, key=lambda finding: not finding.serious)
+
+
+# --- the machine -----------------------------------------------------------------------------------------------------
+
+
+def no_system(evidence: Evidence) -> Iterator[Finding]:
+    if evidence.system is None:
+        yield Finding(
+            about="no_system",
+            what="No system is running.",
+            remedy="Start one with `skillwing up`, or name one elsewhere: SKILLWING_CONNECT=tcp/HOST:PORT.",
+        )
+
+
+def stale_run_state(evidence: Evidence) -> Iterator[Finding]:
+    for robot in evidence.stale:
+        yield Finding(
+            about="stale_run_state",
+            what=f"The last system of `{robot}` was killed: its run-state file was left behind.",
+            remedy="Nothing has to be done; the next command removes the file.",
+            serious=False,
+        )
+
+
+def missing_extras(evidence: Evidence) -> Iterator[Finding]:
+    for extra, packages in evidence.missing.items():
+        yield Finding(
+            about="missing_extra",
+            what=f"What needs the extra `{extra}` cannot run here: {_listed(packages)} cannot be imported.",
+            remedy=f"Install it if you want it: pip install 'skillwing[{extra}]'",
+            serious=False,
+        )
+
+
+def overload(evidence: Evidence) -> Iterator[Finding]:
+    if evidence.load > CROWD * evidence.cores:
+        yield Finding(
+            about="overload",
+            what=f"The machine is overloaded: {evidence.load:.1f} processes want to run on {evidence.cores} cores.",
+            remedy="End what else runs here (`skillwing top` shows what the system uses), or lower `up --speed`.",
+            serious=False,
+        )
+
+
+# --- the system's processes ------------------------------------------------------------------------------------------
+
+
+def no_router(system: SystemSeen) -> Iterator[Finding]:
+    if system.router:
+        return
+    if system.listener is not None:
+        yield Finding(
+            about="port_taken",
+            what=f"At {system.endpoint} no router answers, but {_decapitalised(system.listener.who)} listens there.",
+            remedy="End that process, or start the system at another port: `skillwing up --listen tcp/HOST:PORT`.",
+        )
+    elif system.local:
+        yield Finding(
+            about="no_router",
+            what=f"The router of `{system.robot}` does not answer at {system.endpoint}.",
+            remedy="If it does not come back within seconds, restart: `skillwing down`, then `skillwing up`.",
+        )
+    else:
+        yield Finding(
+            about="no_router",
+            what=f"No router answers at {system.endpoint}.",
+            remedy="Check the address in SKILLWING_CONNECT, and whether the system runs there.",
+        )
+
+
+def processes_down(system: SystemSeen) -> Iterator[Finding]:
+    for entry in system.entries:
+        state = entry.state
+        match entry.condition:
+            case Condition.DOWN if system.router or state.pid is not None:
+                yield Finding(
+                    about="process_down",
+                    what=f"{state.name} does not run. {state.last_words}".strip(),
+                    remedy=f"Its log tells more; restart the system to have {state.name} again."
+                    if system.local
+                    else "Start it where the system runs.",
+                )
+            case Condition.RESTARTS | Condition.STARTS:
+                yield Finding(
+                    about="process_starting",
+                    what=f"{state.name} is being started. {state.last_words}".strip(),
+                    remedy="Look again in some seconds.",
+                    serious=state.name == RESOURCE_MANAGER,
+                )
+            case Condition.SILENT if entry.used is not None and entry.used.stopped:
+                yield Finding(
+                    about="process_stopped",
+                    what=f"{state.name} is stopped by a signal (process {state.pid}).",
+                    remedy=f"Let it go on with `kill -CONT {state.pid}`.",
+                )
+            case Condition.SILENT:
+                yield Finding(
+                    about="process_silent",
+                    what=f"{state.name} lives (process {state.pid}) and has no alive token: it is cut off, or hangs.",
+                    remedy=f"Have it started anew with `kill -9 {state.pid}`; what it was doing is lost.",
+                )
+            case _:
+                pass
+
+
+def unanswered(system: SystemSeen) -> Iterator[Finding]:
+    well = {entry.state.name: entry for entry in system.entries if entry.condition is Condition.RUNS}
+    for probe in system.probes:
+        if probe.replies or probe.process not in well:
+            continue
+        pid = well[probe.process].state.pid
+        yield Finding(
+            about="process_hangs",
+            what=f"{probe.process} holds its alive token and answers no question: it hangs in its own code.",
+            remedy="Look at its log" + (f", or have it started anew with `kill -9 {pid}`." if pid else "."),
+        )
+
+
+def two_of_a_name(system: SystemSeen) -> Iterator[Finding]:
+    for probe in system.probes:
+        repliers = {reply.replier for reply in probe.replies}
+        if len(repliers) > 1:
+            yield Finding(
+                about="two_of_a_name",
+                what=f"{len(repliers)} processes are {probe.process}, and both do what is asked of one.",
+                remedy="End all but one: look for a second `node_host --process`, a container, or a second system at "
+                f"{system.endpoint}.",
+            )
+
+
+def versions(system: SystemSeen) -> Iterator[Finding]:
+    for probe in system.probes:
+        spoken = {reply.version for reply in probe.replies} - {PROTOCOL_VERSION}
+        for version in spoken:
+            told = "another protocol" if version is None else f"protocol {version}"
+            yield Finding(
+                about="protocol_version",
+                what=f"{probe.process} speaks {told}; this command speaks protocol {PROTOCOL_VERSION}.",
+                remedy="Use the same version of skillwing for every process.",
+            )
+
+
+def schemas(system: SystemSeen) -> Iterator[Finding]:
+    differing = [
+        probe.process
+        for probe in system.probes
+        if any(reply.refusal is not None and reply.refusal.code is ErrorCode.SCHEMA_MISMATCH for reply in probe.replies)
+    ]
+    if system.states is not None and set(system.states) != system.resources:
+        differing.insert(0, RESOURCE_MANAGER)
+    if differing:
+        yield Finding(
+            about="schema_mismatch",
+            what=f"{_listed(differing)} run another skillset than {system.skillset} is now.",
+            remedy="Restart the system, so that all read the file as it is: `skillwing down`, then `skillwing up`.",
+        )
+
+
+def resuming(system: SystemSeen) -> Iterator[Finding]:
+    for probe in system.probes:
+        for reply in probe.replies:
+            if reply.refusal is not None and reply.refusal.code is ErrorCode.UNAVAILABLE:
+                yield Finding(
+                    about="unavailable",
+                    what=f"{probe.process} cannot answer now: {reply.refusal.message}",
+                    remedy=reply.refusal.help or "Look again in some seconds.",
+                )
+
+
+# --- what they do ----------------------------------------------------------------------------------------------------
+
+
+def clock(system: SystemSeen) -> Iterator[Finding]:
+    seen = system.clock_seen
+    if system.clock == "wall" or seen is None:
+        return
+    if seen.ticks == 0 or seen.elapsed <= 0.0:
+        yield Finding(
+            about="clock_stopped",
+            what=f"Robot time stands still: no tick for {seen.watched:.1f} s, so no skill can go on.",
+            remedy="See whether the simulator runs (`skillwing status`); it cannot be restarted alone.",
+        )
+    elif seen.factor > 0.0 and seen.elapsed < SLOW * seen.factor * seen.between:
+        yield Finding(
+            about="clock_slow",
+            what=f"Robot time passes at {seen.elapsed / seen.between:.2f} robot seconds per second, not at the "
+            f"{seen.factor:g} that were asked for.",
+            remedy="The machine is too slow for that, or too busy: lower `up --speed`, or end what else runs.",
+            serious=False,
+        )
+
+
+def stale_data(system: SystemSeen) -> Iterator[Finding]:
+    stale = [reading for reading in system.data if reading.stale]
+    never = [reading.name for reading in stale if reading.t is None]
+    if never:
+        yield Finding(
+            about="no_data",
+            what=f"Nobody has published {_listed(never)} yet: what skills ask of them does not hold.",
+            remedy="See whether the robot's bridge runs, and the sensors behind it.",
+        )
+    for reading in stale:
+        if reading.age is not None:
+            yield Finding(
+                about="stale_data",
+                what=f"`{reading.name}` is stale, {reading.age:.1f} s old: what skills ask of it does not hold.",
+                remedy="See whether the robot's bridge runs, and the sensor behind it.",
+            )
+
+
+def goals_of_nobody(system: SystemSeen) -> Iterator[Finding]:
+    if system.clients:
+        return
+    for goal in system.goals:
+        if goal.state is not State.TERMINATED:
+            yield Finding(
+                about="goal_of_nobody",
+                what=f"`{goal.skill}` runs ({goal.state}), and no client is there that owns it.",
+                remedy=f"End it with `skillwing interrupt {goal.skill}` if nobody wants it any more.",
+                serious=False,
+            )
+
+
+def disk(system: SystemSeen) -> Iterator[Finding]:
+    place = system.disk
+    if place is None:
+        return
+    if not place.writable:
+        yield Finding(
+            about="disk_not_writable",
+            what=f"Nothing can be written to {place.path}: journal, logs and recording stop.",
+            remedy="Make room there, or give its owner the right to write; then restart the system.",
+        )
+    elif place.free < LITTLE_ROOM:
+        yield Finding(
+            about="disk_full",
+            what=f"The disk of {place.path} has {place.free >> 20} MB left.",
+            remedy="Remove old runs, or start the next one elsewhere with --run-dir.",
+        )
+
+
+RULES: tuple[Rule, ...] = (no_system, stale_run_state, overload, missing_extras)
+SYSTEM_RULES: tuple[SystemRule, ...] = (
+    no_router,
+    processes_down,
+    unanswered,
+    resuming,
+    two_of_a_name,
+    versions,
+    schemas,
+    clock,
+    stale_data,
+    goals_of_nobody,
+    disk,
+)
+
+
+def _listed(names: tuple[str, ...] | list[str]) -> str:
+    quoted = [f"`{name}`" for name in names]
+    return quoted[0] if len(quoted) == 1 else f"{', '.join(quoted[:-1])} and {quoted[-1]}"
+
+
+def _decapitalised(sentence: str) -> str:
+    return sentence[0].lower() + sentence[1:]

@@ -1,0 +1,166 @@
+"""Each thing that can be wrong with a system is found, and a system that is well is left in peace."""
+
+from __future__ import annotations
+
+import inspect
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from skillwing.services.diagnosis import findings
+from skillwing.services.diagnosis.evidence import ClockSeen, Disk, Evidence, Probe, Reply, SystemSeen
+from skillwing.services.diagnosis.findings import LITTLE_ROOM, RULES, SYSTEM_RULES, diagnose
+from skillwing.services.processes.proc_files import Listener, Usage
+from skillwing.services.processes.process_state import Condition, ProcessState
+from skillwing.services.processes.roll_call import Entry
+from skillwing.services.protocol import PROTOCOL_VERSION, DataReading, ErrorCode, ErrorReply, GoalStatus, State
+
+USED = Usage(cpu=1.0, memory=1, uptime=100.0, stopped=False)
+WELL = SystemSeen(
+    robot="m600",
+    endpoint="tcp/127.0.0.1:7447",
+    skillset=Path("m600.skillset"),
+    clock="robot",
+    local=True,
+    router=True,
+    entries=(Entry(ProcessState(name="skill/goto", pid=7), Condition.RUNS, USED),),
+    probes=(Probe("skill/goto", (Reply("zid-1", PROTOCOL_VERSION, b""),)),),
+    clock_seen=ClockSeen(watched=1.0, ticks=100, elapsed=1.0, between=1.0, factor=1.0),
+    data=(DataReading(name="battery", value=80.0, t=1.0, age=0.1, stale=False),),
+    states={"axes_authority": "AVAILABLE"},
+    resources=frozenset({"axes_authority"}),
+    goals=(GoalStatus(goal_id="g", skill="goto", state=State.RUNNING, t=1.0),),
+    clients=frozenset({"client/mission-1"}),
+    disk=Disk(Path("runs/x"), 10 * LITTLE_ROOM, writable=True),
+)
+
+
+def process(condition: Condition, *, stopped: bool = False, words: str = "", name: str = "skill/goto") -> SystemSeen:
+    """A system with a process in that condition."""
+    used = None if condition in (Condition.DOWN, Condition.RESTARTS) else replace(USED, stopped=stopped)
+    return replace(WELL, entries=(Entry(ProcessState(name=name, pid=7, last_words=words), condition, used),))
+
+
+def replies(*given: Reply) -> SystemSeen:
+    return replace(WELL, probes=(Probe("skill/goto", given),))
+
+
+def refused(code: ErrorCode, message: str = "No.", help_text: str = "") -> SystemSeen:
+    refusal = ErrorReply(code=code, message=message, help=help_text)
+    return replies(Reply("zid-1", PROTOCOL_VERSION, b"", refusal))
+
+
+def clock(elapsed: float, factor: float = 1.0, ticks: int = 100) -> SystemSeen:
+    return replace(WELL, clock_seen=ClockSeen(watched=1.0, ticks=ticks, elapsed=elapsed, between=1.0, factor=factor))
+
+
+@pytest.mark.parametrize(
+    ("seen", "about", "serious", "words"),
+    [
+        (replace(WELL, router=False), "no_router", True, "does not answer at tcp/127.0.0.1:7447"),
+        (replace(WELL, router=False, local=False), "no_router", True, "SKILLWING_CONNECT"),
+        (
+            replace(WELL, router=False, listener=Listener(7447, 99, "python -m http.server")),
+            "port_taken",
+            True,
+            "process 99 (`python -m http.server`) listens there",
+        ),
+        (process(Condition.DOWN, words="It died 5 times."), "process_down", True, "It died 5 times."),
+        (process(Condition.RESTARTS), "process_starting", False, "skill/goto is being started."),
+        (process(Condition.RESTARTS, name="resource_manager"), "process_starting", True, "resource_manager"),
+        (process(Condition.SILENT, stopped=True), "process_stopped", True, "kill -CONT 7"),
+        (process(Condition.SILENT), "process_silent", True, "kill -9 7"),
+        (replies(), "process_hangs", True, "answers no question"),
+        (
+            replies(Reply("zid-1", PROTOCOL_VERSION, b""), Reply("zid-2", PROTOCOL_VERSION, b"")),
+            "two_of_a_name",
+            True,
+            "2 processes are skill/goto",
+        ),
+        (replies(Reply("zid-1", 99, b"")), "protocol_version", True, "speaks protocol 99"),
+        (replies(Reply("zid-1", None, b"")), "protocol_version", True, "speaks another protocol"),
+        (refused(ErrorCode.SCHEMA_MISMATCH), "schema_mismatch", True, "`skill/goto` run another skillset"),
+        (replace(WELL, states={"old": "X"}), "schema_mismatch", True, "`resource_manager` run another skillset"),
+        (refused(ErrorCode.UNAVAILABLE, "It resumes.", "Wait."), "unavailable", True, "It resumes."),
+        (clock(0.0), "clock_stopped", True, "no tick for 1.0 s"),
+        (clock(0.0, ticks=0), "clock_stopped", True, "no tick for 1.0 s"),
+        (clock(0.5), "clock_slow", False, "0.50 robot seconds per second, not at the 1 "),
+        (clock(1.0, factor=2.0), "clock_slow", False, "not at the 2 "),
+        (
+            replace(WELL, data=(DataReading(name="battery", value=1.0, t=1.0, age=9.0, stale=True),)),
+            "stale_data",
+            True,
+            "`battery` is stale, 9.0 s old",
+        ),
+        (
+            replace(WELL, data=(DataReading(name="battery", value=None, t=None, age=None, stale=True),)),
+            "no_data",
+            True,
+            "Nobody has published `battery` yet",
+        ),
+        (replace(WELL, clients=frozenset()), "goal_of_nobody", False, "skillwing interrupt goto"),
+        (replace(WELL, disk=Disk(Path("runs/x"), 0, writable=False)), "disk_not_writable", True, "runs/x"),
+        (replace(WELL, disk=Disk(Path("runs/x"), 5 << 20, writable=True)), "disk_full", True, "5 MB left"),
+    ],
+)
+def test_what_is_wrong_with_a_system_is_found(seen: SystemSeen, about: str, serious: bool, words: str) -> None:
+    (finding,) = diagnose(Evidence(system=seen))
+    assert (finding.about, finding.serious) == (about, serious)
+    assert words in f"{finding.what} {finding.remedy}"
+
+
+@pytest.mark.parametrize(
+    ("evidence", "about", "serious", "words"),
+    [
+        (Evidence(), "no_system", True, "skillwing up"),
+        (Evidence(system=WELL, stale=("boat",)), "stale_run_state", False, "`boat` was killed"),
+        (Evidence(system=WELL, load=9.0, cores=2), "overload", False, "9.0 processes want to run on 2 cores"),
+        (
+            Evidence(system=WELL, missing={"viewer": ("rerun", "matplotlib")}),
+            "missing_extra",
+            False,
+            "pip install 'skillwing[viewer]'",
+        ),
+    ],
+)
+def test_what_is_wrong_with_the_machine_is_found(evidence: Evidence, about: str, serious: bool, words: str) -> None:
+    (finding,) = diagnose(evidence)
+    assert (finding.about, finding.serious) == (about, serious)
+    assert words in f"{finding.what} {finding.remedy}"
+
+
+@pytest.mark.parametrize(
+    "seen",
+    [
+        WELL,
+        clock(0.9),
+        # As fast as possible promises no pace.
+        clock(0.1, factor=0.0),
+        replace(clock(0.0), clock="wall"),
+        # A skill that stays away because its process is down is not reported as hanging, too.
+        replace(WELL, entries=(), probes=(Probe("skill/goto", ()),)),
+        refused(ErrorCode.TOO_LATE),
+        replace(WELL, goals=(), clients=frozenset()),
+    ],
+)
+def test_a_system_that_is_well_is_left_in_peace(seen: SystemSeen) -> None:
+    assert diagnose(Evidence(system=seen)) == []
+
+
+def test_the_serious_comes_first() -> None:
+    found = diagnose(Evidence(system=replace(process(Condition.DOWN), clients=frozenset()), load=9.0, cores=1))
+    assert [finding.serious for finding in found] == [True, False, False]
+
+
+def test_every_finding_says_what_is_wrong_and_what_to_do_in_a_sentence_each() -> None:
+    worst = replace(process(Condition.DOWN), data=(), clients=frozenset(), disk=Disk(Path("x"), 0, writable=False))
+    for finding in diagnose(Evidence(system=worst, stale=("a",), load=99.0, missing={"sim": ("mujoco",)})):
+        assert finding.what.endswith(".")
+        assert finding.remedy
+        assert finding.what[0].isupper() or finding.what.startswith(("skill/", "`"))
+
+
+def test_no_rule_is_forgotten() -> None:
+    written = {rule for rule in vars(findings).values() if inspect.isgeneratorfunction(rule)}
+    assert written == {*RULES, *SYSTEM_RULES}
