@@ -20,7 +20,7 @@ from skillwing.services.managers.presence import LOSS_DEBOUNCE
 from skillwing.services.managers.resource_manager import DISPATCH_GRACE, GRANT_LEASE
 from skillwing.services.mocking import MockRun, MockScript
 from skillwing.services.names import skill_process
-from skillwing.services.protocol import Keys, Lost, ResourceChange, StartGoal, State, decode, encode
+from skillwing.services.protocol import Keys, Lost, Record, RecordKind, ResourceChange, StartGoal, State, decode, encode
 from skillwing.services.testing import SkillsetInProcess
 
 CRANE = parse(
@@ -125,9 +125,14 @@ def test_a_hook_that_blocks_its_manager_is_on_the_timeline(monkeypatch: pytest.M
             blocked += 4.5
 
     robot = SkillsetInProcess(CRANE, [Lift])
+    records: list[Record] = []
+    robot.bus.subscribe(KEYS.timeline, lambda sample: records.append(decode(sample.payload, Record)), events=True)
     goal = robot.start_skill("lift")
     goal.assert_running()
-    assert "BLOCKED  `on_dispatch` blocked its manager for 4.5 s; hooks have to return" in robot.story()
+    [report] = [record for record in records if record.kind is RecordKind.PROCESS]
+    assert (report.subject, report.after, report.goal_id) == (LIFT, "BLOCKED", goal.id)
+    assert report.text == "`on_dispatch` blocked its manager for 4.5 s; hooks have to return"
+    assert robot.chain(report.cause)[-1] == "lift DISPATCHING"
 
 
 def test_a_manager_is_told_that_its_goal_was_taken_although_the_push_was_lost() -> None:
