@@ -197,21 +197,30 @@ class FaultyNetwork(InProcessNetwork):
             self.send(asker, asker, lambda: self._route(robot, question), Traffic.REQUEST)
 
     def _route(self, robot: Robot, question: Question) -> None:
-        """The request is at the router. Which of several processes of one name gets it, nobody can tell."""
+        """The request is at the router, which takes the latest of several processes of one name."""
         services = [each for each in robot.services_for(question.key) if not each.bus.given_up]
-        service = self._random.choice(services) if services else None
+        service = services[-1] if services else None
         if service is None or self._session(service.bus).reachable_from > self._now:
             self._note("nobody is reachable on", question.key)
-            settle = lambda: question.settle(Unanswered(timed_out=False))  # noqa: E731
-            self.send(question.asker, question.asker, settle, Traffic.LIVELINESS)
+            self._nobody_answers(question)
             return
         server = service.bus
-        take = lambda: self.perform(server, lambda: server.take(question, service.on_request))  # noqa: E731
+
+        def take() -> None:
+            if server.closed:
+                self._nobody_answers(question)
+            elif session.cut:
+                self._hold(session, _Message(question.asker, server, take, Traffic.REQUEST, None, 0))
+            else:
+                self.perform(server, lambda: server.take(question, service.on_request))
+
         session = self._session(server)
-        if session.cut:
-            self._hold(session, _Message(question.asker, server, take, Traffic.REQUEST, None, 0))
-        else:
-            take()
+        late = self._random.uniform(0.0, self.weather.slowest) if self._happens(self.weather.slow) else 0.0
+        self._agenda.add(self._now + late, take)
+
+    def _nobody_answers(self, question: Question) -> None:
+        settle = lambda: question.settle(Unanswered(timed_out=False))  # noqa: E731
+        self.send(question.asker, question.asker, settle, Traffic.LIVELINESS)
 
     def send(
         self,
@@ -235,7 +244,8 @@ class FaultyNetwork(InProcessNetwork):
 
     def _launch(self, message: _Message, delay: float = 0.0) -> None:
         weather = self.weather
-        if message.traffic is not Traffic.LIVELINESS and self._happens(weather.slow):
+        # A request is routed at once, and late at its server.
+        if message.traffic not in (Traffic.LIVELINESS, Traffic.REQUEST) and self._happens(weather.slow):
             delay += self._random.uniform(0.0, weather.slowest)
         at = self._now + delay + self._random.uniform(*weather.latency)
         if message.channel is not None:

@@ -53,7 +53,7 @@ class Utterance:
     """Something that a node says. what: `put`, `ask`, `reply` or `refuse`; payload: encoded, also of a refusal."""
 
     t: float
-    node: str
+    source: InProcessBus
     what: str
     key: str
     payload: bytes
@@ -147,7 +147,7 @@ class InProcessNetwork:
 
     def tell_tap(self, bus: InProcessBus, what: str, key: str, payload: bytes) -> None:
         if self.tap is not None:
-            self.tap(Utterance(self._now, bus.name, what, key, payload))
+            self.tap(Utterance(self._now, bus, what, key, payload))
 
     def forward(self, robot: Robot, question: Question) -> None:
         """Take a question to the node that serves its key. Which one that is, is found out on arrival."""
@@ -213,7 +213,7 @@ class InProcessBus:
     @property
     def unanswered(self) -> int:
         """How many questions have come in that are not answered yet."""
-        return len(self._serving)
+        return sum(not question.answered for question in self._serving)
 
     def advertise(self, key: str, *, events: bool = False) -> _Publisher:
         publisher = _Publisher(self._network, self.robot, self, key, deque(maxlen=EVENT_HISTORY) if events else None)
@@ -267,6 +267,7 @@ class InProcessBus:
         """Send the answer to a question that is served here; a closed bus sends nothing."""
         if self.closed:
             return
+        question.answered = True
         match answer:
             case Answered():
                 self._network.tell_tap(self, "reply", question.key, answer.payload)
@@ -488,6 +489,7 @@ class Question:
     on_answer: Callable[[Answer], None]
     expiry: Handle | None = None
     server: InProcessBus | None = None
+    answered: bool = False
     settled: bool = False
 
     def settle(self, answer: Answer) -> None:

@@ -1,0 +1,41 @@
+"""`python -m simulation`: many seeds, or the story of one."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from simulation.campaign import run_campaign, shrink
+from simulation.plan import draw_plan
+from simulation.story import tell
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="simulation", description=__doc__)
+    parser.add_argument("--seed", type=int, help="carry out this seed, and tell its story")
+    parser.add_argument("-v", "--verbose", action="store_true", help="tell of every message, too")
+    parser.add_argument("--shrink", action="store_true", help="leave out of a failing seed what it does not need")
+    parser.add_argument("--runs", type=int, default=2000, help="how many seeds (default: 2000)")
+    parser.add_argument("--first", type=int, default=0, help="the first seed (default: 0)")
+    parser.add_argument("--jobs", type=int, default=2, help="how many processes (default: 2)")
+    parser.add_argument("--seconds", type=float, help="stop after so much wall time")
+    parser.add_argument("--write", help="write what came out to the section of this page")
+    arguments = parser.parse_args()
+    say = sys.stdout.write
+    if arguments.seed is not None:
+        plan = draw_plan(arguments.seed)
+        if arguments.shrink:
+            plan = shrink(plan)
+        outcome = tell(plan, lambda line: _print(line), messages=arguments.verbose)
+        return 1 if outcome.problems else 0
+    result = run_campaign(arguments.first, arguments.runs, jobs=arguments.jobs, seconds=arguments.seconds)
+    say(result.text() + "\n")
+    return 1 if result.failures else 0
+
+
+def _print(line: str) -> None:
+    sys.stdout.write(line + "\n")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,173 @@
+"""What must hold of the state that managers and clients are in: all the time, and when all has been well for a while."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Any
+
+import msgspec
+
+from simulation.plan import CLIENTS
+from simulation.witness import Witness
+from simulation.world import Client, Process, World
+from skillwing.dsl.expressions import Environment, evaluate, names_used
+from skillwing.services.bus.inprocess import Utterance
+from skillwing.services.protocol import Ending, State
+
+SLACK = 0.05
+"""Seconds of virtual time that a timer may be late: others come first at the same instant."""
+
+
+class Audit:
+    """Looks at a world, and tells its witness what is wrong."""
+
+    def __init__(self, world: World, witness: Witness) -> None:
+        self._world = world
+        self._witness = witness
+        self._subject = world.plan.subject
+
+    def _note(self, law: str, text: str) -> None:
+        self._witness.note(self._world.network.now(), law, text)
+
+    # --- at all times ------------------------------------------------------------------------------------------------
+
+    def look_at_grants(self) -> None:
+        """An exclusive resource is taken exactly while one grant holds it."""
+        process = self._world.running.get("resource_manager")
+        if process is None:
+            return
+        core = process.resource_core
+        holders: Counter[str] = Counter()
+        for grant in core.grants:
+            holders.update(self._subject.takes[grant.skill.name])
+        for resource, taken in self._subject.exclusive.items():
+            held = core.states[resource] == taken
+            if holders[resource] != held:
+                names = [f"{grant.goal_id} of {grant.skill.name}" for grant in core.grants]
+                text = f"{resource} is {core.states[resource]}; grants: {', '.join(names) or 'none'}"
+                self._note("one holder, and none too many", text)
+        for grant in core.grants:
+            for invariant in grant.skill.invariants:
+                expression = invariant.expression
+                if names_used(expression, "data") or evaluate(expression, Environment(resources=core.states)):
+                    continue
+                text = f"{grant.goal_id} of {grant.skill.name} goes on although `{invariant.name}` does not hold"
+                self._note("invariants hold", text)
+
+    def look_at_end(self, said: Utterance) -> None:
+        """Nothing is given back for an interrupt before the skill stands still, or has had its time to."""
+        call: dict[str, Any] = msgspec.msgpack.decode(said.payload)
+        if call["type"] != "end" or call["how"] != "interrupt":
+            return
+        goal_id, book = call["goal_id"], self._world.logbook
+        if goal_id in book.stood_still or not book.dispatched[goal_id]:
+            return
+        for process in self._world.skill_managers:
+            run = process.skill_core.current
+            if process.bus is said.source and run is not None and run.status is not None:
+                patience = process.skill_core.skill.interrupt.timeout
+                if said.t < run.status.t + patience - SLACK:
+                    self._note("resources are kept until the skill stands still", f"{goal_id} was still moving")
+
+    def look_at_goals(self) -> None:
+        """No goal of a process that runs is INTERRUPTING for longer than its timeout."""
+        now = self._world.network.now()
+        for process in self._world.skill_managers:
+            run = None if process.stopped else process.skill_core.current
+            if run is None or run.state is not State.INTERRUPTING or not run.stoppable or run.status is None:
+                continue
+            asked = max(run.status.t, process.ran_since)
+            if now > asked + process.skill_core.skill.interrupt.timeout + SLACK:
+                self._note("interrupting ends", f"{run.goal_id} is INTERRUPTING since {run.status.t:.3f}")
+
+    # --- when everybody has been well for a while --------------------------------------------------------------------
+
+    def look_at_losses(self) -> None:
+        """What counts as lost runs nowhere any more."""
+        world = self._world
+        held = {grant.goal_id for grant in world.resource_manager.resource_core.grants}
+        for process in world.skill_managers:
+            run = process.skill_core.current
+            if run is None:
+                continue
+            if run.token and run.ending is None and run.goal_id not in held:
+                self._note("what is lost stops", f"{run.goal_id} runs without a grant in {process.name}")
+            for client in world.clients:
+                handle = client.node.goals.get(run.goal_id)
+                if run.goal_id in client.node.unwanted and run.state is not State.INTERRUPTING:
+                    self._note("interrupts count", f"{run.goal_id} runs on, {client.name} has interrupted it")
+                if handle is not None and handle.done and run.state is not State.INTERRUPTING:
+                    text = f"{run.goal_id} runs on, its client was told {handle.terminal.label}"
+                    self._note("what is lost stops", text)
+            policy = process.skill_core.skill.owner_lost
+            orphan = run.owner is not None and CLIENTS[0] not in world.running
+            if orphan and policy == "interrupt" and run.state is not State.INTERRUPTING:
+                self._note("nothing outlives its owner", f"{run.goal_id} runs on, and its owner is gone")
+        self._look_at_hooks(at_rest=False)
+
+    def is_quiet(self) -> bool:
+        """Nobody has a goal, and everybody has been answered."""
+        world = self._world
+        return (
+            not world.resource_manager.resource_core.grants
+            and all(each.skill_core.current is None for each in world.skill_managers)
+            and all(not each.node.interface._pursuits for each in world.clients)
+        )
+
+    def look_at_the_rest(self) -> None:
+        """Every goal has ended, everything is free, everybody knows, and nothing is left over."""
+        world, witness = self._world, self._witness
+        manager = world.resource_manager
+        for grant in manager.resource_core.grants:
+            self._note("everything is released", f"{grant.goal_id} of {grant.skill.name} still holds a grant")
+        for process in world.skill_managers:
+            run = process.skill_core.current
+            if run is not None:
+                self._note("goals end", f"{run.goal_id} of {process.name} is still {run.state}")
+        for process in world.clients:
+            self._look_at_client(process)
+        self._look_at_hooks(at_rest=True)
+        for process in world.running.values():
+            if process.bus.unanswered:
+                self._note("every request is answered", f"{process.name} owes {process.bus.unanswered} answers")
+        if manager.node._leases.keys:
+            self._note("memory is bounded", f"leases of {manager.node._leases.keys} are left over")
+        if world.plan.calm:
+            for goal, terminal in witness.terminals.items():
+                if terminal.ending is Ending.LOST:
+                    self._note("nothing is lost without a fault", f"{goal}: {terminal.reason}")
+
+    def _look_at_client(self, process: Process) -> None:
+        client: Client = process.node
+        for goal, handle in client.goals.items():
+            said = self._witness.terminals.get(goal)
+            if handle.terminal is None:
+                ended = f"ended {said.label}" if said else "is unknown"
+                self._note("clients are told", f"{client.name} waits for {goal}, which {ended}")
+            elif handle.terminal.detected_by != "client" and handle.terminal.label not in self._answers(goal):
+                label = " or ".join(self._answers(goal)) or "nothing"
+                text = f"{client.name} has {handle.terminal.label} for {goal}, its managers said {label}"
+                self._note("one terminal answer", text)
+        states = dict(self._world.resource_manager.resource_core.states)
+        if dict(client.interface.states) != states:
+            text = f"{client.name} believes {dict(client.interface.states)}, it is {states}"
+            self._note("clients see the states", text)
+        if client.interface._pursuits:
+            self._note("memory is bounded", f"{client.name} still pursues {list(client.interface._pursuits)}")
+
+    def _answers(self, goal: str) -> set[str]:
+        """What the managers said of a goal's end: its own, unless it died, and the one of resources if it took it."""
+        verdict = self._witness.verdicts.get(goal)
+        return self._witness.answers.get(goal) or ({verdict} if verdict else set())
+
+    def _look_at_hooks(self, *, at_rest: bool) -> None:
+        """Each goal is dispatched once at most, and each dispatch is followed by one `on_ended` if its process lives."""
+        book = self._world.logbook
+        for goal, times in book.dispatched.items():
+            if times > 1:
+                self._note("nothing runs twice", f"{goal} was dispatched {times} times")
+        for process in self._world.skill_managers if at_rest else ():
+            for goal in process.node._hooks.ran:
+                if book.ended[process.number, goal] != 1:
+                    times = book.ended[process.number, goal]
+                    self._note("what is lost stops", f"`on_ended` of {goal} ran {times} times in {process.name}")

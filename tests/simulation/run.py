@@ -1,0 +1,108 @@
+"""One run: a plan carried out under the eyes of a witness."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from hashlib import sha256
+
+from simulation.audit import Audit
+from simulation.plan import ACTION_TIME, Deed, Plan, draw_plan
+from simulation.witness import Problem, Witness
+from simulation.world import World
+from skillwing.services.bus.inprocess import Utterance
+from skillwing.services.protocol import InterruptGoal
+
+LOOK_PERIOD = 0.25
+MENDED_AT = ACTION_TIME + 1.0
+WELL_FOR = 9.0
+"""Seconds after which everybody has noticed everything: retries, probes, leases and their debouncing."""
+REST_WITHIN = 25.0
+REST_FOR = 1.0
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """problems: broken promises, none if all is well. messages: how many were sent. digest: of the whole run."""
+
+    plan: Plan
+    problems: tuple[Problem, ...]
+    messages: int
+    digest: str
+
+    @property
+    def laws(self) -> frozenset[str]:
+        return frozenset(problem.law for problem in self.problems)
+
+
+class Run:
+    """Carries out a plan, and stops at the first broken promise."""
+
+    def __init__(self, plan: Plan, on_message: Callable[[Utterance], None] | None = None) -> None:
+        self.plan = plan
+        self.world = World(plan)
+        self.witness = Witness(plan)
+        self._audit = Audit(self.world, self.witness)
+        self._on_message = on_message
+        self._messages = 0
+        self._digest = sha256()
+        self._quiet = False
+        self.world.network.tap = self._hear
+        self.world.on_new_books = self.witness.expect_new_books
+
+    def carry_out(self) -> Outcome:
+        network, witness = self.world.network, self.witness
+        self.world.begin()
+        network.schedule_periodic(LOOK_PERIOD, self._look)
+        if self._pass_time(MENDED_AT):
+            self.world.mend_all()
+        if self._pass_time(MENDED_AT + WELL_FOR):
+            self._audit.look_at_losses()
+            self._interrupt_everything()
+        network.run_until(lambda: bool(self._quiet or witness.problems), REST_WITHIN)
+        if self._pass_time(network.now() + REST_FOR):
+            self._audit.look_at_the_rest()
+        return Outcome(self.plan, tuple(witness.problems), self._messages, self._digest.hexdigest())
+
+    def _pass_time(self, until: float) -> bool:
+        """True if no promise has been broken until then."""
+        problems = self.witness.problems
+        network = self.world.network
+        if not problems:
+            network.run_until(lambda: bool(problems), until - network.now())
+        return not problems
+
+    def _hear(self, said: Utterance) -> None:
+        self._messages += 1
+        # Incarnations are drawn by chance that has no seed; they change nothing but some bytes.
+        self._digest.update(f"{said.t!r} {said.source.name} {said.what} {said.key} {len(said.payload)}".encode())
+        if self._on_message is not None:
+            self._on_message(said)
+        self.witness.hear(said)
+        if said.what == "reply" and said.source.name == "resource_manager":
+            self._audit.look_at_grants()
+        elif said.what == "ask" and said.key == self.world.keys.resource_goal:
+            self._audit.look_at_end(said)
+
+    def _look(self) -> None:
+        self._audit.look_at_grants()
+        self._audit.look_at_goals()
+        if self.world.network.now() > MENDED_AT + WELL_FOR:
+            self._quiet = self._audit.is_quiet()
+
+    def _interrupt_everything(self) -> None:
+        """Some goals run until somebody has enough of them."""
+        world = self.world
+        for process in world.clients:
+            for goal in process.node.goals:
+                process.node.interrupt(goal)
+        asker = world.running["robot"]
+        for act in self.plan.acts:
+            if act.deed in (Deed.START, Deed.START_AGAIN):
+                request = InterruptGoal(goal_id=act.detail["goal"], client="robot")
+                asker.node.insist(world.keys.interrupt(act.detail["skill"]), request)
+
+
+def simulate(seed: int) -> Outcome:
+    """Carry out the plan of a seed."""
+    return Run(draw_plan(seed)).carry_out()

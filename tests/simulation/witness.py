@@ -1,0 +1,175 @@
+"""What must hold of everything that managers say, whoever hears it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+
+from simulation.plan import Plan
+from skillwing.services.bus import Bus
+from skillwing.services.bus.inprocess import Utterance
+from skillwing.services.protocol import (
+    Ending,
+    GoalStatus,
+    Granted,
+    Keys,
+    Record,
+    ResourceChange,
+    ResourceStates,
+    State,
+    Terminal,
+    decode,
+)
+
+_RANK = {state: rank for rank, state in enumerate(State)}
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A broken promise. law: its name; text: what happened."""
+
+    t: float
+    law: str
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.t:8.4f}  {self.law}: {self.text}"
+
+
+class Witness:
+    """Hears everything at its source, also what gets lost on the way."""
+
+    def __init__(self, plan: Plan) -> None:
+        skillset = plan.subject.skillset
+        self._keys = keys = Keys(skillset.name)
+        self.problems: list[Problem] = []
+        self.records: dict[str, Record] = {}
+        self._causes: dict[str, str] = {}
+        self.terminals: dict[str, Terminal] = {}
+        self.answers: dict[str, set[str]] = {}
+        self._told: dict[tuple[Bus, str], Terminal] = {}
+        self._granted: set[str] = set()
+        self._ranks: dict[tuple[Bus, str], int] = {}
+        self.verdicts: dict[str, Ending] = {}
+        self._last_token = 0
+        self._tokens: dict[str, int] = {}
+        self._initial = {resource.name: resource.initial for resource in skillset.resources}
+        self.states = dict(self._initial)
+        self.revision = 0
+        self._listeners: dict[tuple[str, str], Callable[[Utterance], None]] = {
+            ("put", keys.timeline): self._on_record,
+            ("reply", keys.resource_goal): self._on_verdict,
+        }
+        for resource in skillset.resources:
+            self._listeners["put", keys.resource(resource.name)] = self._on_change
+        for key in (keys.resource_states, keys.resource_extern, keys.resource_attach):
+            self._listeners["reply", key] = self._on_states
+        for event in skillset.events:
+            self._listeners["reply", keys.event(event.name)] = self._on_states
+        for skill in skillset.skills:
+            self._listeners["put", keys.status(skill.name)] = self._on_status
+            self._listeners["put", keys.verdict(skill.name)] = self._on_push
+            for key in (keys.start(skill.name), keys.interrupt(skill.name), keys.goal(skill.name)):
+                self._listeners["reply", key] = self._on_answer
+
+    def hear(self, said: Utterance) -> None:
+        listener = self._listeners.get((said.what, said.key))
+        if listener is not None:
+            listener(said)
+
+    def expect_new_books(self) -> None:
+        """A resource manager without a journal was killed: its successor begins anew."""
+        self.states, self.revision = dict(self._initial), 0
+        self._tokens.clear()
+        self._granted.clear()
+
+    def note(self, t: float, law: str, text: str) -> None:
+        self.problems.append(Problem(t, law, text))
+
+    # --- goals -------------------------------------------------------------------------------------------------------
+
+    def _on_status(self, said: Utterance) -> None:
+        status = decode(said.payload, GoalStatus)
+        # A process that has replaced another may be asked for the same goal again, as long as nobody got an answer.
+        rank, which = _RANK[status.state], (said.source, status.goal_id)
+        if rank <= self._ranks.get(which, -1):
+            self.note(said.t, "goals move forward", f"{status.goal_id} is {status.state} again")
+        self._ranks[which] = rank
+        self._judge_terminal(said, status)
+
+    def _on_answer(self, said: Utterance) -> None:
+        self._judge_terminal(said, decode(said.payload, GoalStatus))
+
+    def _judge_terminal(self, said: Utterance, status: GoalStatus) -> None:
+        goal, terminal = status.goal_id, status.terminal
+        told = self._told.get((said.source, goal))
+        if terminal is None:
+            if told is not None:
+                text = f"{goal} ended {told.label}, and is {status.state} afterwards"
+                self.note(said.t, "one terminal answer", text)
+            return
+        self._told[said.source, goal] = terminal
+        self.answers.setdefault(goal, set()).add(terminal.label)
+        # A process that has replaced another knows of its goals what the resource manager knows: those that were
+        # granted. For others it may find another answer, for whoever asks again because none has arrived.
+        before = self.terminals.setdefault(goal, terminal)
+        known = told or (before if goal in self._granted else None)
+        if known is not None and (known != terminal if told else known.label != terminal.label):
+            text = f"{goal} ended {known.label} ({known.reason}) and {terminal.label} ({terminal.reason})"
+            self.note(said.t, "one terminal answer", text)
+        self.terminals[goal] = terminal
+
+    def _on_push(self, said: Utterance) -> None:
+        pushed: dict[str, Any] = msgspec.msgpack.decode(said.payload)
+        verdict = Ending.LOST if pushed["type"] == "lost" else Ending.INVARIANT_VIOLATED
+        self.verdicts[pushed["goal_id"]] = verdict
+
+    # --- resources ---------------------------------------------------------------------------------------------------
+
+    def _on_change(self, said: Utterance) -> None:
+        change = decode(said.payload, ResourceChange)
+        if self.states[change.resource] == change.after and change.revision <= self.revision:
+            return  # told again after a restart
+        if self.states[change.resource] != change.before or change.revision not in (self.revision, self.revision + 1):
+            text = (
+                f"{change.resource} {change.before} -> {change.after} as revision {change.revision} does not follow "
+                f"{self.states[change.resource]} of revision {self.revision}"
+            )
+            self.note(said.t, "no transition lost", text)
+        self.states[change.resource] = change.after
+        self.revision = change.revision
+
+    def _on_states(self, said: Utterance) -> None:
+        told = decode(said.payload, ResourceStates)
+        if (told.revision, told.states) != (self.revision, self.states):
+            text = f"told {told.states} of revision {told.revision}, published {self.states} of {self.revision}"
+            self.note(said.t, "no transition lost", text)
+
+    def _on_verdict(self, said: Utterance) -> None:
+        verdict: dict[str, Any] = msgspec.msgpack.decode(said.payload)
+        if verdict["type"] != "granted":
+            return
+        granted = msgspec.convert(verdict, Granted)
+        known = self._tokens.get(granted.goal_id)
+        if known is None and granted.token <= self._last_token:
+            text = f"{granted.goal_id} got {granted.token} after {self._last_token} was given"
+            self.note(said.t, "tokens grow", text)
+        elif known is not None and known != granted.token:
+            self.note(said.t, "tokens grow", f"{granted.goal_id} got {granted.token} and before {known}")
+        self._granted.add(granted.goal_id)
+        self._tokens[granted.goal_id] = granted.token
+        self._last_token = max(self._last_token, granted.token)
+
+    # --- the timeline ------------------------------------------------------------------------------------------------
+
+    def _on_record(self, said: Utterance) -> None:
+        record = decode(said.payload, Record)
+        known = self.records.get(record.id)
+        if known is not None and known != record:
+            self.note(said.t, "records have ids of their own", f"{record.id}: {known.text!r} and {record.text!r}")
+        self.records[record.id] = record
+        if record.cause is not None and record.cause not in self.records:
+            self.note(said.t, "causes can be looked up", f"{record.id} comes of {record.cause}, which nobody wrote")

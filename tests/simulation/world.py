@@ -1,0 +1,378 @@
+"""A robot's managers and clients as nodes of a failing network, and the hand that carries out a plan."""
+
+from __future__ import annotations
+
+import logging
+import random
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, cast
+
+from simulation.plan import CLIENTS, FAULTS, Act, Deed, Plan
+from simulation.skills import AnySkill, Logbook
+from skillwing.services.bus import Bus, Handle, Node, Publisher
+from skillwing.services.bus.faulty import FaultyNetwork, Weather
+from skillwing.services.bus.inprocess import InProcessBus
+from skillwing.services.client.asking import ask_until_answered
+from skillwing.services.client.interface import GoalHandle, SkillsetInterface
+from skillwing.services.core.resource_core import ResourceCore
+from skillwing.services.core.skill_core import SkillCore
+from skillwing.services.journal.journal import Journal
+from skillwing.services.journal.schema import Identity
+from skillwing.services.managers.data_manager import DataManagerNode
+from skillwing.services.managers.resource_manager import ResourceManagerNode
+from skillwing.services.managers.skill_manager import SkillManagerNode
+from skillwing.services.names import DATA_MANAGER, RESOURCE_MANAGER, skill_process
+from skillwing.services.protocol import (
+    DataSample,
+    FireEvent,
+    FireExtern,
+    InterruptGoal,
+    Keys,
+    StartGoal,
+    encode,
+)
+
+ROBOT = "robot"
+ROUTER = "router"
+WAKES_FOR = 0.3
+"""Seconds for which a stopped process runs beside the one that has replaced it, until somebody ends it."""
+
+
+class Client:
+    """A mission or an operator: a skillset interface, and the goals that it has in hand."""
+
+    owns_clock = False
+
+    def __init__(self, name: str, plan: Plan) -> None:
+        self.name = name
+        self._skillset = plan.subject.skillset
+        self._names = random.Random(f"{plan.seed}/{name}")
+        self.goals: dict[str, GoalHandle] = {}
+        self.unwanted: set[str] = set()
+        """Goals that the interface was asked to interrupt."""
+
+    def attach(self, bus: Bus) -> None:
+        self.bus = bus
+        self.interface = SkillsetInterface(
+            bus,
+            self._skillset,
+            client=self.name,
+            owns_goals=self.name == CLIENTS[0],
+            new_goal_id=lambda: f"{self._names.getrandbits(64):016x}",
+        )
+
+    def detach(self) -> None:
+        pass
+
+    def start(self, skill: str, goal: str, inputs: dict[str, Any]) -> None:
+        self.goals[goal] = self.interface.start(skill, inputs, goal_id=goal)
+
+    def interrupt(self, goal: str) -> None:
+        if goal in self.goals:
+            self.unwanted.add(goal)
+            self.interface.interrupt(self.goals[goal])
+
+    def tell(self, key: str, message: StartGoal | InterruptGoal) -> None:
+        """Send something past the interface, as a client in another language might."""
+        self.bus.ask(key, encode(message), lambda answer: None)
+
+
+class Robot:
+    """The functional layer: it publishes data, and reports what resources it does not ask skills about."""
+
+    name = ROBOT
+    owns_clock = False
+
+    def __init__(self, plan: Plan) -> None:
+        self._subject = plan.subject
+        self._keys = Keys(plan.skillset)
+        self.values = {name: good for name, (good, _) in plan.subject.data.items()}
+
+    def attach(self, bus: Bus) -> None:
+        self.bus = bus
+        self._publishers: dict[str, Publisher] = {}
+        self._timers: dict[str, Handle] = {}
+        for name in self.values:
+            self._publishers[name] = bus.advertise(self._keys.data(name))
+            self.publish(name, self.values[name])
+
+    def detach(self) -> None:
+        pass
+
+    def publish(self, name: str, value: float) -> None:
+        """Publish a value from now on, at the promised period."""
+        self.values[name] = value
+        self.fall_silent(name)
+        period = self._subject.skillset.datum(name).period or 1.0
+        self._timers[name] = self.bus.every(period, lambda: self._put(name))
+        self._put(name)
+
+    def fall_silent(self, name: str) -> None:
+        if name in self._timers:
+            self._timers.pop(name).cancel()
+
+    def trigger(self, resource: str, target: str) -> None:
+        request = FireExtern(resource=resource, target=target, source=self.name)
+        self.bus.ask(self._keys.resource_extern, encode(request), lambda answer: None)
+
+    def fire(self, event: str) -> None:
+        request = FireEvent(event=event, source=self.name)
+        self.bus.ask(self._keys.event(event), encode(request), lambda answer: None)
+
+    def insist(self, key: str, request: InterruptGoal) -> None:
+        """Ask until somebody answers."""
+        ask_until_answered(self.bus, key, encode(request), lambda answer: None)
+
+    def _put(self, name: str) -> None:
+        sample = DataSample(name=name, value=self.values[name], t=self.bus.now())
+        self._publishers[name].put(encode(sample))
+
+
+@dataclass(eq=False)
+class Process:
+    """A running node. number: which process of the run; ran_since: when it last began or went on running."""
+
+    name: str
+    number: int
+    node: Any
+    bus: InProcessBus
+    ran_since: float
+    linked_since: float
+    stopped: bool = False
+    cut: bool = False
+
+    @property
+    def skill_core(self) -> SkillCore:
+        return cast(SkillManagerNode, self.node)._core
+
+    @property
+    def resource_core(self) -> ResourceCore:
+        return cast(ResourceManagerNode, self.node)._core
+
+
+class World:
+    """Everything that a plan needs, at time 0. tap: see `InProcessNetwork.tap`."""
+
+    def __init__(self, plan: Plan) -> None:
+        # What the managers complain of is what the plan makes them complain of.
+        logging.getLogger("skillwing").setLevel(logging.CRITICAL)
+        self.plan = plan
+        self.keys = Keys(plan.skillset)
+        self.network = FaultyNetwork(plan.seed, plan.weather)
+        self.logbook = Logbook()
+        self.running: dict[str, Process] = {}
+        self.zombies: list[Process] = []
+        self.fallen: list[Process] = []
+        self.on_new_books: Callable[[], None] = lambda: None
+        self._router_up = True
+        self._books = self._new_journal()
+        self._number = 0
+
+    def begin(self) -> None:
+        """Start all processes, and lay out the plan's acts."""
+        names = [RESOURCE_MANAGER, DATA_MANAGER]
+        names += [skill_process(skill.name) for skill in self.plan.subject.skillset.skills]
+        for name in (*names, ROBOT, *CLIENTS):
+            self.launch(name)
+        for act in self.plan.acts:
+            self.network.schedule(act.t, lambda act=act: self._carry_out(act))
+
+    @property
+    def resource_manager(self) -> Process:
+        return self.running[RESOURCE_MANAGER]
+
+    @property
+    def skill_managers(self) -> list[Process]:
+        return [each for name, each in self.running.items() if name.startswith("skill/")]
+
+    @property
+    def clients(self) -> list[Process]:
+        return [self.running[name] for name in CLIENTS if name in self.running]
+
+    # --- processes ---------------------------------------------------------------------------------------------------
+
+    def launch(self, name: str) -> None:
+        """Start a process, as soon as there is a router, unless it runs."""
+        if name in self.running:
+            return
+        if not self._router_up:
+            self.network.schedule(0.1, lambda: self.launch(name))
+            return
+        self._number += 1
+        node = self._make(name, self._number)
+        bus = self.network.join(name)
+        now = self.network.now()
+        self.running[name] = Process(name, self._number, node, bus, now, now)
+        node.attach(bus)
+
+    def _make(self, name: str, number: int) -> Node:
+        plan, skillset = self.plan, self.plan.subject.skillset
+        match name:
+            case "resource_manager":
+                return ResourceManagerNode(skillset, journal=self._books)
+            case "data_manager":
+                return DataManagerNode(skillset)
+            case "robot":
+                return Robot(plan)
+            case "mission" | "operator":
+                return Client(name, plan)
+            case _:
+                model = skillset.skill(name.removeprefix("skill/"))
+                return SkillManagerNode(AnySkill(model, self.logbook, plan.seed, number), skillset)
+
+    def _new_journal(self) -> Journal:
+        skillset = self.plan.subject.skillset
+        return Journal(None, Identity("", skillset.name, skillset.schema_hash))
+
+    def kill(self, name: str) -> None:
+        process = self.running.pop(name, None)
+        if process is not None:
+            self.network.kill(process.bus)
+            self.fallen.append(process)
+            if name == RESOURCE_MANAGER and not self.plan.journal:
+                self._books = self._new_journal()
+                self.on_new_books()
+
+    def _shut_down(self, name: str) -> None:
+        process = self.running.pop(name, None)
+        if process is not None:
+            if process.stopped:
+                self.network.wake(process.bus)
+            process.node.detach()
+            process.bus.close()
+
+    def _stop(self, process: Process) -> None:
+        process.stopped = True
+        self.network.stop(process.bus)
+
+    def _wake(self, process: Process) -> None:
+        process.stopped = False
+        process.ran_since = self.network.now()
+        self.network.wake(process.bus)
+
+    def _replace(self, name: str, after: float) -> None:
+        """Stop a process and start another in its place; the first wakes up, and is ended when that is noticed."""
+        process = self.running.pop(name, None)
+        if process is None:
+            return
+        self._stop(process)
+        self.zombies.append(process)
+        self.launch(name)
+        self.network.schedule(after, lambda: self._wake(process))
+        self.network.schedule(after + WAKES_FOR, lambda: self._end_zombie(process))
+
+    def _end_zombie(self, process: Process) -> None:
+        if process in self.zombies:
+            self.zombies.remove(process)
+            self.fallen.append(process)
+            self.network.kill(process.bus)
+
+    def _cut(self, process: Process, *, noticed: bool = False) -> None:
+        process.cut = True
+        self.network.cut(process.bus, noticed=noticed)
+
+    def _mend(self, process: Process) -> None:
+        if process.cut:
+            process.cut = False
+            process.linked_since = self.network.now()
+            self.network.mend(process.bus)
+
+    def _end_router(self, seconds: float) -> None:
+        if not self._router_up:
+            return
+        self._router_up = False
+        for process in self._everybody():
+            self._cut(process, noticed=True)
+        self.network.schedule(seconds, self._restart_router)
+
+    def _restart_router(self) -> None:
+        if self._router_up:
+            return
+        self._router_up = True
+        pace = random.Random(f"{self.plan.seed}/{self.network.now()}")
+        for process in self._everybody():
+            # Each tries again at its own pace, from 0.1 to 1 s.
+            self.network.schedule(pace.uniform(0.0, 1.0), lambda process=process: self._mend(process))
+
+    def mend_all(self) -> None:
+        """All is well again, but for what has happened."""
+        self.network.weather = Weather()
+        for process in list(self.zombies):
+            self._end_zombie(process)
+        self._router_up = True
+        for process in self._everybody():
+            if process.stopped:
+                self._wake(process)
+            self._mend(process)
+        for name, (good, _) in self.plan.subject.data.items():
+            cast(Robot, self.running[ROBOT].node).publish(name, good)
+        for name in (RESOURCE_MANAGER, DATA_MANAGER):
+            self.launch(name)
+        for skill in self.plan.subject.skillset.skills:
+            self.launch(skill_process(skill.name))
+
+    def _everybody(self) -> list[Process]:
+        return [*self.running.values(), *self.zombies]
+
+    # --- acts --------------------------------------------------------------------------------------------------------
+
+    def _carry_out(self, act: Act) -> None:
+        if act.deed is Deed.ROUTER:
+            self._end_router(act.detail["for"])
+        elif act.deed in FAULTS and act.who in self.running:
+            self._have_trouble(self.running[act.who], act)
+        elif act.who in self.running and not self.running[act.who].stopped:
+            self._have_done(self.running[act.who].node, act)
+
+    def _have_trouble(self, process: Process, act: Act) -> None:
+        seconds = act.detail["for"]
+        match act.deed:
+            case Deed.KILL | Deed.LEAVE:
+                (self.kill if act.deed is Deed.KILL else self._shut_down)(act.who)
+                if act.who not in CLIENTS:
+                    self.network.schedule(seconds, lambda: self.launch(act.who))
+            case Deed.STOP if not process.stopped:
+                self._stop(process)
+                self.network.schedule(seconds, lambda: self._wake(process) if process.stopped else None)
+            case Deed.TWIN if not process.stopped:
+                self._replace(act.who, seconds)
+            case Deed.CUT if not process.cut:
+                self._cut(process)
+                self.network.schedule(seconds, lambda: self._mend(process) if self._router_up else None)
+            case _:
+                pass
+
+    def _have_done(self, node: Any, act: Act) -> None:
+        if isinstance(node, Robot):
+            self._have_robot(node, act)
+        else:
+            self._have_client(node, act)
+
+    def _have_robot(self, robot: Robot, act: Act) -> None:
+        match act.deed:
+            case Deed.TRIGGER:
+                robot.trigger(act.detail["resource"], act.detail["target"])
+            case Deed.FIRE:
+                robot.fire(act.detail["event"])
+            case Deed.PUBLISH:
+                robot.publish(act.detail["datum"], act.detail["value"])
+            case _:
+                robot.fall_silent(act.detail["datum"])
+
+    def _have_client(self, client: Client, act: Act) -> None:
+        goal, skill = act.detail["goal"], act.detail["skill"]
+        inputs: dict[str, Any] = {}
+        if self.plan.subject.skillset.skill(skill).inputs:
+            inputs = {"speed": 1.0 if act.detail.get("valid", True) else 9.0}
+        match act.deed:
+            case Deed.START:
+                client.start(skill, goal, inputs)
+            case Deed.START_AGAIN:
+                schema = self.plan.subject.skillset.schema_hash
+                again = StartGoal(goal_id=goal, inputs=inputs, client=client.name, schema=schema, deadline=act.t + 30.0)
+                client.tell(self.keys.start(skill), again)
+            case Deed.INTERRUPT:
+                client.interrupt(goal)
+            case _:
+                client.tell(self.keys.interrupt(skill), InterruptGoal(goal_id=goal, client=client.name))
