@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import pytest
-from drone import Drone
+from drone import SKILLSET, Drone
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from skillwing.m600.bridge.node import RobotBridge
 from skillwing.m600.skills.goto import GotoManager
 from skillwing.sim_mujoco.topics import MotionState
 
@@ -100,3 +101,14 @@ def test_when_the_manager_dies_the_bridge_revokes_its_token(drone: Drone) -> Non
     token = drone.layer.commands[0].token
     assert [(revoked.goal_id, revoked.token) for revoked in drone.layer.revoked] == [(goal.id, token)]
     drone.assert_states(axes_authority="AVAILABLE")
+
+
+def test_a_bridge_that_was_away_revokes_what_was_lost_meanwhile(drone: Drone) -> None:
+    goal = drone.start(target=TARGET, speed=0.5)
+    drone.kill("bridge")
+    drone.kill()
+    drone.run(3.0)
+    assert drone.layer.revoked == []
+    drone.network.attach(RobotBridge(SKILLSET))
+    drone.run(0.1)
+    assert [revoked.goal_id for revoked in drone.layer.revoked] == [goal.id]
