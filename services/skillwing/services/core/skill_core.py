@@ -43,8 +43,9 @@ from skillwing.services.protocol import (
 from skillwing.services.protocol import Ending as End
 
 GOALS_REMEMBERED = 1000
-SILENCES_UNTIL_ERROR = 6
-"""Unanswered questions to the resource manager after which a goal gets its terminal answer all the same."""
+SILENCES_UNTIL_ERROR = 10
+"""Unanswered questions to the resource manager (5.6 s, so that it may be restarted meanwhile) after which a goal gets its
+terminal answer all the same."""
 SILENCES_UNTIL_SETTLED = 600
 """Then the manager goes on trying, about this often, to give back what the goal may hold."""
 RENEWAL_PERIOD = 0.5
