@@ -1,0 +1,131 @@
+"""kill -9 of the real resource manager in each state of a goal. The managers and the client are not restarted."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from skillwing.services.bus import Answer, Answered
+from skillwing.services.journal.journal import look_into
+from skillwing.services.names import JOURNAL_FILE, RESOURCE_MANAGER
+from skillwing.services.processes.launcher import StartError
+from skillwing.services.protocol import QueryStates, ResourceStates, State, decode, encode
+from skillwing.services.testing import SkillsetProcesses
+
+pytestmark = pytest.mark.slow
+
+SKILLSET = """
+skillset digger {
+    resource engine { initial ON  extern ON -> OFF  extern OFF -> ON }
+    resource arm { initial FREE  FREE -> USED  USED -> FREE }
+    skill dig {
+        effect { take: arm -> USED  free: arm -> FREE }
+        precondition { free: resource=(arm == FREE)  success take }
+        invariant { engine: resource=(engine == ON) violation=free }
+        interrupt { apply=free timeout=5.0 }
+        result { success DONE: apply=free }
+    }
+}
+"""
+SCRIPT = """
+[skill.dig]
+forever = true
+"""
+PATIENCE = 20.0
+COFFEE = b"spilt coffee" * 1000
+
+
+@pytest.fixture(scope="module")
+def digger(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SkillsetProcesses]:
+    folder = tmp_path_factory.mktemp("digger")
+    skillset, script = folder / "digger.skillset", folder / "digger.mock.toml"
+    skillset.write_text(SKILLSET, encoding="utf-8")
+    script.write_text(SCRIPT, encoding="utf-8")
+    with SkillsetProcesses(skillset, run_dir=folder / "run", scripts=[script]) as digger:
+        yield digger
+
+
+def test_killed_while_a_goal_asks_for_its_grant(digger: SkillsetProcesses) -> None:
+    digger.kill(RESOURCE_MANAGER)
+    goal = digger.send_start("dig")
+    digger.run_until(lambda: goal.state is State.VALIDATING, PATIENCE, "the start")
+    digger.restart(RESOURCE_MANAGER)
+    digger.run_until(lambda: goal.state is State.RUNNING, PATIENCE, "the grant")
+    goal.interrupt()
+    goal.assert_ended("IT", within=PATIENCE)
+    digger.assert_states(arm="FREE")
+
+
+def test_killed_while_a_goal_runs(digger: SkillsetProcesses) -> None:
+    goal = digger.start_skill("dig")
+    digger.kill(RESOURCE_MANAGER)
+    digger.restart(RESOURCE_MANAGER)
+    # Longer than any lease and debounce: the goal must be known as it was.
+    digger.run(3.0)
+    assert goal.state is State.RUNNING
+    digger.assert_states(arm="USED")
+    digger.trigger("engine", "OFF")
+    goal.assert_ended("RI", invariant="engine", within=PATIENCE)
+    digger.assert_states(arm="FREE")
+    digger.trigger("engine", "ON")
+
+
+def test_killed_while_a_goal_gives_back_what_it_holds(digger: SkillsetProcesses) -> None:
+    goal = digger.start_skill("dig")
+    digger.kill(RESOURCE_MANAGER)
+    goal.interrupt()
+    digger.run_until(lambda: goal.state is State.INTERRUPTING, PATIENCE, "the interrupt")
+    digger.restart(RESOURCE_MANAGER)
+    goal.assert_ended("IT", within=PATIENCE)
+    digger.assert_states(arm="FREE", within=PATIENCE)
+
+
+def test_killed_right_after_an_answer_it_has_forgotten_nothing(digger: SkillsetProcesses) -> None:
+    for target in ("OFF", "ON", "OFF", "ON"):
+        answers: list[Answer] = []
+        digger.client.trigger("engine", target, answers.append)
+        digger.run_until(lambda answers=answers: bool(answers), PATIENCE, "the answer")
+        (answer,) = answers
+        assert isinstance(answer, Answered)
+        acknowledged = decode(answer.payload, ResourceStates)
+        digger.kill(RESOURCE_MANAGER)
+        digger.restart(RESOURCE_MANAGER)
+        assert states_of(digger) == (acknowledged.revision, acknowledged.states)
+
+
+def test_a_journal_that_it_cannot_read_is_refused_and_left_alone(digger: SkillsetProcesses) -> None:
+    journal = digger.launcher.run_dir / JOURNAL_FILE
+    digger.kill(RESOURCE_MANAGER)
+    _, kept = look_into(journal)
+    files = [journal, journal.with_name(f"{JOURNAL_FILE}-wal")]
+    whole = [file.read_bytes() for file in files]
+    for file in files:
+        file.write_bytes(COFFEE)
+    with pytest.raises(StartError, match=r"exit code 78[\s\S]*is damaged[\s\S]*Move it away"):
+        digger.restart(RESOURCE_MANAGER)
+    assert journal.read_bytes() == COFFEE
+    for file, content in zip(files, whole, strict=True):
+        file.write_bytes(content)
+    digger.restart(RESOURCE_MANAGER)
+    assert states_of(digger)[1] == {each.resource: each.state for each in kept.resources}
+
+
+def states_of(digger: SkillsetProcesses) -> tuple[int, dict[str, str]]:
+    answers: list[Answer] = []
+
+    def ask() -> None:
+        digger.bus.ask("digger/resource/state", encode(QueryStates()), take)
+
+    def take(answer: Answer) -> None:
+        if isinstance(answer, Answered):
+            answers.append(answer)
+        else:
+            digger.bus.after(0.05, ask, wall=True)
+
+    ask()
+    digger.run_until(lambda: bool(answers), PATIENCE, "the states")
+    (answer,) = answers
+    assert isinstance(answer, Answered)
+    states = decode(answer.payload, ResourceStates)
+    return states.revision, states.states

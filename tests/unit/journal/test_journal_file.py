@@ -1,0 +1,234 @@
+"""The journal's file: what it survives, what it refuses and what it says then, and that it stays small."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from skillwing.services.core.grants import GOALS_REMEMBERED
+from skillwing.services.core.kept import DatumKept, GoalOver, GrantOpened, Kept, ManagerNoted, ResourceStands
+from skillwing.services.journal import rows
+from skillwing.services.journal.errors import (
+    JournalRefusedError,
+    JournalTakenError,
+    JournalWriteError,
+    NoJournalError,
+)
+from skillwing.services.journal.journal import ROOM, Journal, look_into, set_aside
+from skillwing.services.journal.rows import HISTORY_KEPT, MANAGERS_KEPT
+from skillwing.services.journal.schema import FORMAT, Identity
+from skillwing.services.protocol import Granted, NotReady, Record, RecordKind
+
+ME = Identity("r1", "crane", "0123456789abcdef")
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "journal.sqlite"
+
+
+@pytest.fixture
+def journal(path: Path) -> Iterator[Journal]:
+    journal = Journal(path, ME)
+    journal.begin((ResourceStands("hook", "FREE", 0, ""),), 0.0)
+    yield journal
+    journal.close()
+
+
+def opened(number: int) -> GrantOpened:
+    granted = Granted(goal_id=f"g{number}", token=number, revision=1, record=f"rm#{number}")
+    return GrantOpened("lift", {"load": 1.5, "name": "Käfig"}, "skill/lift", "a", granted)
+
+
+def over(number: int) -> GoalOver:
+    return GoalOver(f"g{number}", "lift", number, NotReady(goal_id=f"g{number}", failing={"calm": "no"}, record="rm#1"))
+
+
+def record(number: int) -> Record:
+    return Record(id=f"rm#{number}", t=1.0, source="rm", kind=RecordKind.GOAL, subject="x", before=None, after="y")
+
+
+def held(journal: Journal) -> Kept:
+    kept = journal.kept()
+    assert kept is not None
+    return kept
+
+
+def entries_of_every_kind() -> tuple[object, ...]:
+    return (
+        ResourceStands("hook", "TAKEN", 1, "rm#1"),
+        opened(1),
+        opened(2),
+        over(1),
+        ManagerNoted("skill/lift", "a"),
+        DatumKept("limit", {"x": 1.0, "names": ["a", "b"]}, 0.5),
+    )
+
+
+def test_everything_is_there_for_the_next_one(path: Path, journal: Journal) -> None:
+    journal.write(entries_of_every_kind(), [record(1), record(2)], 2.5)  # pyright: ignore[reportArgumentType]
+    assert held(Journal(path, ME)) == Kept(
+        resources=(ResourceStands("hook", "TAKEN", 1, "rm#1"),),
+        grants=(opened(2),),
+        goals=(over(1),),
+        managers=(ManagerNoted("skill/lift", "a"),),
+        data=(DatumKept("limit", {"x": 1.0, "names": ["a", "b"]}, 0.5),),
+        last_token=2,
+        records=(record(1), record(2)),
+        t=2.5,
+    )
+
+
+def test_a_step_is_written_as_a_whole_or_not_at_all(journal: Journal, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = held(journal)
+    monkeypatch.setattr(rows, "HISTORY_KEPT", None)  # The last statement of the transaction is the one that breaks.
+    with pytest.raises(TypeError):
+        journal.write(entries_of_every_kind(), [record(1)], 2.5)  # pyright: ignore[reportArgumentType]
+    assert held(journal) == before
+
+
+def test_what_was_written_outlives_a_writer_that_never_closes(path: Path, journal: Journal) -> None:
+    """What a killed process leaves: the file and its write-ahead log, copied while the writer has both open."""
+    journal.write((opened(1),), (), 1.0)
+    copy = path.with_name("copy.sqlite")
+    for ending in ("", "-wal"):
+        Path(f"{copy}{ending}").write_bytes(Path(f"{path}{ending}").read_bytes())
+    assert held(Journal(copy, ME)).grants == (opened(1),)
+
+
+def test_a_later_process_takes_the_journal_from_an_earlier_one(path: Path, journal: Journal) -> None:
+    """A process that hung, was replaced and wakes up must not write what is long past."""
+    later = Journal(path, ME)
+    with pytest.raises(JournalTakenError, match=r"Another process goes on .* End this one"):
+        journal.write((opened(1),), (), 1.0)
+    assert held(later).grants == ()
+    later.write((opened(2),), (), 1.0)
+    assert held(later).grants == (opened(2),)
+
+
+def test_it_stays_small(path: Path, journal: Journal) -> None:
+    for start in range(0, 12_000, 500):
+        numbers = range(start, start + 500)
+        noted = [ManagerNoted("skill/lift", f"i{number}") for number in numbers]
+        journal.write([*map(over, numbers), *noted], map(record, numbers), 1.0)
+    kept = held(journal)
+    assert [each.goal_id for each in kept.goals] == [f"g{n}" for n in range(12_000 - GOALS_REMEMBERED, 12_000)]
+    assert len(kept.managers) == MANAGERS_KEPT
+    _, looked_at = look_into(path)
+    assert [each.id for each in looked_at.records] == [f"rm#{n}" for n in range(12_000 - HISTORY_KEPT, 12_000)]
+    assert path.stat().st_size < 2 * ROOM
+
+
+def test_a_full_disk_is_an_error_and_costs_nothing(path: Path, journal: Journal) -> None:
+    journal.write((opened(1),), (), 1.0)
+    (pages,) = journal._connection.execute("PRAGMA page_count").fetchone()  # pyright: ignore[reportPrivateUsage]
+    journal._connection.execute(f"PRAGMA max_page_count = {pages}")  # pyright: ignore[reportPrivateUsage]
+    before = held(journal)
+    huge = GrantOpened("lift", {"load": "x" * (2 * ROOM)}, "skill/lift", "a", opened(2).granted)
+    with pytest.raises(JournalWriteError, match=r"cannot be written: database or disk is full\. Make room"):
+        journal.write((huge,), (), 2.0)
+    assert held(journal) == before
+    journal.write((opened(3),), (), 3.0)
+    assert held(journal).grants == (opened(1), opened(3))
+
+
+# --- refusals --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("other", "sentence"),
+    [
+        (Identity("r2", "crane", ME.schema), r"is that of the robot `r1`, and this one is `r2`\. Name another file"),
+        (Identity("r1", "winch", ME.schema), r"is that of the skillset `crane`, and this one is `winch`\. Name"),
+        (Identity("r1", "crane", "f" * 16), rf"version {ME.schema} of .* this is version f+\. Go on with the skillset"),
+    ],
+)
+def test_a_foreign_journal_is_refused(path: Path, journal: Journal, other: Identity, sentence: str) -> None:
+    journal.close()
+    before = path.read_bytes()
+    with pytest.raises(JournalRefusedError, match=sentence):
+        Journal(path, other)
+    assert path.read_bytes() == before
+
+
+def test_a_newer_journal_is_refused(path: Path, journal: Journal) -> None:
+    journal.close()
+    with closing(sqlite3.connect(path)) as newer:
+        newer.execute(f"PRAGMA user_version = {FORMAT + 1}")
+    with pytest.raises(JournalRefusedError, match=r"by a newer Skillwing: its format is 2, this one reads 1\. Upgrade"):
+        Journal(path, ME)
+
+
+@pytest.mark.parametrize("content", [b"no database at all\n" * 100, b"\xff" * 8192])
+def test_a_file_that_is_no_database_is_refused_and_left_alone(path: Path, content: bytes) -> None:
+    path.write_bytes(content)
+    with pytest.raises(JournalRefusedError, match=r"is damaged: file is not a database\. Move it away"):
+        Journal(path, ME)
+    assert path.read_bytes() == content
+
+
+def test_another_database_is_refused(path: Path) -> None:
+    with closing(sqlite3.connect(path)) as other:
+        other.execute("CREATE TABLE songs (title TEXT)")
+    with pytest.raises(JournalRefusedError, match="is no journal of a resource manager"):
+        Journal(path, ME)
+
+
+def test_pages_overwritten_by_something_else_are_noticed(path: Path, journal: Journal) -> None:
+    journal.write([over(number) for number in range(200)], map(record, range(200)), 1.0)
+    journal.close()
+    content = bytearray(path.read_bytes())
+    for page in range(1, len(content) // 4096):
+        content[page * 4096 : page * 4096 + 64] = b"\x5a" * 64
+    path.write_bytes(content)
+    with pytest.raises(JournalRefusedError, match="is damaged"):
+        Journal(path, ME)
+
+
+def test_values_that_were_never_written_are_noticed(path: Path, journal: Journal) -> None:
+    journal.write((opened(1),), (), 1.0)
+    journal.close()
+    with closing(sqlite3.connect(path)) as meddler:
+        meddler.execute("UPDATE grants SET granted = '{}'")
+        meddler.commit()
+    with pytest.raises(JournalRefusedError, match="is damaged: Object missing"):
+        Journal(path, ME).kept()
+
+
+def test_a_directory_that_nobody_can_write_to_is_an_error(tmp_path: Path) -> None:
+    with pytest.raises(JournalWriteError, match=r"cannot be written: unable to open database file\. Make room"):
+        Journal(tmp_path / "nowhere" / "journal.sqlite", ME)
+
+
+# --- looking, and setting aside --------------------------------------------------------------------------------------
+
+
+def test_it_can_be_read_while_it_is_written(path: Path, journal: Journal) -> None:
+    journal.write((opened(1),), (), 1.0)
+    identity, kept = look_into(path)
+    assert (identity, kept.grants) == (ME, (opened(1),))
+    journal.write((opened(2),), (), 1.0)
+
+
+def test_there_may_be_nothing_to_look_into(path: Path) -> None:
+    with pytest.raises(NoJournalError, match="There is no journal at"):
+        look_into(path)
+    Journal(path, ME).close()
+    with pytest.raises(NoJournalError, match="Nothing has been written"):
+        look_into(path)
+
+
+def test_a_journal_that_is_set_aside_is_whole_and_never_overwritten(path: Path, journal: Journal) -> None:
+    journal.write((opened(1),), (), 1.0)
+    journal.close()
+    assert set_aside(path) == path.with_name("journal-1.sqlite")
+    assert set_aside(path) is None
+    second = Journal(path, ME)
+    second.begin((), 0.0)
+    second.close()
+    assert set_aside(path) == path.with_name("journal-2.sqlite")
+    assert look_into(path.with_name("journal-1.sqlite"))[1].grants == (opened(1),)
