@@ -61,6 +61,8 @@ class GoalPursuit:
         self._manager_alive = manager_alive
         self._on_change = on_change
         self._interrupting = False
+        self._interrupt_cause: str | None = None
+        self._only_remembered = False
         self._probing = False
         self._has_to_exist = False
 
@@ -78,7 +80,7 @@ class GoalPursuit:
         """Ask the manager to end the goal. It may not have heard of the start yet: it then remembers."""
         if self._interrupting or self.handle.done:
             return
-        self._interrupting = True
+        self._interrupting, self._interrupt_cause = True, cause
         request = InterruptGoal(goal_id=self.handle.goal_id, client=self._client, cause=cause)
         ask_until_answered(
             self._bus,
@@ -116,6 +118,10 @@ class GoalPursuit:
         """Take a status of this goal, published or answered."""
         consistent = (status.terminal is not None) == (status.state is State.TERMINATED)
         if status.goal_id == self.handle.goal_id and consistent and self.handle.advance(status):
+            if self._only_remembered and status.state is not State.INTERRUPTING and not self.handle.done:
+                # Whoever remembered the interrupt has been replaced since then, and the start has arrived.
+                self._interrupting = self._only_remembered = False
+                self.interrupt(self._interrupt_cause)
             self._on_change(self.handle)
 
     def _keep_asking(self, silences: int) -> bool:
@@ -136,6 +142,7 @@ class GoalPursuit:
             self._interrupting = False
             self._bus.after(LONGEST_DELAY, lambda: self.interrupt(cause), wall=True)
         else:
+            self._only_remembered = isinstance(answer, Refused)
             self._answered(answer)
 
     def _probe_answered(self, answer: Answered | Refused) -> None:
