@@ -97,3 +97,23 @@ def test_a_name_is_not_called_unknown_when_its_declaration_was_unreadable() -> N
     codes = {diagnostic.code for diagnostic in check(source, "f").diagnostics}
     assert "SW010" not in codes
     assert codes & {"SW002", "SW004", "SW005"}
+
+
+def test_the_help_shows_how_to_declare_what_there_is_none_of() -> None:
+    source = """\
+    skillset s {
+        skill k {
+            precondition { a: resource=(wheels == PARKED)  b: data=(tilt > 1) }
+            result { DONE: apply=release }
+        }
+    }"""
+    assert [diagnostic.help for diagnostic in check(source, "f").diagnostics] == [
+        "Declare it: `resource wheels { initial A  A -> B  B -> A }`.",
+        "Declare it: `data { tilt: float64 period=1.0 }` in the skillset, or `input { tilt: float64 }` in the skill.",
+        "Declare it: `effect { release: RESOURCE -> STATE }` in this skill.",
+    ]
+
+
+def test_what_belongs_to_something_is_missed_there() -> None:
+    source = "skillset s { resource r { initial A  extern A -> B } skill k { precondition { p: resource=(r == C) } } }"
+    assert check(source, "f").diagnostics[0].message == "`r` has no state `C`."

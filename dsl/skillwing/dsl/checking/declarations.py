@@ -35,7 +35,7 @@ class Declarations:
     def predicates(self, inputs: Iterable[Field] = ()) -> Predicates:
         """What resolves predicates where these inputs are known."""
         by_name = {field.name: field for field in inputs}
-        return Predicates(Vocabulary(self.resources, self.data, by_name), self.report)
+        return Predicates(Vocabulary(self.resources, self.data, by_name, self.types.untyped), self.report)
 
     def effect(self, declaration: syntax.EffectSyntax) -> Effect:
         """Resolve an effect; changes that mean nothing are left out."""
@@ -76,6 +76,8 @@ class Declarations:
             for item in block.items:
                 declared, unit = self.types.resolve(item.type), self.types.unit(item.unit)
                 period = None if item.period is None else self.seconds(item.period, "period")
+                if declared is None:
+                    self.types.untyped.add(item.name.text)
                 if self.report.declare(seen, item.name, "datum") and declared is not None:
                     yield DataItem(item.name.text, declared, unit, period, item.name.span)
 

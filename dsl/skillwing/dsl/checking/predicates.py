@@ -34,11 +34,15 @@ _DEEPEST = 100
 
 @dataclass(frozen=True, slots=True)
 class Vocabulary:
-    """What a predicate may speak of. Inputs hide data of the same name."""
+    """What a predicate may speak of. Inputs hide data of the same name.
+
+    untyped: names whose types are wrong, which has been reported; a predicate that names one is not judged.
+    """
 
     resources: Mapping[str, Resource]
     data: Mapping[str, DataItem]
     inputs: Mapping[str, Field]
+    untyped: frozenset[str] | set[str] = frozenset()
 
 
 class Predicates:
@@ -65,6 +69,8 @@ class Predicates:
             case Not(operand):
                 resolved = self._expression(operand, on_resources)
                 return None if resolved is None else Not(resolved)
+            case Comparison(left=left, right=right) if self._is_untyped(left) or self._is_untyped(right):
+                return None
             case Comparison():
                 return self._state_comparison(expression) if on_resources else self._data_comparison(expression)
             case Name() | Literal():
@@ -192,6 +198,9 @@ class Predicates:
                     return None
                 return Name(operand.path, self._scope(operand), operand.span), declared
 
+    def _is_untyped(self, operand: Operand) -> bool:
+        return isinstance(operand, Name) and not self._known.untyped.isdisjoint((operand.root, *operand.fields))
+
     def _scope(self, name: Name) -> Scope | None:
         if name.root in self._known.inputs:
             return "input"
@@ -199,6 +208,8 @@ class Predicates:
 
     def _type_of(self, name: Name, quiet: bool = False) -> Type | None:
         """The type of a datum or input, or of its field; problems are reported unless `quiet`."""
+        if self._is_untyped(name):
+            return None
         source = self._known.inputs.get(name.root) or self._known.data.get(name.root)
         if source is None:
             if not quiet:

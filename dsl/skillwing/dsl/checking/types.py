@@ -35,6 +35,8 @@ class Types:
         self._named: dict[str, EnumType | StructType] = {}
         self._under_way: list[str] = []
         self.used: set[str] = set()
+        self.untyped: set[str] = set()
+        """Names that are declared with a type that is wrong: what is said of them cannot be judged."""
         seen: dict[str, Word] = {}
         for element in elements:
             if not isinstance(element, syntax.EnumSyntax | syntax.StructSyntax):
@@ -109,6 +111,7 @@ class Types:
         declared = self.resolve(declaration.type)
         unit = self.unit(declaration.unit)
         if declared is None:
+            self.untyped.add(declaration.name.text)
             return None
         low, high = self._bounds(declaration.bounds, declared)
         name = declaration.name
