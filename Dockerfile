@@ -11,6 +11,7 @@ COPY dsl dsl
 COPY services services
 COPY sim_mujoco sim_mujoco
 COPY bt_missions bt_missions
+COPY docs/errors docs/errors
 RUN /venv/bin/pip wheel --no-cache-dir --no-deps --no-build-isolation --wheel-dir /wheel .
 
 FROM ${BASE} AS manager-environment

@@ -2,44 +2,113 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from enum import StrEnum
+from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated
 
 import msgspec
 import typer
+from rich.console import Console
+from rich.markdown import Markdown
 
 from skillwing.dsl.checking.checker import check as check_source
-from skillwing.dsl.commands.source import PROBLEMS, read, show
+from skillwing.dsl.commands.source import MISUSE, PROBLEMS, STANDARD_INPUT, misuse, read, show
+from skillwing.dsl.diagnostics.codes import CODES
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic, summary
+from skillwing.dsl.diagnostics.pages import page_on
+from skillwing.dsl.diagnostics.sarif import sarif_log
+from skillwing.dsl.spans import Span
+from skillwing.dsl.suggest import closest
+
+
+class Format(StrEnum):
+    """How the problems are printed."""
+
+    TEXT = "text"
+    JSON = "json"
+    SARIF = "sarif"
 
 
 def check(
-    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Skillset files.", show_default=False)],
+    files: Annotated[
+        list[Path] | None,
+        typer.Argument(metavar="FILE...", help="Skillset files; `-` for standard input.", show_default=False),
+    ] = None,
     strict: Annotated[bool, typer.Option("--strict", help="Let warnings fail, too.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the problems as JSON.")] = False,
+    form: Annotated[Format, typer.Option("--format", help="How to print the problems.")] = Format.TEXT,
+    as_json: Annotated[bool, typer.Option("--json", help="Short for `--format json`.")] = False,
+    explain: Annotated[
+        str | None, typer.Option("--explain", metavar="CODE", help="Show the page on a code, such as SW042.")
+    ] = None,
 ) -> None:
     """Check skillset files and show every problem in them."""
-    sources = {file: read(file) for file in files}
-    checked = {file: check_source(text, str(file)) for file, text in sources.items()}
-    if as_json:
-        report = [_as_json(diagnostic) for outcome in checked.values() for diagnostic in outcome.diagnostics]
-        typer.echo(msgspec.json.format(msgspec.json.encode(report)).decode())
-    else:
-        for file, outcome in checked.items():
-            show(outcome, sources[file])
-            typer.echo(f"{file}: {summary(outcome.diagnostics)}")
+    if explain is not None:
+        _explain(explain)
+        return
+    if not files:
+        misuse("Name the files to check, or `-` for standard input.")
+    sources = {_name(file): read(file) for file in files}
+    checked = {name: check_source(text, name) for name, text in sources.items()}
+    found = [diagnostic for outcome in checked.values() for diagnostic in outcome.diagnostics]
+    match Format.JSON if as_json else form:
+        case Format.JSON:
+            _print_json([_as_json(diagnostic) for diagnostic in found])
+        case Format.SARIF:
+            _print_json(sarif_log(found, version("skillwing"), page_on))
+        case Format.TEXT:
+            for name, outcome in checked.items():
+                show(outcome, sources[name])
+                typer.echo(f"{name}: {summary(outcome.diagnostics)}")
+            _point_to_pages(found)
     failed = any(outcome.skillset is None or (strict and outcome.diagnostics) for outcome in checked.values())
     raise typer.Exit(PROBLEMS if failed else 0)
 
 
+def _name(file: Path) -> str:
+    return "<stdin>" if file == STANDARD_INPUT else str(file)
+
+
+def _point_to_pages(found: Sequence[Diagnostic]) -> None:
+    if found:
+        typer.echo(f"More on a code: `skillwing check --explain {found[0].code}`.")
+
+
+def _explain(code: str) -> None:
+    name = code.upper()
+    if name not in CODES:
+        guess = closest(name, CODES)
+        typer.echo(f"There is no code `{code}`." + (f" Did you mean `{guess}`?" if guess else ""), err=True)
+        raise typer.Exit(MISUSE)
+    page = page_on(name)
+    console = Console()
+    if console.is_terminal:
+        console.print(Markdown(page))
+    else:
+        typer.echo(page, nl=False)
+
+
+def _print_json(value: object) -> None:
+    typer.echo(msgspec.json.format(msgspec.json.encode(value)).decode())
+
+
 def _as_json(diagnostic: Diagnostic) -> dict[str, object]:
-    span = diagnostic.span
     return {
         "code": diagnostic.code,
         "severity": diagnostic.severity,
         "title": diagnostic.title,
         "message": diagnostic.message,
         "help": diagnostic.help,
+        **_place(diagnostic.span),
+        "related": None
+        if diagnostic.related is None
+        else {"message": diagnostic.related[1], **_place(diagnostic.related[0])},
+    }
+
+
+def _place(span: Span) -> dict[str, object]:
+    return {
         "file": span.file,
         "line": span.line,
         "column": span.column,
