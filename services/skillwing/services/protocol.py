@@ -35,6 +35,11 @@ Label: TypeAlias = Annotated[str, msgspec.Meta(max_length=200)]
 """An id or a name that its receiver remembers or repeats, hence of bounded length."""
 
 
+FARTHEST_TIME = 9.0e9
+Time: TypeAlias = Annotated[float, msgspec.Meta(ge=-FARTHEST_TIME, le=FARTHEST_TIME)]
+"""Robot time in seconds. It lies within what 64 bits of nanoseconds hold, so that every receiver can reckon with it."""
+
+
 class Message(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Base of all messages. `v` is the protocol version of the sender."""
 
@@ -178,7 +183,7 @@ class GoalStatus(Message, frozen=True, kw_only=True):
     goal_id: str
     skill: str
     state: State
-    t: float
+    t: Time
     terminal: Terminal | None = None
     record: str | None = None
 
@@ -188,7 +193,7 @@ class GoalProgress(Message, frozen=True, kw_only=True):
 
     goal_id: str
     skill: str
-    t: float
+    t: Time
     feedback: dict[str, Any]
 
 
@@ -203,7 +208,7 @@ class StartGoal(Message, frozen=True, kw_only=True):
     inputs: dict[str, Any]
     client: Label
     schema: str
-    deadline: float | None = None
+    deadline: Time | None = None
     cause: Label | None = None
     owner: Label | None = None
 
@@ -226,7 +231,7 @@ class QueryGoal(Message, frozen=True, kw_only=True):
 class ResourceStates(Message, frozen=True, kw_only=True):
     revision: int
     states: dict[str, str]
-    t: float
+    t: Time
 
 
 class ResourceChange(Message, frozen=True, kw_only=True):
@@ -234,7 +239,7 @@ class ResourceChange(Message, frozen=True, kw_only=True):
     before: str
     after: str
     revision: int
-    t: float
+    t: Time
     record: str
     cause: str | None = None
 
@@ -332,7 +337,7 @@ class Violated(Message, frozen=True, kw_only=True, tag="violated"):
     invariant: str
     subject: str
     reason: str
-    t: float
+    t: Time
     record: str
     token: int = 0
 
@@ -346,7 +351,7 @@ class Lost(Message, frozen=True, kw_only=True, tag="lost"):
     goal_id: str
     skill: str
     reason: str
-    t: float
+    t: Time
     record: str
     token: int
 
@@ -372,7 +377,7 @@ class DataSample(Message, frozen=True, kw_only=True):
 
     name: str
     value: Any
-    t: float
+    t: Time
 
 
 class QueryData(Message, frozen=True, kw_only=True):
@@ -384,7 +389,7 @@ class DataReading(Message, frozen=True, kw_only=True):
 
     name: str
     value: Any
-    t: float | None
+    t: Time | None
     age: float | None
     stale: bool
 
@@ -406,7 +411,7 @@ class Record(Message, frozen=True, kw_only=True):
     """One state change of anything. `cause` is the id of the record that made it happen."""
 
     id: str
-    t: float
+    t: Time
     source: str
     kind: RecordKind
     subject: str
@@ -434,7 +439,7 @@ class TreeNode(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 class TreeSnapshot(Message, frozen=True, kw_only=True):
     mission: str
-    t: float
+    t: Time
     nodes: tuple[TreeNode, ...]
 
 
@@ -443,7 +448,7 @@ class MissionStatus(Message, frozen=True, kw_only=True):
 
     mission: str
     phase: str
-    t: float
+    t: Time
     text: str
     waypoint: int = 0
     waypoints: int = 0
@@ -464,7 +469,7 @@ class AbortMission(Message, frozen=True, kw_only=True):
 class ClockTick(Message, frozen=True, kw_only=True):
     """Robot time, and how fast it is meant to run against the wall clock (1.0 real time)."""
 
-    t: float
+    t: Time
     factor: float = 1.0
 
 

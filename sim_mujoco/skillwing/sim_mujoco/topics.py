@@ -11,12 +11,17 @@ Array streams carry raw little-endian bytes in the payload and one of the `*Head
 from __future__ import annotations
 
 from enum import StrEnum
+from typing import Annotated, TypeAlias
 
 import msgspec
 
-from skillwing.services.protocol import CLOCK_KEY, Message
+from skillwing.services.protocol import CLOCK_KEY, Message, Time
 
-Vector3 = tuple[float, float, float]
+LARGEST_COMPONENT = 1e6
+Component: TypeAlias = Annotated[float, msgspec.Meta(ge=-LARGEST_COMPONENT, le=LARGEST_COMPONENT)]
+"""Of a position, velocity, ... in SI units. Beyond a thousand kilometres nothing is meant that a drone should try."""
+Vector3 = tuple[Component, Component, Component]
+Quaternion = tuple[Component, Component, Component, Component]
 
 CLOCK = CLOCK_KEY  # ClockTick, 50 Hz
 NAVIGATION = "fl/navigation"  # Navigation, 50 Hz
@@ -60,10 +65,10 @@ class Navigation(Message, frozen=True, kw_only=True):
     """Navigation solution at `t`: position and velocity ENU, attitude as quaternion (w, x, y, z) body to world,
     angular velocity FLU, heading in radians."""
 
-    t: float
+    t: Time
     position: Vector3
     velocity: Vector3
-    quaternion: tuple[float, float, float, float]
+    quaternion: Quaternion
     angular_velocity: Vector3
     heading: float
 
@@ -71,7 +76,7 @@ class Navigation(Message, frozen=True, kw_only=True):
 class FlightState(Message, frozen=True, kw_only=True):
     """`authority`: the safety pilot lets this computer fly. `failsafe` is "" or what the autopilot does by itself."""
 
-    t: float
+    t: Time
     on_ground: bool
     rotors_on: bool
     home_valid: bool
@@ -80,7 +85,7 @@ class FlightState(Message, frozen=True, kw_only=True):
 
 
 class Battery(Message, frozen=True, kw_only=True):
-    t: float
+    t: Time
     percent: float
     voltage: float
 
@@ -88,12 +93,12 @@ class Battery(Message, frozen=True, kw_only=True):
 class Range(Message, frozen=True, kw_only=True):
     """Distance down along the body's -z; None when nothing is within reach."""
 
-    t: float
+    t: Time
     distance: float | None
 
 
 class ImuHeader(Message, frozen=True, kw_only=True):
-    t0: float
+    t0: Time
     count: int
 
 
@@ -101,8 +106,8 @@ class LidarHeader(Message, frozen=True, kw_only=True):
     """One revolution. Column c was measured at t0 + (c + 0.5) / columns * (t1 - t0). The ring is orthogonal to the
     nose: see `lidar_directions` in the sensor model. `mount` is the sensor's place in FLU."""
 
-    t0: float
-    t1: float
+    t0: Time
+    t1: Time
     columns: int
     beams: int
     mount: Vector3
@@ -111,7 +116,7 @@ class LidarHeader(Message, frozen=True, kw_only=True):
 class DepthHeader(Message, frozen=True, kw_only=True):
     """Pinhole model; `mount` is the camera's place in FLU, its optical axis is the body's x."""
 
-    t: float
+    t: Time
     width: int
     height: int
     fx: float
@@ -131,7 +136,7 @@ class Health(Message, frozen=True, kw_only=True):
     """What a sensor node found out about itself. `id` is unique and becomes the root of a cause chain."""
 
     id: str
-    t: float
+    t: Time
     sensor: str
     status: SensorStatus
     reason: str = ""
@@ -141,9 +146,9 @@ class Health(Message, frozen=True, kw_only=True):
 class Truth(Message, frozen=True, kw_only=True):
     """Ground truth for judges: `clearance` is the distance of the hull from the nearest obstacle."""
 
-    t: float
+    t: Time
     position: Vector3
-    quaternion: tuple[float, float, float, float]
+    quaternion: Quaternion
     velocity: Vector3
     collisions: int
     clearance: float
@@ -153,7 +158,7 @@ class Truth(Message, frozen=True, kw_only=True):
 class AutopilotSetpoint(Message, frozen=True, kw_only=True):
     """Position with velocity and acceleration feed-forward and heading; `land`/`rotors` as the autopilot's modes."""
 
-    t: float
+    t: Time
     position: Vector3
     velocity: Vector3
     heading: float
@@ -244,7 +249,7 @@ class AxisStatus(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
 class GuidanceStatus(Message, frozen=True, kw_only=True):
     """`target` is the end of the segment being flown, `setpoint` where the drone should be now."""
 
-    t: float
+    t: Time
     body: AxisStatus
     heading: AxisStatus
     setpoint: Vector3
@@ -279,12 +284,12 @@ class ObstacleStatus(Message, frozen=True, kw_only=True):
     segment, or the source does not look that way); `horizon`: how far it could have seen; `ahead`: nearest
     obstacle in the direction of view or motion; `stamp`: when the measurement was taken."""
 
-    t: float
+    t: Time
     source: ObstacleSource
     free_distance: float | None
     horizon: float
     ahead: float | None
-    stamp: float | None
+    stamp: Time | None
 
 
 class ControlMapping(Message, frozen=True, kw_only=True):
@@ -296,7 +301,7 @@ class ControlMapping(Message, frozen=True, kw_only=True):
 class MappingStatus(Message, frozen=True, kw_only=True):
     """`diverged`: the map can no longer be trusted. `pose_source` says honestly where poses come from."""
 
-    t: float
+    t: Time
     running: bool
     diverged: bool
     scans: int
@@ -305,7 +310,7 @@ class MappingStatus(Message, frozen=True, kw_only=True):
 
 
 class MapHeader(Message, frozen=True, kw_only=True):
-    t: float
-    voxel_size: float
+    t: Time
+    voxel_size: Annotated[float, msgspec.Meta(gt=0.0, le=100.0)]
     count: int
     complete: bool
