@@ -169,8 +169,8 @@ class MissionView:
         nodes = self._outline.shown(snapshot.nodes)
         shape = tuple((node.index, node.parent, node.name) for node in nodes)
         if shape != self._shape:
-            self._shape = shape
             self._layout = lay_out(nodes)
+            self._shape = shape
             self._log_names(nodes)
         radius = _PILL * self._layout.row
         pills = [((place.left + radius, place.y), (place.right - radius, place.y)) for place in self._layout.places]

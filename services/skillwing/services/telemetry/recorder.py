@@ -101,7 +101,10 @@ class Recorder:
 
     def _on_tree(self, snapshot: TreeSnapshot) -> None:
         if self._recording:
-            self._recording.mission.show_tree(snapshot)
+            try:
+                self._recording.mission.show_tree(snapshot)
+            except ValueError as error:
+                log.warning("left out a tree of %s: %s", snapshot.mission, error)
 
     def _on_mission(self, status: MissionStatus) -> None:
         if self._recording:
