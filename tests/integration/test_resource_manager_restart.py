@@ -5,6 +5,7 @@ In one process and virtual time; test_resource_manager_killed.py does the same t
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +14,10 @@ import pytest
 from skillwing.dsl import parse
 from skillwing.services.bus import Answer, Answered, Refused, Unanswered
 from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import ResourceCore
 from skillwing.services.ids import RecordIds
+from skillwing.services.journal.errors import JournalWriteError
 from skillwing.services.journal.journal import Journal, look_into
 from skillwing.services.journal.schema import Identity
 from skillwing.services.managers.hooks import Goal, SkillHooks
@@ -235,3 +238,33 @@ def test_tokens_and_revisions_go_on_growing(digger: SkillsetInProcess) -> None:
     current = hooks(digger).current
     assert current is not None
     assert current.id == second.id
+
+
+def test_a_full_disk_refuses_requests_and_the_manager_lives(
+    digger: SkillsetInProcess, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    goal = digger.start_skill("dig")
+    full = JournalWriteError(Path("journal.sqlite"), "The journal cannot be written: the disk is full.")
+    with monkeypatch.context() as disk:
+        disk.setattr(Journal, "write", raising(full))
+        with pytest.raises(RefusedError) as refusal:
+            digger.trigger("engine", "OFF")
+        assert refusal.value.code is ErrorCode.UNAVAILABLE
+        assert "the disk is full" in refusal.value.message
+        # Nobody asks for what a datum breaks: it has to be tried until it can be written.
+        digger.set_data(slope=0.9)
+        digger.run(3.0)
+        digger.assert_states(engine="ON", arm="USED")
+        assert goal.state is State.RUNNING
+    goal.assert_ended("RI", invariant="level", within=2.0)
+    digger.trigger("engine", "OFF")
+    digger.assert_states(engine="OFF", arm="FREE")
+    complaints = [entry.getMessage() for entry in caplog.records if entry.name.endswith("journaled_core")]
+    assert len(complaints) == 2, "one when it begins, one when it is over"
+
+
+def raising(error: Exception) -> Callable[..., None]:
+    def write(*arguments: object) -> None:
+        raise error
+
+    return write
