@@ -179,6 +179,21 @@ class Managers(RuleBasedStateMachine):
     def a_manager_seems_lost(self, skill: str) -> None:
         self.judge(self.resources.manager_lost(f"skill/{skill}", self.now))
 
+    @rule(goal=goals)
+    def a_goal_falls_silent(self, goal: tuple[str, str]) -> None:
+        self.judge(self.resources.goal_lost(goal[1], self.now, "silent for 2.0 s"))
+
+    @rule(skill=st.sampled_from(SKILLS))
+    def a_manager_renews(self, skill: str) -> None:
+        core = self.skills[skill]
+        if (renewal := core.renewal()) is None:
+            return
+        try:
+            answer = self.judge(self.resources.renew(renewal))
+        except RefusedError as refusal:
+            answer = refusal.reply
+        self.perform(skill, core.renewed(renewal, answer, self.now))
+
     # --- what always holds -------------------------------------------------------------------------------------------
 
     @invariant()
