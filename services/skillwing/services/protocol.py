@@ -357,13 +357,18 @@ class Lost(Message, frozen=True, kw_only=True, tag="lost"):
 
 
 class Ended(Message, frozen=True, kw_only=True, tag="ended"):
-    """The end was applied. `held=False`: effect or postcondition did not hold, `reason` says which."""
+    """The end was applied. `held=False`: effect or postcondition did not hold, `reason` says which.
+
+    `how` and `result` repeat the `EndGoal`, for a manager that asks for a goal which its predecessor has ended.
+    """
 
     goal_id: str
     held: bool
     reason: str
     revision: int
     record: str
+    how: str = ""
+    result: str | None = None
 
 
 GoalVerdict = Granted | NotReady | Violated | Lost | Ended

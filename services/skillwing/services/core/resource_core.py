@@ -255,7 +255,15 @@ class ResourceCore:
         if not reason and post is not None:
             broken = why_not(post, self._environment(grant.inputs, now))
             reason = f"The postcondition {broken}" if broken else ""
-        ended = Ended(goal_id=grant.goal_id, held=not reason, reason=reason, revision=self.revision, record=record)
+        ended = Ended(
+            goal_id=grant.goal_id,
+            held=not reason,
+            reason=reason,
+            revision=self.revision,
+            record=record,
+            how=request.how,
+            result=request.result,
+        )
         # What the goal gives back may break its own invariants: it is over before they are judged.
         self._ledger.close(grant, ended)
         self._enforce_invariants(now)

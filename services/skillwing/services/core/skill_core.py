@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+from msgspec.structs import replace
+
 from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.services.core.checks import check_goal_id, check_schema
 from skillwing.services.core.grants import NO_TOKEN
@@ -318,6 +320,10 @@ class SkillCore:
                 reason = " ".join(answer.failing.values())
                 terminal = Terminal(ending=End.NOT_READY, reason=reason, failing=tuple(answer.failing))
                 self._finish(run, terminal, now)
+            case Ended():
+                run.record = answer.record
+                reason = f"An earlier process of this manager ended it. {answer.reason}".rstrip()
+                self._finish(run, self._terminal_of_end(answer, answer.how, answer.result, reason), now)
             case _:
                 self._taken_away(run, answer, now)
 
@@ -328,20 +334,18 @@ class SkillCore:
             return
         run.record = answer.record
         reason = ending.reason if answer.held else f"{ending.reason} {answer.reason}"
-        name = ending.call.result
-        if name is not None:
-            terminal = Terminal(
-                ending=End.SUCCEEDED if answer.held else End.NOT_HELD,
+        terminal = self._terminal_of_end(answer, ending.call.how, ending.call.result, reason)
+        self._finish(run, replace(terminal, output=ending.output, forced=ending.forced), now)
+
+    def _terminal_of_end(self, ended: Ended, how: str, result: str | None, reason: str) -> Terminal:
+        if result is not None:
+            return Terminal(
+                ending=End.SUCCEEDED if ended.held else End.NOT_HELD,
                 reason=reason,
-                result=name,
-                success=answer.held and self.skill.result(name).success,
-                output=ending.output,
+                result=result,
+                success=ended.held and self.skill.result(result).success,
             )
-        elif ending.call.how == "interrupt":
-            terminal = Terminal(ending=End.INTERRUPTED, reason=reason, forced=ending.forced)
-        else:
-            terminal = Terminal(ending=End.ERROR, reason=reason)
-        self._finish(run, terminal, now)
+        return Terminal(ending=End.INTERRUPTED if how == "interrupt" else End.ERROR, reason=reason)
 
     def _taken_away(self, run: GoalRun, verdict: GoalVerdict | ErrorReply, now: float) -> None:
         """The goal is over in the resource manager's judgement, or was never in its books."""
