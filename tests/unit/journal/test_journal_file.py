@@ -34,7 +34,7 @@ def path(tmp_path: Path) -> Path:
 @pytest.fixture
 def journal(path: Path) -> Iterator[Journal]:
     journal = Journal(path, ME)
-    journal.begin((ResourceStands("hook", "FREE", 0, ""),), 0.0)
+    journal.write((ResourceStands("hook", "FREE", 0, ""),), (), 0.0)
     yield journal
     journal.close()
 
@@ -228,7 +228,7 @@ def test_a_journal_that_is_set_aside_is_whole_and_never_overwritten(path: Path, 
     assert set_aside(path) == path.with_name("journal-1.sqlite")
     assert set_aside(path) is None
     second = Journal(path, ME)
-    second.begin((), 0.0)
+    second.write((), (), 0.0)
     second.close()
     assert set_aside(path) == path.with_name("journal-2.sqlite")
     assert look_into(path.with_name("journal-1.sqlite"))[1].grants == (opened(1),)

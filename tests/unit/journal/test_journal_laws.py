@@ -80,7 +80,7 @@ class Twins(RuleBasedStateMachine):
         self.journal = Journal(None, Identity("r1", CRANE.name, CRANE.schema_hash))
         self.ids = RecordIds("rm")
         self.constant = ResourceCore(CRANE, source="rm", new_record_id=self.ids)
-        self.journal.begin(self.constant.inventory(), self.now)
+        self.journal.write(self.constant.inventory(), (), self.now)
         self.renewed = ResourceCore(CRANE, source="rm", new_record_id=RecordIds("rm"))
 
     def take(self, call: Any) -> Any:

@@ -13,7 +13,7 @@ import msgspec
 
 from skillwing.services.core.kept import Entry, Kept
 from skillwing.services.journal.errors import (
-    JournalRefusedError,
+    JournalError,
     JournalTakenError,
     JournalWriteError,
     NoJournalError,
@@ -47,38 +47,31 @@ class Journal:
         self._on_disk = path is not None
         self._identity = identity
         self._durable = durable
-        self._owner = 0
         self._connection = self._open()
 
     def kept(self) -> Kept | None:
         """What was written so far; None if nothing was. Raises JournalRefusedError."""
         with _reading(self.path):
-            return None if is_empty(self._connection) else select_kept(self._connection, RECORDS_TO_RESUME)
-
-    def begin(self, entries: Iterable[Entry], now: float) -> None:
-        """Begin an empty journal with these entries. Raises JournalWriteError."""
-        with self._transaction():
-            create(self._connection, self._identity)
-            if self._on_disk:
-                self._take_room()
-        self._owner = 0
-        self.write(entries, (), now)
+            return select_kept(self._connection, RECORDS_TO_RESUME)
 
     def write(self, entries: Iterable[Entry], records: Iterable[Record], now: float) -> None:
         """Write what one step must not forget, and its timeline records, all or nothing.
 
         Raises JournalWriteError and JournalTakenError; nothing is written then.
         """
-        with self._transaction():
-            connection = self._connection
-            mine = connection.execute("UPDATE journal SET t = ? WHERE owner = ?", (now, self._owner)).rowcount
-            if not mine:
-                text = f"Another process goes on from the journal {self.path}. End this one."
-                raise JournalTakenError(self.path, text)
-            for entry in entries:
-                insert_entry(connection, entry)
-            for record in records:
-                insert_record(connection, record)
+        connection = self._connection
+        try:
+            with _transaction(connection):
+                update = "UPDATE journal SET t = ? WHERE owner = ?"
+                if not connection.execute(update, (now, self._owner)).rowcount:
+                    text = f"Another process goes on from the journal {self.path}. End this one."
+                    raise JournalTakenError(self.path, text)
+                for entry in entries:
+                    insert_entry(connection, entry)
+                for record in records:
+                    insert_record(connection, record)
+        except sqlite3.Error as error:
+            raise self._unwritten(error) from error
 
     def set_aside(self) -> Path | None:
         """Begin anew with an empty journal; returns where the old one is now, None for one in memory."""
@@ -108,28 +101,18 @@ class Journal:
             raise
 
     def _configure(self, connection: sqlite3.Connection) -> None:
-        """Set how safe writing is, and take the journal from whoever wrote to it before."""
+        """Set how safe writing is, make what is missing, and take the journal from whoever wrote to it before."""
         try:
             connection.execute("PRAGMA journal_mode = WAL")
             connection.execute(f"PRAGMA synchronous = {'FULL' if self._durable else 'NORMAL'}")
-            if not is_empty(connection):
+            with _transaction(connection):
+                if is_empty(connection):
+                    create(connection, self._identity)
+                    if self._on_disk:
+                        _take_room(connection)
                 (self._owner,) = connection.execute("UPDATE journal SET owner = owner + 1 RETURNING owner").fetchone()
         except sqlite3.Error as error:
             raise self._unwritten(error) from error
-
-    @contextmanager
-    def _transaction(self) -> Iterator[None]:
-        connection = self._connection
-        try:
-            connection.execute("BEGIN IMMEDIATE")
-            yield
-            connection.execute("COMMIT")
-        except BaseException as error:
-            if connection.in_transaction:
-                connection.execute("ROLLBACK")
-            if isinstance(error, sqlite3.Error):
-                raise self._unwritten(error) from error
-            raise
 
     def _unwritten(self, error: sqlite3.Error) -> JournalWriteError:
         text = (
@@ -137,11 +120,24 @@ class Journal:
         )
         return JournalWriteError(self.path, text)
 
-    def _take_room(self) -> None:
-        connection = self._connection
-        connection.execute("CREATE TABLE room (bytes BLOB)")
-        connection.execute("INSERT INTO room VALUES (zeroblob(?))", (ROOM,))
-        connection.execute("DROP TABLE room")
+
+@contextmanager
+def _transaction(connection: sqlite3.Connection) -> Iterator[None]:
+    """All of what the body writes, or nothing."""
+    connection.execute("BEGIN IMMEDIATE")
+    try:
+        yield
+        connection.execute("COMMIT")
+    except BaseException:
+        if connection.in_transaction:
+            connection.execute("ROLLBACK")
+        raise
+
+
+def _take_room(connection: sqlite3.Connection) -> None:
+    connection.execute("CREATE TABLE room (bytes BLOB)")
+    connection.execute("INSERT INTO room VALUES (zeroblob(?))", (ROOM,))
+    connection.execute("DROP TABLE room")
 
 
 def look_into(path: Path) -> tuple[Identity, Kept]:
@@ -157,7 +153,10 @@ def look_into(path: Path) -> tuple[Identity, Kept]:
         check_form(connection, path)
         # One transaction, for the journal may be written to while it is read.
         connection.execute("BEGIN")
-        return select_identity(connection), select_kept(connection, HISTORY_KEPT)
+        kept = select_kept(connection, HISTORY_KEPT)
+        if kept is None:
+            raise NoJournalError(path, f"Nothing has been written to {path} yet.")
+        return select_identity(connection), kept
 
 
 def set_aside(path: Path) -> Path | None:
@@ -181,7 +180,7 @@ def _reading(path: Path) -> Iterator[None]:
     """Turn what reading a damaged file raises into a sentence."""
     try:
         yield
-    except JournalRefusedError:
+    except JournalError:
         raise
     except (sqlite3.DatabaseError, msgspec.MsgspecError, TypeError, ValueError) as error:
         raise damaged(path, error) from error

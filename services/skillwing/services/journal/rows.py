@@ -62,13 +62,15 @@ def select_identity(connection: sqlite3.Connection) -> Identity:
     return Identity(*connection.execute("SELECT robot, skillset, schema FROM journal").fetchone())
 
 
-def select_kept(connection: sqlite3.Connection, records: int) -> Kept:
-    """What the tables hold, with the latest `records` of the history.
+def select_kept(connection: sqlite3.Connection, records: int) -> Kept | None:
+    """What the tables hold, with the latest `records` of the history; None if nothing was ever written.
 
     Raises sqlite3.DatabaseError and msgspec.MsgspecError where they hold what was never written.
     """
     select = connection.execute
     last_token, t = select("SELECT last_token, t FROM journal").fetchone()
+    if t is None:
+        return None
     history = select("SELECT record FROM history ORDER BY n DESC LIMIT ?", (records,)).fetchall()
     return Kept(
         resources=tuple(ResourceStands(*row) for row in select("SELECT * FROM resources")),

@@ -48,7 +48,7 @@ def create(connection: sqlite3.Connection, identity: Identity) -> None:
     for statement in TABLES.split(";"):
         connection.execute(statement)
     connection.execute(
-        "INSERT INTO journal VALUES (?, ?, ?, 0, 0, 0.0)", (identity.robot, identity.skillset, identity.schema)
+        "INSERT INTO journal VALUES (?, ?, ?, 0, 0, NULL)", (identity.robot, identity.skillset, identity.schema)
     )
     connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
     connection.execute(f"PRAGMA user_version = {FORMAT}")

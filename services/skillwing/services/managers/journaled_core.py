@@ -33,7 +33,7 @@ class JournaledCore:
 
     def begin(self, now: float) -> None:
         """Begin an empty journal. Raises JournalWriteError."""
-        self._journal.begin(self.core.inventory(), now)
+        self._journal.write(self.core.inventory(), (), now)
 
     def resume(self, kept: Kept, now: float) -> Step[tuple[Publication, ...]] | None:
         """Go on from what the journal holds; the step is not written yet.

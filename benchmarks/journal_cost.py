@@ -1,0 +1,132 @@
+"""What the journal costs: one goal (begin and end) and one extern transition, with and without it.
+
+python benchmarks/journal_cost.py [--repeats N] [--write docs/reliability.md]
+
+Ratios to the core alone in the same run; the journal lies in the temporary directory. `--write` puts the table between
+its markers in a document.
+"""
+
+from __future__ import annotations
+
+import argparse
+import platform
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from datetime import date
+from pathlib import Path
+from statistics import median, quantiles
+from typing import Any
+
+from skillwing.dsl import parse
+from skillwing.services.core.resource_core import ResourceCore, Step
+from skillwing.services.ids import RecordIds
+from skillwing.services.journal.journal import Journal
+from skillwing.services.journal.schema import Identity
+from skillwing.services.protocol import BeginGoal, EndGoal, FireExtern, Granted, Record
+
+DIGGER = parse(
+    """
+    skillset digger {
+        resource engine { initial ON  extern ON -> OFF  extern OFF -> ON }
+        resource arm { initial FREE  FREE -> USED  USED -> FREE }
+        skill dig {
+            effect { take: arm -> USED  free: arm -> FREE }
+            precondition { free: resource=(arm == FREE)  success take }
+            invariant { engine: resource=(engine == ON or arm == USED) violation=free }
+            interrupt { apply=free }
+            result { success DONE: apply=free }
+        }
+    }
+    """,
+    "digger.skillset",
+)
+BEGIN, END = "<!-- journal cost: begin -->", "<!-- journal cost: end -->"
+
+
+class Manager:
+    """A core, and its journal if it has one; takes the time of every step."""
+
+    def __init__(self, journal: Journal | None) -> None:
+        self._journal = journal
+        self._core = ResourceCore(DIGGER, source="rm", new_record_id=RecordIds("rm"))
+        self.times: list[float] = []
+        if journal is not None:
+            journal.write(self._core.inventory(), (), 0.0)
+
+    def take(self, call: Callable[[ResourceCore], Step[Any]], now: float) -> Any:
+        begun = time.perf_counter()
+        step = call(self._core)
+        if self._journal is not None:
+            records = [each for each in step.publications if isinstance(each, Record)]
+            self._journal.write(step.entries, records, now)
+        self.times.append(time.perf_counter() - begun)
+        return step.reply
+
+    def fly(self, repeats: int) -> None:
+        """Goals that begin and end, and an extern transition between any two of them."""
+        for number in range(repeats):
+            now, goal = float(number), f"01890000-0000-7000-8000-{number:012d}"
+            begin = BeginGoal(
+                goal_id=goal, skill="dig", inputs={}, manager="skill/dig", owner="bench", schema=DIGGER.schema_hash
+            )
+            granted = self.take(lambda core, begin=begin, now=now: core.begin(begin, now), now)
+            assert isinstance(granted, Granted)
+            end = EndGoal(goal_id=goal, skill="dig", token=granted.token, how="result", result="DONE")
+            self.take(lambda core, end=end, now=now: core.end(end, now), now)
+            extern = FireExtern(resource="engine", target=("OFF", "ON")[number % 2], source="bench")
+            self.take(lambda core, extern=extern, now=now: core.fire_extern(extern, now), now)
+
+
+def measure(repeats: int) -> list[str]:
+    """The table, as lines of Markdown."""
+    identity = Identity("bench", DIGGER.name, DIGGER.schema_hash)
+    alone = Manager(None)
+    alone.fly(repeats)
+    base = median(alone.times)
+    rows = [("the core alone", alone.times, repeats)]
+    with tempfile.TemporaryDirectory() as folder:
+        for name, durable, count in (
+            ("with the journal", False, repeats),
+            ("`--durable`: an fsync for each change", True, repeats // 4),
+        ):
+            path = Path(folder) / f"{durable}.sqlite"
+            manager = Manager(Journal(path, identity, durable=durable))
+            manager.fly(count)
+            rows.append((name, manager.times, count))
+            size = sum(file.stat().st_size for file in Path(folder).glob(f"{path.name}*")) / 2**20
+    lines = ["| | p50 | p99 | ratio of p50 |", "|---|---|---|---|"]
+    for name, times, _ in rows:
+        p99 = quantiles(times, n=100)[-1]
+        lines.append(f"| {name} | {median(times) * 1e6:.0f} us | {p99 * 1e6:.0f} us | {median(times) / base:.1f} |")
+    machine = f"{platform.machine()}, Python {platform.python_version()}, {date.today().isoformat()}"  # noqa: DTZ011
+    return [
+        *lines,
+        "",
+        f"{3 * repeats} changes, {size:.1f} MB on the disk, {machine}. By `benchmarks/journal_cost.py`.",
+    ]
+
+
+def put_between(document: Path, lines: list[str]) -> None:
+    """Replace what stands between the markers; raises ValueError if they are not there."""
+    before, _, rest = document.read_text(encoding="utf-8").partition(BEGIN)
+    _, found, after = rest.partition(END)
+    if not found:
+        raise ValueError(f"{document} has no lines `{BEGIN}` and `{END}`")
+    document.write_text("\n".join([before + BEGIN, *lines, END]) + after, encoding="utf-8")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="What the resource manager's journal costs.")
+    parser.add_argument("--repeats", type=int, default=3000, help="goals")
+    parser.add_argument("--write", type=Path, metavar="FILE", help="document that gets the table")
+    options = parser.parse_args()
+    lines = measure(options.repeats)
+    sys.stdout.write("\n".join(lines) + "\n")
+    if options.write is not None:
+        put_between(options.write, lines)
+
+
+if __name__ == "__main__":
+    main()
