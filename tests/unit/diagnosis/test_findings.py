@@ -90,13 +90,13 @@ def clock(elapsed: float, factor: float = 1.0, ticks: int = 100) -> SystemSeen:
         (
             replace(WELL, data=(DataReading(name="battery", value=1.0, t=1.0, age=9.0, stale=True),)),
             "stale_data",
-            True,
+            False,
             "`battery` is stale, 9.0 s old",
         ),
         (
             replace(WELL, data=(DataReading(name="battery", value=None, t=None, age=None, stale=True),)),
             "no_data",
-            True,
+            False,
             "Nobody has published `battery` yet",
         ),
         (replace(WELL, clients=frozenset()), "goal_of_nobody", False, "skillwing interrupt goto"),

@@ -48,8 +48,8 @@ class Calls:
     def __init__(self) -> None:
         self.roll_call = RollCall()
 
-    def at(self, now: float, found: Condition) -> list[str]:
-        return self.roll_call.look([Entry(ProcessState(name="a", pid=1), found, None)], now)
+    def at(self, now: float, found: Condition, restarts: int = 0) -> list[str]:
+        return self.roll_call.look([Entry(ProcessState(name="a", pid=1, restarts=restarts), found, None)], now)
 
 
 def test_nothing_is_told_of_what_just_runs() -> None:
@@ -80,6 +80,14 @@ def test_a_restart_is_told_when_the_process_is_there_again() -> None:
     assert calls.at(1.0, Condition.RESTARTS) == []
     assert calls.at(2.0, Condition.STARTS) == []
     assert calls.at(3.0, Condition.RUNS) == ["a runs again."]
+
+
+@pytest.mark.parametrize("between", [Condition.STARTS, Condition.RUNS])
+def test_a_restart_between_two_looks_is_told_once(between: Condition) -> None:
+    calls = Calls()
+    calls.at(0.0, Condition.RUNS)
+    told = calls.at(1.0, between, restarts=1) + calls.at(2.0, Condition.RUNS, 1) + calls.at(3.0, Condition.RUNS, 1)
+    assert told == ["a runs again."]
 
 
 def test_a_slow_first_start_is_no_return() -> None:

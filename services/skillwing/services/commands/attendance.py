@@ -49,6 +49,7 @@ class Attendance:
     def __enter__(self) -> Self:
         self._bus = ZenohBus("attendance", self._launcher.robot, self._launcher.endpoint)
         self._bus.watch_alive(f"{self._prefix}**", self._on_alive)
+        self._launcher.on_change = lambda: self._bus.post(_nothing)
         if self._live is not None:
             self._live.start()
         return self
@@ -100,3 +101,7 @@ class Attendance:
     def _show(self, entries: list[Entry]) -> None:
         if self._live is not None:
             self._live.update(process_table(entries), refresh=True)
+
+
+def _nothing() -> None:
+    """What a bus finds in its mailbox that has to look at the deaths."""

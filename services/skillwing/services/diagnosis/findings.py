@@ -166,8 +166,8 @@ def two_of_a_name(system: SystemSeen) -> Iterator[Finding]:
             yield Finding(
                 about="two_of_a_name",
                 what=f"{len(repliers)} processes are {probe.process}, and both do what is asked of one.",
-                remedy="End all but one: look for a second `node_host --process`, a container, or a second system at "
-                f"{system.endpoint}.",
+                remedy="End all but one (a `node_host` started by hand, a container, a second system?), and have that "
+                "one started anew: the resource manager knows only the one that came last.",
             )
 
 
@@ -234,20 +234,22 @@ def clock(system: SystemSeen) -> Iterator[Finding]:
 
 
 def stale_data(system: SystemSeen) -> Iterator[Finding]:
-    stale = [reading for reading in system.data if reading.stale]
-    never = [reading.name for reading in stale if reading.t is None]
+    """Notes only: some data flow only while a skill needs them, and nobody but the robot knows which."""
+    never = [reading.name for reading in system.data if reading.t is None]
     if never:
         yield Finding(
             about="no_data",
-            what=f"Nobody has published {_listed(never)} yet: what skills ask of them does not hold.",
-            remedy="See whether the robot's bridge runs, and the sensors behind it.",
+            what=f"Nobody has published {_listed(never)} yet, so nothing that skills ask of that holds.",
+            remedy="If it should be there by now, see whether the robot's bridge runs, and the sensors behind it.",
+            serious=False,
         )
-    for reading in stale:
-        if reading.age is not None:
+    for reading in system.data:
+        if reading.stale and reading.age is not None:
             yield Finding(
                 about="stale_data",
-                what=f"`{reading.name}` is stale, {reading.age:.1f} s old: what skills ask of it does not hold.",
-                remedy="See whether the robot's bridge runs, and the sensor behind it.",
+                what=f"`{reading.name}` is stale, {reading.age:.1f} s old, so nothing that skills ask of it holds.",
+                remedy="If it should still come, see whether the robot's bridge runs, and the sensor behind it.",
+                serious=False,
             )
 
 

@@ -33,13 +33,21 @@ class RollCall:
     def __init__(self) -> None:
         self._told: dict[str, Condition] = {}
         self._silent: dict[str, float] = {}
+        self._restarts: dict[str, int] = {}
 
     def look(self, entries: Iterable[Entry], now: float) -> list[str]:
         """A sentence for each process that has fallen silent, or runs again; `now` in seconds.
 
         Deaths are told by whoever sees them, with their reasons.
         """
-        told = [self._sentence(entry.state.name, entry.condition, now) for entry in entries]
+        told: list[str] = []
+        for entry in entries:
+            state = entry.state
+            if state.restarts > self._restarts.get(state.name, 0):
+                # A restart may be over sooner than the next look.
+                self._told[state.name] = Condition.RESTARTS
+            self._restarts[state.name] = state.restarts
+            told.append(self._sentence(state.name, entry.condition, now))
         return [sentence for sentence in told if sentence]
 
     def _sentence(self, name: str, found: Condition, now: float) -> str:

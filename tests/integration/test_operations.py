@@ -1,0 +1,238 @@
+"""Running a system for real: what is started again, what `doctor` finds, what `top` shows, and how it all ends."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import dataclass
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import psutil
+import pytest
+
+from skillwing.services import cli
+from skillwing.services.commands.exit_codes import FAILED, OK
+from skillwing.services.processes.process_state import ProcessState
+from skillwing.services.processes.restart_policy import DEATHS_IN_A_ROW
+from skillwing.services.processes.run_state import RunState, read_run_state
+
+pytestmark = pytest.mark.slow
+
+PATIENCE = 60.0
+POLL = 0.02
+SKILLSET = """
+skillset pump {
+    data { pressure: float64 [Pa] period=0.2 }
+    resource valve { initial SHUT  SHUT -> OPEN  OPEN -> SHUT }
+    skill fill {
+        effect { open: valve -> OPEN  shut: valve -> SHUT }
+        precondition { shut: resource=(valve == SHUT)  success open }
+        interrupt { apply=shut }
+        result { success FULL: apply=shut }
+    }
+    skill drain { result { success EMPTY } }
+}
+"""
+SCRIPT = "[skill.fill]\ndelay = 3600.0\n"
+
+
+@dataclass
+class Said:
+    code: int
+    out: str
+    error: str
+
+    @property
+    def json(self) -> Any:
+        return json.loads(self.out)
+
+    @property
+    def serious(self) -> set[str]:
+        """What a `doctor --json` found that is serious."""
+        return {finding["about"] for finding in self.json["findings"] if finding["serious"]}
+
+
+Command = Callable[..., Said]
+
+
+@pytest.fixture(scope="module")
+def skillwing(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Command]:
+    """The command line, with a runtime directory of its own."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_RUNTIME_DIR", str(tmp_path_factory.mktemp("runtime")))
+        patch.delenv("SKILLWING_CONNECT", raising=False)
+
+        def run(*words: str) -> Said:
+            patch.setattr("sys.argv", ["skillwing", *words])
+            out, error = StringIO(), StringIO()
+            with redirect_stdout(out), redirect_stderr(error), pytest.raises(SystemExit) as ended:
+                cli.main()
+            code = ended.value.code
+            return Said(code if isinstance(code, int) else 0, out.getvalue(), error.getvalue())
+
+        yield run
+
+
+@dataclass
+class Pump:
+    """A mocked pump that runs, and what is known of it."""
+
+    skillwing: Command
+    skillset: Path
+    run_dir: Path
+
+    def state(self) -> RunState:
+        state = read_run_state("pump")
+        assert state is not None
+        return state
+
+    def process(self, name: str) -> ProcessState:
+        return next(process for process in self.state().processes if process.name == name)
+
+    def pid(self, name: str) -> int:
+        pid = self.process(name).pid
+        assert pid is not None
+        return pid
+
+    def said(self) -> str:
+        """What `mock` has said so far."""
+        return (self.run_dir / "logs" / "up.log").read_text(encoding="utf-8")
+
+    def until(self, condition: Callable[[], bool]) -> None:
+        deadline = time.monotonic() + PATIENCE
+        while not condition():
+            assert time.monotonic() < deadline, self.said()
+            time.sleep(POLL)
+
+    def doctor(self) -> Said:
+        return self.skillwing("doctor", "--json")
+
+
+@pytest.fixture(scope="module")
+def pump(skillwing: Command, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Pump]:
+    folder = tmp_path_factory.mktemp("pump")
+    pump = Pump(skillwing, folder / "pump.skillset", folder / "run")
+    pump.skillset.write_text(SKILLSET, encoding="utf-8")
+    (folder / "pump.mock.toml").write_text(SCRIPT, encoding="utf-8")
+    said = skillwing("mock", str(pump.skillset), "--detach", "--run-dir", str(pump.run_dir))
+    assert said.code == OK, said.error
+    runner = psutil.Process(pump.state().pid)
+    processes = [runner, *runner.children()]
+    try:
+        yield pump
+    finally:
+        if runner.is_running():
+            skillwing("down")
+        assert psutil.wait_procs(processes, timeout=PATIENCE)[1] == []
+
+
+def test_a_system_that_is_well_is_left_in_peace(pump: Pump) -> None:
+    said = pump.doctor()
+    assert (said.code, said.serious) == (OK, set())
+    assert "pump is well." in pump.skillwing("doctor").out
+
+
+def test_top_shows_every_process_skill_and_resource(pump: Pump) -> None:
+    assert pump.skillwing("start", "fill").code == OK
+    seen = pump.skillwing("top", "--json").json
+    assert set(seen["processes"]) == {process.name for process in pump.state().processes}
+    assert all(process["memory_bytes"] > 0 for process in seen["processes"].values())
+    assert (seen["skills"]["fill"]["state"], seen["skills"]["drain"]["state"]) == ("RUNNING", "IDLE")
+    assert seen["resources"]["valve"]["state"] == "OPEN"
+    assert "fill" in seen["resources"]["valve"]["by"]
+    told = pump.skillwing("top", "--once").out
+    assert all(word in told for word in ("resource_manager", "skill/drain", "RUNNING", "valve"))
+    assert pump.skillwing("interrupt", "fill").code in (OK, FAILED)
+
+
+def test_a_goal_whose_manager_dies_is_lost_and_its_manager_comes_back(pump: Pump) -> None:
+    assert pump.skillwing("start", "fill").code == OK
+    before = pump.pid("skill/fill")
+    os.kill(before, signal.SIGKILL)
+    pump.until(lambda: pump.process("skill/fill").life == "lives" and pump.pid("skill/fill") != before)
+    pump.until(lambda: "skill/fill runs again." in pump.said())
+    pump.until(lambda: pump.skillwing("resources", "--json").json["states"]["valve"] == "SHUT")
+    assert pump.skillwing("start", "fill").code == OK
+    pump.skillwing("interrupt", "fill")
+    assert pump.skillwing("status", "--json").json["processes"]["skill/fill"]["restarts"] == 1
+    log = (pump.run_dir / "logs" / "skill" / "fill.log").read_text(encoding="utf-8")
+    assert log.count("skill/fill runs") == 2
+
+
+def test_a_process_that_is_stopped_is_found(pump: Pump) -> None:
+    os.kill(pump.pid("skill/drain"), signal.SIGSTOP)
+    try:
+        said = pump.doctor()
+        assert (said.code, said.serious) == (FAILED, {"process_stopped"})
+    finally:
+        os.kill(pump.pid("skill/drain"), signal.SIGCONT)
+    pump.until(lambda: pump.doctor().serious == set())
+
+
+def test_two_processes_of_one_name_are_found(pump: Pump) -> None:
+    factory = "skillwing.services.mocking.system:make_mock_skill_process"
+    options = json.dumps({"skillset": str(pump.skillset), "skill": "drain"})
+    command = [sys.executable, "-m", "skillwing.services.processes.node_host", "--name", "skill/drain"]
+    command += ["--factory", factory, "--options", options, "--robot", "pump", "--alive", "pump/alive/skill/drain"]
+    with subprocess.Popen([*command, "--connect", pump.state().endpoint], stderr=subprocess.PIPE, text=True) as second:
+        assert second.stderr is not None
+        assert "skill/drain runs" in second.stderr.readline()
+        found = pump.doctor().serious
+        second.terminate()
+        second.communicate()
+    assert found == {"two_of_a_name"}
+    # The one that is left is fenced out by now.
+    first = pump.pid("skill/drain")
+    os.kill(first, signal.SIGKILL)
+    pump.until(lambda: pump.process("skill/drain").life == "lives" and pump.pid("skill/drain") != first)
+    pump.until(lambda: pump.doctor().serious == set())
+
+
+def test_a_skillset_that_has_changed_since_is_found(pump: Pump) -> None:
+    pump.skillset.write_text(SKILLSET.replace("EMPTY", "DRY"), encoding="utf-8")
+    try:
+        assert pump.doctor().serious == {"schema_mismatch"}
+    finally:
+        pump.skillset.write_text(SKILLSET, encoding="utf-8")
+
+
+def test_what_dies_again_and_again_is_given_up(pump: Pump) -> None:
+    killed: set[int] = set()
+    while len(killed) < DEATHS_IN_A_ROW:
+        pump.until(lambda: pump.process("mocked_world").life == "lives" and pump.pid("mocked_world") not in killed)
+        os.kill(pump.pid("mocked_world"), signal.SIGKILL)
+        killed.add(pump.pid("mocked_world"))
+    pump.until(lambda: pump.process("mocked_world").life == "given up")
+    pump.until(lambda: f"It died {DEATHS_IN_A_ROW} times in" in pump.said())
+    said = pump.doctor()
+    assert "process_down" in said.serious
+    assert "it stays down" in said.out
+    assert pump.skillwing("start", "drain", "--follow").code == OK
+
+
+def test_without_its_router_a_system_is_told_to_be_without(pump: Pump) -> None:
+    os.kill(pump.pid("router"), signal.SIGSTOP)
+    try:
+        assert "no_router" in pump.doctor().serious
+    finally:
+        os.kill(pump.pid("router"), signal.SIGCONT)
+
+
+def test_killed_with_9_it_leaves_a_file_that_is_known_to_be_stale(pump: Pump) -> None:
+    """The last test of the pump."""
+    runner = psutil.Process(pump.state().pid)
+    processes = runner.children()
+    runner.kill()
+    assert psutil.wait_procs([runner, *processes], timeout=PATIENCE)[1] == []
+    said = pump.doctor()
+    assert said.serious == {"no_system"}
+    assert "stale_run_state" in {finding["about"] for finding in said.json["findings"]}
+    assert "stale_run_state" not in {finding["about"] for finding in pump.doctor().json["findings"]}
