@@ -1,0 +1,60 @@
+"""`skillwing protocol`: what goes over the wire, for people and for programs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from skillwing.dsl import load
+from skillwing.services.commands.connection import JsonOption
+from skillwing.services.commands.output import make_console, print_json, print_table
+from skillwing.services.errors import InvalidOptionError
+from skillwing.services.wire.channels import CHANNELS
+from skillwing.services.wire.messages import classes_of
+from skillwing.services.wire.schema import channels_of, json_schema
+
+
+def protocol(
+    file: Annotated[
+        Path | None, typer.Argument(metavar="[FILE]", help="Skillset whose keys and schema hash to print.")
+    ] = None,
+    schema: Annotated[bool, typer.Option("--json-schema", help="Print all messages and keys as JSON Schema.")] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Print the wire protocol: the page docs/protocol.md, or the schema hash and all keys of one skillset.
+
+    Exit codes: 0 printed, 2 broken file.
+    """
+    if file is None and as_json:
+        raise InvalidOptionError("json", "`--json` is for the keys of a FILE. Name one, or say `--json-schema`.")
+    if file is not None and schema:
+        raise InvalidOptionError("json-schema", "The messages are the same for every skillset. Leave out the FILE.")
+    if file is not None:
+        _print_keys(file, as_json=as_json)
+    elif schema:
+        print_json(json_schema())
+    else:
+        from skillwing.services.wire.page import protocol_page  # noqa: PLC0415 - plays an exchange, on all managers
+
+        typer.echo(protocol_page(), nl=False)
+
+
+def _print_keys(file: Path, *, as_json: bool) -> None:
+    skillset = load(file)
+    if as_json:
+        print_json(channels_of(skillset))
+        return
+    console = make_console()
+    console.print(f"skillset {skillset.name}, schema {skillset.schema_hash}\n", markup=False)
+    rows = [
+        (key, channel.kind, _names(channel.message), _names(channel.reply))
+        for channel in CHANNELS
+        for key in channel.keys(skillset)
+    ]
+    print_table(console, ("KEY", "KIND", "MESSAGE", "REPLY"), rows)
+
+
+def _names(kind: object) -> str:
+    return "-" if kind is None else " | ".join(cls.__name__ for cls in classes_of(kind))
