@@ -1,0 +1,136 @@
+"""Start a skill and follow it to its end, with nothing but Zenoh and MessagePack.
+
+This is what a client in another language has to do, written from docs/protocol.md alone: nothing of Skillwing is
+imported. Run the mocks of the rover in one terminal, and this in another one:
+
+    $ skillwing mock examples/rover/rover.skillset
+    $ skillwing status                                          # tells the router's address
+    $ skillwing protocol examples/rover/rover.skillset          # tells the schema hash
+    $ python examples/plain_client/client.py tcp/127.0.0.1:PORT rover rover SCHEMA drive_to \
+          '{"target": {"x": 1, "y": 2, "heading": 0}}'
+
+It prints each change as one line of JSON. Ctrl-C interrupts the goal, and waits until it has stopped. Exit codes: 0 the
+skill succeeded, 1 it ended otherwise, 2 it never started.
+"""
+
+from __future__ import annotations
+
+import json
+import queue
+import signal
+import sys
+import uuid
+from typing import Any
+
+import zenoh
+from msgspec import msgpack
+
+REFUSAL = "application/vnd.skillwing.refusal+msgpack"
+PATIENCE = 2.0
+"""Seconds without news after which the goal's state is asked for."""
+ATTEMPTS = 5
+"""Silences in a row after which nobody can be there."""
+
+
+class RefusedError(Exception):
+    """A typed refusal; it has changed nothing. `code` is one of the protocol's table."""
+
+    def __init__(self, refusal: dict[str, Any]) -> None:
+        super().__init__(f"{refusal['message']} {refusal['help']}".strip())
+        self.code = refusal["code"]
+
+
+class SilenceError(Exception):
+    """Nobody answers."""
+
+
+def open_session(endpoint: str, robot: str) -> zenoh.Session:
+    """A session in the robot's namespace."""
+    config = {
+        "mode": "client",
+        "namespace": f"robot/{robot}",
+        "connect": {"endpoints": [endpoint], "timeout_ms": 5000, "exit_on_failure": True},
+        "scouting": {"multicast": {"enabled": False}},
+        "transport": {"link": {"tx": {"lease": 2000}}},
+    }
+    return zenoh.open(zenoh.Config.from_json5(json.dumps(config)))
+
+
+def ask(session: zenoh.Session, key: str, request: dict[str, Any]) -> dict[str, Any]:
+    """The reply to a query. Asks again after silence, which is harmless: the goal id stays the same."""
+    for _ in range(ATTEMPTS):
+        for reply in session.get(key, payload=msgpack.encode(request), timeout=PATIENCE):
+            if reply.ok is not None:
+                return msgpack.decode(reply.ok.payload.to_bytes())
+            if reply.err is not None and str(reply.err.encoding) == REFUSAL:
+                raise RefusedError(msgpack.decode(reply.err.payload.to_bytes()))
+    raise SilenceError(f"Nobody answers on `{key}`. Does the robot run, and has its skillset this skill?")
+
+
+class Skill:
+    """One skill of a robot, seen from outside."""
+
+    def __init__(self, session: zenoh.Session, skillset: str, schema: str, skill: str) -> None:
+        self._session = session
+        self._schema = schema
+        self._prefix = f"{skillset}/skill/{skill}"
+        self._news: queue.SimpleQueue[dict[str, Any] | None] = queue.SimpleQueue()
+        # Before the start, so that nothing is missed.
+        self._subscribers = [self._subscribe("status"), self._subscribe("progress")]
+
+    def start(self, inputs: dict[str, Any]) -> str:
+        """Start a goal of this skill, and return its id."""
+        goal_id = str(uuid.uuid4())
+        request = {"goal_id": goal_id, "inputs": inputs, "client": "plain_client", "schema": self._schema}
+        self._news.put(ask(self._session, f"{self._prefix}/start", request))
+        return goal_id
+
+    def interrupt(self) -> None:
+        """Have `follow` ask its goal to end. Nothing waits here, so that a signal handler may call it."""
+        self._news.put(None)
+
+    def follow(self, goal_id: str) -> dict[str, Any]:
+        """Print everything about a goal until it is over; return its terminal answer."""
+        said = None
+        while True:
+            try:
+                news = self._news.get(timeout=PATIENCE)
+            except queue.Empty:
+                news = ask(self._session, f"{self._prefix}/goal", {"goal_id": goal_id})
+            if news is None:
+                # Asking is not stopping: the goal is over when its status says so.
+                news = ask(self._session, f"{self._prefix}/interrupt", {"goal_id": goal_id, "client": "plain_client"})
+            if news["goal_id"] == goal_id and news != said:
+                print(json.dumps(news), flush=True)  # noqa: T201 - this is what the program is for
+                said = news
+                if news.get("terminal"):
+                    return news["terminal"]
+
+    def _subscribe(self, what: str) -> zenoh.Subscriber[None]:
+        callback = zenoh.handlers.Callback(self._hear, indirect=False)
+        return self._session.declare_subscriber(f"{self._prefix}/{what}", callback)
+
+    def _hear(self, sample: zenoh.Sample) -> None:
+        self._news.put(msgpack.decode(sample.payload.to_bytes()))
+
+
+def main() -> int:
+    """Read the words of the command line; see the top of this file."""
+    if len(sys.argv) not in (6, 7):
+        sys.stderr.write("usage: client.py ENDPOINT ROBOT SKILLSET SCHEMA SKILL [INPUTS AS JSON]\n")
+        return 2
+    endpoint, robot, skillset, schema, skill = sys.argv[1:6]
+    inputs = json.loads(sys.argv[6]) if len(sys.argv) == 7 else {}
+    with open_session(endpoint, robot) as session:
+        try:
+            followed = Skill(session, skillset, schema, skill)
+            signal.signal(signal.SIGINT, lambda *_: followed.interrupt())
+            terminal = followed.follow(followed.start(inputs))
+        except (RefusedError, SilenceError) as error:
+            sys.stderr.write(f"{error}\n")
+            return 2
+    return 0 if terminal["success"] else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
