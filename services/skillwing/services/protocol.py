@@ -20,6 +20,8 @@ PROTOCOL_VERSION = 1
 MAX_MESSAGE_BYTES = 1 << 20
 ROOM_FOR_THE_REST = 1 << 14
 """Bytes kept free in a message for everything but the one value of a developer that it carries."""
+LONGEST_SENTENCE = 2000
+"""Characters of a refusal's sentence that are sent."""
 MAX_NESTING = 32
 """Deepest nesting of a decoded payload; deeper ones are refused before they are walked."""
 
@@ -207,7 +209,7 @@ class StartGoal(Message, frozen=True, kw_only=True):
     goal_id: Label
     inputs: dict[str, Any]
     client: Label
-    schema: str
+    schema: Label
     deadline: Time | None = None
     cause: Label | None = None
     owner: Label | None = None
@@ -222,7 +224,7 @@ class InterruptGoal(Message, frozen=True, kw_only=True):
 class QueryGoal(Message, frozen=True, kw_only=True):
     """Ask for one goal, or with `goal_id=None` for the running one, else the latest."""
 
-    goal_id: str | None = None
+    goal_id: Label | None = None
 
 
 # --- resources ---------------------------------------------------------------------------------------------
@@ -251,14 +253,14 @@ class QueryStates(Message, frozen=True, kw_only=True):
 class FireExtern(Message, frozen=True, kw_only=True):
     """Drive an extern transition. `source` names who asks; `cause` the record that made it happen."""
 
-    resource: str
-    target: str
+    resource: Label
+    target: Label
     source: Label
     cause: Label | None = None
 
 
 class FireEvent(Message, frozen=True, kw_only=True):
-    event: str
+    event: Label
     source: Label
     cause: Label | None = None
 
@@ -280,11 +282,11 @@ class BeginGoal(Message, frozen=True, kw_only=True, tag="begin"):
     """
 
     goal_id: Label
-    skill: str
+    skill: Label
     inputs: dict[str, Any]
     manager: Label
     owner: Label
-    schema: str
+    schema: Label
     cause: Label | None = None
     incarnation: Label = ""
 
@@ -292,17 +294,17 @@ class BeginGoal(Message, frozen=True, kw_only=True, tag="begin"):
 class EndGoal(Message, frozen=True, kw_only=True, tag="end"):
     """End a granted goal: `how` is `result` (with its name), `interrupt` or `error`."""
 
-    goal_id: str
-    skill: str
+    goal_id: Label
+    skill: Label
     token: int
-    how: str
-    result: str | None = None
-    cause: str | None = None
+    how: Label
+    result: Label | None = None
+    cause: Label | None = None
 
 
 class RenewGoal(Message, frozen=True, kw_only=True, tag="renew"):
-    goal_id: str
-    skill: str
+    goal_id: Label
+    skill: Label
     token: int
 
 
@@ -380,7 +382,7 @@ GoalVerdict = Granted | NotReady | Violated | Lost | Ended
 class DataSample(Message, frozen=True, kw_only=True):
     """A value published by the robot bridge at robot time `t`."""
 
-    name: str
+    name: Label
     value: Any
     t: Time
 
@@ -551,12 +553,21 @@ class ErrorCode(StrEnum):
 
 
 class ErrorReply(Message, frozen=True, kw_only=True):
-    """A typed refusal: one sentence what is wrong, one what to do."""
+    """A typed refusal: one sentence what is wrong, one what to do.
+
+    What is wrong may be quoted from the request, so the texts are cut at a length that always can be sent.
+    """
 
     code: ErrorCode
     message: str
     help: str = ""
     known: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name in ("message", "help"):
+            text: str = getattr(self, name)
+            if len(text) > LONGEST_SENTENCE:
+                msgspec.structs.force_setattr(self, name, text[:LONGEST_SENTENCE] + " ...")
 
 
 # --- keys --------------------------------------------------------------------------------------------------

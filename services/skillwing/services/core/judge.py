@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import cast
 
 from skillwing.dsl.expressions import Environment, Expression, Name, evaluate, references, to_text
+from skillwing.services.core.values import sendable_text
 
 
 def why_not(expression: Expression, environment: Environment) -> str | None:
@@ -23,4 +24,4 @@ def _fact(name: Name, environment: Environment) -> str:
     value: object = source.get(name.root)
     for part in name.fields:
         value = cast(Mapping[str, object], value)[part] if isinstance(value, Mapping) else getattr(value, part)
-    return f"{name.path} is {value:g}" if isinstance(value, float) else f"{name.path} is {value}"
+    return f"{name.path} is {value:g}" if isinstance(value, float) else sendable_text(f"{name.path} is {value}")

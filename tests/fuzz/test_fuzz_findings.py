@@ -1,0 +1,89 @@
+"""What fuzzing has found, one test each."""
+
+from __future__ import annotations
+
+import msgspec
+import pytest
+
+from skillwing.dsl import parse
+from skillwing.services.core.resource_core import ResourceCore
+from skillwing.services.protocol import (
+    MAX_MESSAGE_BYTES,
+    BeginGoal,
+    ClockTick,
+    DataSample,
+    EndGoal,
+    ErrorCode,
+    ErrorReply,
+    Message,
+    ProtocolError,
+    decode,
+    encode,
+)
+from skillwing.sim_mujoco.topics import AutopilotSetpoint, MapHeader
+
+ALMOST_TOO_LONG = "a" * (MAX_MESSAGE_BYTES - 100)
+
+
+def test_a_refusal_that_quotes_a_huge_request_can_be_sent() -> None:
+    """It ended the resource manager: a request just below the limit made a refusal just above it."""
+    error = ErrorReply(code=ErrorCode.UNKNOWN_NAME, message=f"There is no skill `{ALMOST_TOO_LONG}`.")
+    told = decode(encode(error), ErrorReply)
+    assert told.message.startswith("There is no skill `aaa")
+    assert len(told.message) < 3000
+
+
+def test_the_cause_of_an_end_is_a_label() -> None:
+    """Its record would have been too long to be published, after the effect had been applied."""
+    end = EndGoal(goal_id="g", skill="s", token=1, how="interrupt", cause=ALMOST_TOO_LONG)
+    with pytest.raises(ProtocolError, match="cause"):
+        decode(encode(end), EndGoal)
+
+
+@pytest.mark.parametrize("t", [1e308, -1e308, 2.0**64])
+def test_a_time_that_no_clock_shows_is_refused(t: float) -> None:
+    """It ended the recorder, which keeps times as nanoseconds."""
+    refused(ClockTick(t=t), ClockTick)
+
+
+def test_a_voxel_as_large_as_a_galaxy_is_refused() -> None:
+    """Its volume ended the bridge."""
+    refused(MapHeader(t=0.0, voxel_size=1e200, count=0, complete=True), MapHeader)
+
+
+def test_a_setpoint_beyond_all_maps_is_refused() -> None:
+    """It made the physics diverge."""
+    still = (0.0, 0.0, 0.0)
+    setpoint = AutopilotSetpoint(t=0.0, position=(1e300, 0.0, 0.0), velocity=still, heading=0.0, rotors=True)
+    refused(setpoint, AutopilotSetpoint)
+
+
+def test_a_verdict_does_not_quote_a_huge_datum() -> None:
+    """Two preconditions on it would have made an answer that is too long to be sent."""
+    skillset = parse(
+        """
+        skillset reader {
+            data { page: string }
+            resource lamp { initial OFF  OFF -> ON  ON -> OFF }
+            skill read {
+                effect { on: lamp -> ON  off: lamp -> OFF }
+                precondition { a: data=(page == "x")  b: data=(page == "y")  success on }
+                interrupt { apply=off }
+                result { success DONE: apply=off }
+            }
+        }
+        """
+    )
+    core = ResourceCore(skillset, source="test", new_record_id=lambda: "r")
+    core.update_datum(DataSample(name="page", value=ALMOST_TOO_LONG, t=0.0), 0.0)
+    begin = BeginGoal(
+        goal_id="g", skill="read", inputs={}, manager="skill/read", owner="me", schema=skillset.schema_hash
+    )
+    step = core.begin(begin, 0.0)
+    for publication in (step.reply, *step.publications):
+        assert encode(publication)
+
+
+def refused(message: Message, kind: type[Message]) -> None:
+    with pytest.raises(ProtocolError, match="not a valid"):
+        decode(msgspec.msgpack.encode(message), kind)
