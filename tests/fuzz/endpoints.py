@@ -1,0 +1,97 @@
+"""Every key of the m600 that anybody serves or subscribes to, and what is expected there.
+
+`test_every_key_is_fuzzed` holds this table to what the processes really declare: a key that is missing here fails it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from skillwing.m600.robot import ROBOT
+from skillwing.services import protocol
+from skillwing.sim_mujoco import topics
+
+SKILLSET = ROBOT.load_skillset()
+KEYS = protocol.Keys(SKILLSET.name)
+
+
+@dataclass(frozen=True)
+class Endpoint:
+    """A key without wildcards and the kind of its messages; array: the message is the header, in the attachment."""
+
+    key: str
+    kind: Any
+    array: bool = False
+
+
+QUERIES = (
+    Endpoint(KEYS.resource_states, protocol.QueryStates),
+    Endpoint(KEYS.resource_extern, protocol.FireExtern),
+    Endpoint(KEYS.event("sweep"), protocol.FireEvent),
+    Endpoint(KEYS.resource_attach, protocol.AttachManager),
+    Endpoint(KEYS.resource_goal, protocol.GoalCall),
+    Endpoint(KEYS.data("battery"), protocol.QueryData),
+    *(
+        endpoint
+        for skill in (each.name for each in SKILLSET.skills)
+        for endpoint in (
+            Endpoint(KEYS.start(skill), protocol.StartGoal),
+            Endpoint(KEYS.interrupt(skill), protocol.InterruptGoal),
+            Endpoint(KEYS.goal(skill), protocol.QueryGoal),
+            Endpoint(KEYS.mocked_skill(skill), protocol.MockCall),
+        )
+    ),
+    Endpoint(KEYS.mocked_world, protocol.MockedWorldCall),
+    Endpoint(KEYS.mission_abort, protocol.AbortMission),
+    Endpoint(topics.FAULT, topics.SetFault),
+    Endpoint(topics.PILOT, topics.SetPilot),
+    Endpoint(topics.GUIDANCE_COMMAND, topics.GuidanceCommand),
+    Endpoint(topics.OBSTACLE_COMMAND, topics.SelectObstacleSource),
+    Endpoint(topics.MAPPING_COMMAND, topics.ControlMapping),
+    Endpoint(topics.MAP_SNAPSHOT, topics.Empty),
+)
+
+PUBLICATIONS = (
+    *(Endpoint(KEYS.data(datum.name), protocol.DataSample) for datum in SKILLSET.data),
+    Endpoint(KEYS.resource("axes_authority"), protocol.ResourceChange),
+    *(Endpoint(KEYS.verdict(skill.name), protocol.Violated | protocol.Lost) for skill in SKILLSET.skills),
+    Endpoint(KEYS.status("takeoff"), protocol.GoalStatus),
+    Endpoint(KEYS.progress("takeoff"), protocol.GoalProgress),
+    Endpoint(KEYS.timeline, protocol.Record),
+    Endpoint(KEYS.mocked_goal("takeoff"), protocol.MockedGoal),
+    Endpoint(KEYS.mission_tree, protocol.TreeSnapshot),
+    Endpoint(KEYS.mission_status, protocol.MissionStatus),
+    Endpoint(topics.CLOCK, protocol.ClockTick),
+    Endpoint(topics.NAVIGATION, topics.Navigation),
+    Endpoint(topics.FLIGHT, topics.FlightState),
+    Endpoint(topics.BATTERY, topics.Battery),
+    Endpoint(topics.RANGE, topics.Range),
+    Endpoint(topics.LIDAR, topics.LidarHeader, array=True),
+    Endpoint(topics.ZED_DEPTH, topics.DepthHeader, array=True),
+    Endpoint(topics.health_key("zed"), topics.Health),
+    Endpoint(topics.TRUTH, topics.Truth),
+    Endpoint(topics.AUTOPILOT_SETPOINT, topics.AutopilotSetpoint),
+    Endpoint(topics.GUIDANCE_STATUS, topics.GuidanceStatus),
+    Endpoint(topics.AUTHORITY, topics.Revoked),
+    Endpoint(topics.OBSTACLE_STATUS, topics.ObstacleStatus),
+    Endpoint(topics.MAPPING_STATUS, topics.MappingStatus),
+    Endpoint(topics.MAP, topics.MapHeader, array=True),
+)
+
+WORDS = (
+    "",
+    "x",
+    "goal-1",
+    "goal-2",
+    "skill/takeoff",
+    "client/me",
+    SKILLSET.schema_hash,
+    *(skill.name for skill in SKILLSET.skills),
+    *(result.name for skill in SKILLSET.skills for result in skill.results),
+    *(resource.name for resource in SKILLSET.resources),
+    *(state for resource in SKILLSET.resources for state in resource.states),
+    *(datum.name for datum in SKILLSET.data),
+    *("result", "interrupt", "error", "zed", "blackout", "é\u0000\u202e", "\U0001f681" * 9, "../../etc", "*/**"),
+)
+"""Texts that get a message further than random ones would, and a few that do not."""

@@ -1,0 +1,216 @@
+"""Bad input to real processes over Zenoh: they live on, they answer, and their memory stays bounded."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from random import Random
+
+import psutil
+from endpoints import KEYS, PUBLICATIONS, QUERIES, SKILLSET, WORDS, Endpoint
+from payloads import HUGE_SIZES, huge, payload
+
+from skillwing.m600.robot import ROBOT
+from skillwing.services.bus import Answer, Answered, Publisher, Refused
+from skillwing.services.bus.zenoh_bus import ZenohBus
+from skillwing.services.mocking.system import mock_processes
+from skillwing.services.processes.launcher import Launcher
+from skillwing.services.protocol import (
+    BeginGoal,
+    InterruptGoal,
+    QueryData,
+    QueryGoal,
+    QueryStates,
+    Record,
+    RecordKind,
+    StartGoal,
+    encode,
+)
+from skillwing.services.robot import ProcessSpec
+from skillwing.sim_mujoco import topics
+
+ANSWER_WITHIN = 10.0
+"""Wall seconds; a question that nobody has answered by then is counted as silence."""
+MANAGERS = ("data_manager", "resource_manager", "skill/takeoff")
+
+
+def managers_and_guidance() -> tuple[ProcessSpec, ...]:
+    """One process of each kind that needs no physics: the managers, a mocked skill, the bridge and guidance."""
+    flown = {spec.name: spec for spec in (*ROBOT.functional_layer({}), *ROBOT.managers())}
+    mocked = {spec.name: spec for spec in mock_processes(ROBOT, skills=["takeoff"])}
+    return (*(mocked[name] for name in MANAGERS), flown["skill/hover"], flown["bridge"], flown["guidance"])
+
+
+def everything(run_dir: Path) -> tuple[ProcessSpec, ...]:
+    """Everything that runs when the m600 flies, but for the mission."""
+    options = {"seed": 1, "run_dir": str(run_dir)}
+    return (*ROBOT.functional_layer(options), *ROBOT.managers(), *ROBOT.observers(options))
+
+
+@dataclass
+class Outcome:
+    """What came of it. memory: MB of each process before and after."""
+
+    thrown: int = 0
+    answered: int = 0
+    refused: int = 0
+    silent: tuple[str, ...] = ()
+    died: tuple[str, ...] = ()
+    deaf: tuple[str, ...] = ()
+    memory: dict[str, tuple[float, float]] | None = None
+
+    @property
+    def growth(self) -> float:
+        """The most that the memory of a process has grown by, in MB."""
+        return max(after - before for before, after in (self.memory or {"none": (0.0, 0.0)}).values())
+
+
+class Thrower:
+    """A stranger on the network of running processes."""
+
+    def __init__(self, launcher: Launcher, processes: Collection[str], seed: int) -> None:
+        self._launcher = launcher
+        self._random = Random(seed)
+        self._bus = ZenohBus("stranger", ROBOT.name, launcher.endpoint)
+        self._publishers: dict[str, Publisher] = {}
+        self._pids = {name: pid for name, pid in launcher.pids.items() if name in processes}
+        self._silent: list[str] = []
+        self.outcome = Outcome()
+        self._before = self._memory()
+        skills = {name.removeprefix("skill/") for name in processes if name.startswith("skill/")}
+        self._questions = [each for each in QUERIES if self._is_served(each, processes, skills)]
+
+    def close(self) -> None:
+        self._bus.close()
+
+    # --- what is thrown ----------------------------------------------------------------------------------------------
+
+    def throw(self, count: int) -> None:
+        """Payloads of every sort at all keys in turn."""
+        endpoints = (*self._questions, *PUBLICATIONS)
+        for number in range(count):
+            endpoint = endpoints[number % len(endpoints)]
+            content = payload(self._random, endpoint.kind, WORDS)
+            if endpoint.array:
+                self._put(endpoint.key, self._random.randbytes(64), content)
+            elif endpoint in PUBLICATIONS:
+                self._put(endpoint.key, content, b"stray" if number % 17 == 0 else b"")
+            else:
+                self._ask(endpoint, content)
+
+    def throw_huge(self) -> None:
+        """One field that fills a message up to the limit, and beyond it, at every key."""
+        for endpoint in (*self._questions, *PUBLICATIONS):
+            content = huge(self._random, endpoint.kind, self._random.choice(HUGE_SIZES))
+            if endpoint in PUBLICATIONS:
+                self._put(endpoint.key, content)
+            else:
+                self._ask(endpoint, content)
+
+    def flood(self, count: int) -> None:
+        """Valid messages, each with an id that nobody has seen: whoever remembers them all will grow."""
+        begin = {"inputs": {}, "manager": "skill/hover", "owner": "x", "schema": SKILLSET.schema_hash}
+        for number in range(count):
+            name = f"{number:08x}-" + "f" * 80
+            start = StartGoal(goal_id=name, inputs={}, client="x", schema=SKILLSET.schema_hash, owner=name)
+            interrupt = InterruptGoal(goal_id=name, client="x")
+            record = Record(
+                id=name, t=0.0, source=name, kind=RecordKind.HEALTH, subject=name, before=None, after="OK", goal_id=name
+            )
+            health = topics.Health(id=name, t=0.0, sensor=name, status=topics.SensorStatus.OK, cause=name)
+            self._put(KEYS.timeline, encode(record))
+            self._put(topics.health_key("zed"), encode(health))
+            self._ask_raw(KEYS.start("takeoff"), encode(start))
+            self._ask_raw(KEYS.interrupt("takeoff"), encode(interrupt))
+            self._ask_raw(KEYS.resource_goal, encode(BeginGoal(goal_id=name, skill="hover", **begin)))
+
+    # --- what came of it ---------------------------------------------------------------------------------------------
+
+    def verdict(self) -> Outcome:
+        """Ask good questions, and look at the processes."""
+        good = {
+            "resource_manager": (KEYS.resource_states, QueryStates()),
+            "data_manager": (KEYS.data("battery"), QueryData()),
+            "skill/takeoff": (KEYS.goal("takeoff"), QueryGoal()),
+        }
+        deaf: list[str] = []
+        for process, (key, question) in good.items():
+            if process in self._pids and not isinstance(self._ask_raw(key, encode(question)), Answered | Refused):
+                deaf.append(process)
+        out = self.outcome
+        out.silent, out.deaf = tuple(self._silent), tuple(deaf)
+        out.died = tuple(
+            name
+            for name, pid in self._pids.items()
+            if self._launcher.pids[name] != pid or not self._launcher.running(name)
+        )
+        after = self._memory()
+        out.memory = {name: (before, after.get(name, 0.0)) for name, before in self._before.items()}
+        return out
+
+    def _memory(self) -> dict[str, float]:
+        """Resident memory of each process in MB."""
+        found: dict[str, float] = {}
+        for name, pid in self._pids.items():
+            if psutil.pid_exists(pid):
+                found[name] = psutil.Process(pid).memory_info().rss / 1e6
+        return found
+
+    # --- sending -----------------------------------------------------------------------------------------------------
+
+    def _is_served(self, endpoint: Endpoint, processes: Collection[str], skills: Collection[str]) -> bool:
+        """Tell whether one of the processes serves the key."""
+        servers = {
+            topics.FAULT: "sim",
+            topics.PILOT: "sim",
+            topics.GUIDANCE_COMMAND: "guidance",
+            topics.OBSTACLE_COMMAND: "obstacles",
+            topics.MAPPING_COMMAND: "mapping",
+            topics.MAP_SNAPSHOT: "mapping",
+        }
+        if endpoint.key in servers:
+            return servers[endpoint.key] in processes
+        if endpoint.key in (KEYS.mission_abort, KEYS.mocked_world):
+            return False
+        parts = endpoint.key.split("/")
+        if "mock" in parts:
+            return False
+        return parts[2] in skills if "skill" in parts else True
+
+    def _put(self, key: str, content: bytes, attachment: bytes = b"") -> None:
+        if key not in self._publishers:
+            self._publishers[key] = self._bus.advertise(key)
+        self.outcome.thrown += 1
+        self._publishers[key].put(content, attachment)
+
+    def _ask(self, endpoint: Endpoint, content: bytes) -> None:
+        if not isinstance(self._ask_raw(endpoint.key, content), Answered | Refused):
+            self._silent.append(f"{endpoint.key} {content[:100]!r}")
+
+    def _ask_raw(self, key: str, content: bytes) -> Answer:
+        answers: list[Answer] = []
+        self.outcome.thrown += 1
+        self._bus.ask(key, content, answers.append, timeout=ANSWER_WITHIN)
+        self._bus.run_until(lambda: bool(answers))
+        self.outcome.answered += isinstance(answers[0], Answered)
+        self.outcome.refused += isinstance(answers[0], Refused)
+        return answers[0]
+
+
+def fuzz(
+    specs: Sequence[ProcessSpec],
+    run_dir: Path,
+    act: Callable[[Thrower], None],
+    *,
+    seed: int = 0,
+) -> Outcome:
+    """Start processes, let `act` throw at them, and see what came of it."""
+    with Launcher(ROBOT.name, SKILLSET.name, run_dir, clock="wall") as launcher:
+        launcher.start(specs)
+        thrower = Thrower(launcher, [spec.name for spec in specs], seed)
+        try:
+            act(thrower)
+            return thrower.verdict()
+        finally:
+            thrower.close()

@@ -1,0 +1,144 @@
+"""The whole m600, and its mocks beside it, in one process and virtual time: every callback that raises is a finding.
+
+On a real bus such an exception ends the process.
+"""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from random import Random
+from typing import cast
+
+from endpoints import KEYS, QUERIES, SKILLSET, WORDS, Endpoint
+from payloads import payload
+
+from skillwing.bt_missions.missions.mapping import MISSION
+from skillwing.bt_missions.running.runner import MissionNode
+from skillwing.m600.robot import ROBOT
+from skillwing.services.bus import Answer, Bus, Node, Publisher, Refused, Unanswered
+from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork, Robot
+from skillwing.services.mocking.system import make_mock_managers
+from skillwing.services.mocking.world import MockWorld
+from skillwing.services.options import imported
+from skillwing.services.protocol import ErrorCode, QueryStates, ResourceStates, decode, encode
+from skillwing.services.robot import ProcessSpec
+
+ROUTE = ((20.0, 0.0, 4.0), (0.0, 0.0, 4.0))
+REAL, MOCKED = "real", "mocked"
+GAP = 0.005
+"""Virtual seconds from one payload to the next."""
+
+
+def made(spec: ProcessSpec) -> Node:
+    """The node that a process of the table would host."""
+    return imported({"factory": spec.factory}, "factory")(spec.options)
+
+
+def nodes_of_the_m600(run_dir: Path) -> list[Node]:
+    """Everything that runs when the m600 flies, the recorder, a mission and whoever watches included."""
+    options = {"run_dir": str(run_dir), "seed": 1}
+    specs = (*ROBOT.functional_layer(options), *ROBOT.managers(), *ROBOT.observers(options))
+    return [*(made(spec) for spec in specs), MissionNode(MISSION, SKILLSET, MISSION.read_options({"route": ROUTE}))]
+
+
+def nodes_of_the_mocked_m600() -> list[Node]:
+    """The same skillset with mocks."""
+    return [*make_mock_managers(SKILLSET), MockWorld(SKILLSET)]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A callback that raised, and what was thrown before."""
+
+    endpoint: str
+    payload: bytes
+    error: str
+
+    def __str__(self) -> str:
+        return f"{self.endpoint} {self.payload[:300]!r}\n{self.error}"
+
+
+class FuzzStage:
+    """Two robots to throw things at, and what came of it."""
+
+    def __init__(self, robots: dict[str, Iterable[Node]]) -> None:
+        self.network = InProcessNetwork()
+        self.findings: list[Finding] = []
+        self.silent: list[str] = []
+        self.internal: list[str] = []
+        self.thrown = 0
+        self.refused = 0
+        self._buses: dict[str, Bus] = {}
+        self._publishers: dict[tuple[str, str], Publisher] = {}
+        self._last = ("", b"")
+        for robot, nodes in robots.items():
+            for node in nodes:
+                self.network.attach(node, robot)
+            self._buses[robot] = self.network.bus("stranger", robot)
+        self.run(1.0)
+
+    def throw(self, random: Random, endpoint: Endpoint) -> None:
+        """Send one payload to every robot in which anybody may take it."""
+        content = payload(random, endpoint.kind, WORDS)
+        data, attachment = content, b""
+        if endpoint.array:
+            data, attachment = random.randbytes(random.choice([0, 1, 64, 4096])), content
+        elif random.random() < 0.05:
+            attachment = random.randbytes(20)
+        self._last = (endpoint.key, content)
+        self.thrown += 1
+        for robot in self._buses:
+            if endpoint in QUERIES:
+                self._ask(robot, endpoint, data, attachment)
+            else:
+                self._publisher(robot, endpoint.key).put(data, attachment)
+        self.run(GAP)
+
+    def run(self, seconds: float) -> None:
+        """Let time pass, whatever raises."""
+        deadline = self.network.now() + seconds
+        while self.network.now() < deadline:
+            try:
+                self.network.run_for(deadline - self.network.now())
+            except Exception:  # noqa: BLE001 - a finding
+                self.findings.append(Finding(*self._last, traceback.format_exc()))
+
+    def served(self) -> set[str]:
+        """The key expressions of all services."""
+        return {each.key_expression for robot in self._buses for each in self._robot(robot).services}
+
+    def subscribed(self) -> set[str]:
+        """The key expressions of all subscriptions."""
+        return {each.key_expression for robot in self._buses for each in self._robot(robot).subscriptions}
+
+    def answers_well(self, robot: str) -> bool:
+        """Tell whether the resource manager still answers a good question."""
+        answers: list[Answer] = []
+        self._buses[robot].ask(KEYS.resource_states, encode(QueryStates()), answers.append)
+        self.run(0.1)
+        states = decode(answers[0].payload, ResourceStates).states  # pyright: ignore[reportAttributeAccessIssue]
+        return states.keys() == {resource.name for resource in SKILLSET.resources}
+
+    def _ask(self, robot: str, endpoint: Endpoint, data: bytes, attachment: bytes) -> None:
+        served = self._robot(robot).services_for(endpoint.key)
+
+        def on_answer(answer: Answer) -> None:
+            if isinstance(answer, Unanswered) and served:
+                self.silent.append(f"{endpoint.key} {data[:200]!r}")
+            elif isinstance(answer, Refused):
+                self.refused += 1
+                if answer.error.code == ErrorCode.INTERNAL:
+                    self.internal.append(f"{endpoint.key} {data[:200]!r}: {answer.error.message}")
+
+        self._buses[robot].ask(endpoint.key, data, on_answer, attachment=attachment)
+
+    def _robot(self, robot: str) -> Robot:
+        return cast(InProcessBus, self._buses[robot]).robot
+
+    def _publisher(self, robot: str, key: str) -> Publisher:
+        if (robot, key) not in self._publishers:
+            self._publishers[robot, key] = self._buses[robot].advertise(key)
+        return self._publishers[robot, key]

@@ -1,0 +1,65 @@
+"""A key that anybody serves or subscribes to, and that the fuzzing does not know, fails here."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from endpoints import KEYS, PUBLICATIONS, QUERIES
+from fuzz_stage import MOCKED, REAL, FuzzStage, nodes_of_the_m600, nodes_of_the_mocked_m600
+
+from skillwing.services.bus.keys import matches
+from skillwing.services.protocol import CLOCK_KEY, Keys
+from skillwing.sim_mujoco import topics
+
+ONLY_OBSERVED = {KEYS.alive("x"): "a liveliness token has no payload", topics.IMU: "nobody reads it yet"}
+
+
+@pytest.fixture(scope="module")
+def stage(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FuzzStage]:
+    folder: Path = tmp_path_factory.mktemp("run")
+    yield FuzzStage({REAL: nodes_of_the_m600(folder), MOCKED: nodes_of_the_mocked_m600()})
+
+
+def test_every_service_is_fuzzed(stage: FuzzStage) -> None:
+    served = stage.served()
+    missing = {key for key in served if not any(matches(key, endpoint.key) for endpoint in QUERIES)}
+    assert not missing
+    assert len(served) > 40, "few services: is everybody there?"
+
+
+def test_every_subscription_is_fuzzed(stage: FuzzStage) -> None:
+    subscribed = stage.subscribed() | {CLOCK_KEY}
+    missing = {key for key in subscribed if not any(matches(key, endpoint.key) for endpoint in PUBLICATIONS)}
+    assert not missing
+
+
+def test_nothing_is_fuzzed_that_nobody_takes(stage: FuzzStage) -> None:
+    served, subscribed = stage.served(), stage.subscribed() | {CLOCK_KEY}
+    idle = [each.key for each in QUERIES if not any(matches(key, each.key) for key in served)]
+    idle += [each.key for each in PUBLICATIONS if not any(matches(key, each.key) for key in subscribed)]
+    assert idle == []
+
+
+def test_every_key_of_the_protocol_is_fuzzed() -> None:
+    known = {endpoint.key for endpoint in (*QUERIES, *PUBLICATIONS)} | ONLY_OBSERVED.keys()
+    unknown = {
+        name for name, pattern in keys_of_the_protocol().items() if not any(matches(pattern, key) for key in known)
+    }
+    assert not unknown
+
+
+def keys_of_the_protocol() -> dict[str, str]:
+    """Everything that `Keys` and the functional layer's topics name, with a wildcard for what is variable."""
+    found: dict[str, str] = {}
+    for name, member in inspect.getmembers(Keys):
+        if isinstance(member, property):
+            found[name] = getattr(KEYS, name)
+        elif inspect.isfunction(member) and not name.startswith("_"):
+            found[name] = member(KEYS, "*")
+    for name, value in vars(topics).items():
+        if name.isupper() and isinstance(value, str):
+            found[name] = f"{value}/*" if value == topics.HEALTH else value
+    return found

@@ -1,0 +1,119 @@
+"""Bad input to every key of the m600 in one process: no callback raises, and every question gets a typed answer.
+
+`make fuzz` throws more, and at real processes, too.
+"""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import msgspec
+import pytest
+from endpoints import PUBLICATIONS, QUERIES, SKILLSET, WORDS, Endpoint
+from fuzz_stage import MOCKED, REAL, FuzzStage, nodes_of_the_m600, nodes_of_the_mocked_m600
+from hypothesis import given
+from hypothesis import strategies as st
+from payloads import payload, valid
+
+from skillwing.services.core.refusal import RefusedError
+from skillwing.services.core.resource_core import ResourceCore
+from skillwing.services.protocol import (
+    AttachManager,
+    BeginGoal,
+    EndGoal,
+    FireEvent,
+    FireExtern,
+    GoalCall,
+    ProtocolError,
+    RenewGoal,
+    decode,
+    encode,
+)
+from skillwing.sim_mujoco import topics
+
+ENDPOINTS = (*QUERIES, *PUBLICATIONS)
+IN_PROCESS = tuple(endpoint for endpoint in ENDPOINTS if endpoint.key != topics.CLOCK)
+"""The clock is the network's own here."""
+
+
+@given(st.sampled_from(ENDPOINTS), st.randoms(use_true_random=False))
+def test_whatever_comes_in_is_a_message_or_a_protocol_error(endpoint: Endpoint, random: Random) -> None:
+    content = payload(random, endpoint.kind, WORDS)
+    try:
+        message = decode(content, endpoint.kind)
+    except ProtocolError as error:
+        assert str(error)
+    else:
+        assert decode(encode(message), endpoint.kind) == message
+
+
+@given(st.lists(st.randoms(use_true_random=False), min_size=1, max_size=12))
+def test_the_resource_core_answers_or_refuses_and_stays_whole(randoms: list[Random]) -> None:
+    numbers = iter(range(10_000))
+    core = ResourceCore(SKILLSET, source="test", new_record_id=lambda: f"record {next(numbers)}")
+    states = {resource.name: resource.states for resource in SKILLSET.resources}
+    kinds: tuple[Any, ...] = (GoalCall, GoalCall, FireExtern, FireEvent, AttachManager)
+    for now, random in enumerate(randoms):
+        try:
+            call = decode(payload(random, random.choice(kinds), WORDS), random.choice(kinds))
+        except ProtocolError:
+            continue
+        before = core.revision
+        try:
+            perform(core, call, float(now))
+        except RefusedError as refusal:
+            assert core.revision == before
+            assert encode(refusal.reply)
+        assert all(state in states[name] for name, state in core.states.items())
+
+
+def perform(core: ResourceCore, call: object, now: float) -> None:
+    match call:
+        case BeginGoal():
+            core.begin(call, now)
+        case EndGoal():
+            core.end(call, now)
+        case RenewGoal():
+            core.renew(call)
+        case FireExtern():
+            core.fire_extern(call, now)
+        case FireEvent():
+            core.fire_event(call, now)
+        case AttachManager():
+            core.attach_manager(call, now)
+        case _:
+            raise AssertionError(f"a call that no core takes: {call}")
+
+
+@given(st.sampled_from(ENDPOINTS), st.randoms(use_true_random=False))
+def test_valid_messages_are_valid(endpoint: Endpoint, random: Random) -> None:
+    """Otherwise the fuzzing would not get beyond the decoder."""
+    message = valid(random, endpoint.kind, ["x"])
+    try:
+        decode(msgspec.msgpack.encode(message), endpoint.kind)
+    except ProtocolError as error:
+        # Values of the right type may still lie outside a field's range.
+        assert "`float`" in str(error) or "`int`" in str(error), str(error)
+
+
+@pytest.mark.parametrize("seed", [1])
+def test_no_callback_raises_and_every_question_is_answered(tmp_path: Path, seed: int) -> None:
+    logging.disable(logging.CRITICAL)
+    try:
+        stage = FuzzStage({REAL: nodes_of_the_m600(tmp_path), MOCKED: nodes_of_the_mocked_m600()})
+        random = Random(seed)
+        for endpoint in IN_PROCESS:
+            for _ in range(4):
+                stage.throw(random, endpoint)
+        stage.run(2.5)
+    finally:
+        logging.disable(logging.NOTSET)
+    assert not stage.findings, "\n".join(map(str, stage.findings[:5]))
+    assert not stage.silent
+    assert not stage.internal
+    assert stage.refused > stage.thrown / 4, "little was refused: is anything bad sent?"
+    assert stage.answers_well(REAL)
+    assert stage.answers_well(MOCKED)

@@ -1,0 +1,26 @@
+"""Bad input to real processes over Zenoh; `make fuzz` does the same for longer and to all of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from fuzz_processes import Thrower, fuzz, managers_and_guidance
+
+pytestmark = pytest.mark.slow
+ROOM = 40.0
+"""MB that a process may take for what it remembers and for the largest messages."""
+
+
+def test_processes_live_on_and_answer(tmp_path: Path) -> None:
+    def act(thrower: Thrower) -> None:
+        thrower.throw(400)
+        thrower.throw_huge()
+        thrower.flood(150)
+
+    outcome = fuzz(managers_and_guidance(), tmp_path, act, seed=1)
+    assert not outcome.died
+    assert not outcome.deaf
+    assert not outcome.silent
+    assert outcome.refused > 100
+    assert outcome.growth < ROOM, outcome.memory
