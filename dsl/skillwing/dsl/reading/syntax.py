@@ -2,6 +2,9 @@
 
 Every node keeps the spans of its words, so that the checker can point at the very word that is wrong. Predicates
 use the nodes of `expressions.py`, with names still unresolved.
+
+Nobody changes a node. They are not frozen all the same: to make a frozen one takes four times as long, and a large file
+has a hundred thousand.
 """
 
 from __future__ import annotations
@@ -16,7 +19,7 @@ from skillwing.dsl.reading.lexemes import Lexeme
 from skillwing.dsl.spans import Span
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class CoinedWord:
     """A word that the source does not hold in this form; `span` is what it was made of."""
 
@@ -28,7 +31,7 @@ class CoinedWord:
 Word: TypeAlias = Lexeme | CoinedWord
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class Number:
     """A number as written; `value` is an int only if it was written without point and exponent."""
 
@@ -36,7 +39,7 @@ class Number:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class TypeUse:
     """A type in use: `float64`, `Position[]`. arrays: one length (None for open) per pair of brackets."""
 
@@ -44,13 +47,13 @@ class TypeUse:
     arrays: tuple[Word, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class BoundsSyntax:
     low: Number
     high: Number
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class FieldSyntax:
     name: Word
     type: TypeUse
@@ -59,7 +62,7 @@ class FieldSyntax:
     default: Literal | Symbol | None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class DatumSyntax:
     name: Word
     type: TypeUse
@@ -67,34 +70,34 @@ class DatumSyntax:
     period: Number | None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class DataSyntax:
     items: tuple[DatumSyntax, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class EnumSyntax:
     name: Word
     values: tuple[Word, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class StructSyntax:
     name: Word
     fields: tuple[FieldSyntax, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class StatesSyntax:
     names: tuple[Word, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class InitialSyntax:
     state: Word
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class TransitionSyntax:
     """`source -> target`; a side of `*` stands for every state."""
 
@@ -103,13 +106,13 @@ class TransitionSyntax:
     extern: bool
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class ResourceSyntax:
     name: Word
     items: tuple[StatesSyntax | InitialSyntax | TransitionSyntax, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class ChangeSyntax:
     """`resource -> STATE` within an effect."""
 
@@ -117,13 +120,13 @@ class ChangeSyntax:
     target: Word
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class EffectSyntax:
     name: Word
     changes: tuple[ChangeSyntax, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class PredicateSyntax:
     """`resource=(...)` or `data=(...)`."""
 
@@ -132,43 +135,43 @@ class PredicateSyntax:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class GuardSyntax:
     predicate: PredicateSyntax
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class EventEffectSyntax:
     changes: tuple[ChangeSyntax, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class EventSyntax:
     name: Word
     items: tuple[GuardSyntax | EventEffectSyntax, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class CheckSyntax:
     name: Word
     predicate: PredicateSyntax
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class InvariantSyntax:
     name: Word
     predicate: PredicateSyntax
     violation: Word | None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class ApplySyntax:
     """`apply=effect`."""
 
     effect: Word
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class ResultSyntax:
     """partition: "success" or "failure", None where the result is unmarked."""
 
@@ -181,14 +184,14 @@ class ResultSyntax:
 # The sections of a skill. `keyword` is where the section starts: a section given twice is reported there.
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class ProgressSection:
     keyword: Word
     period: Number
     fields: tuple[FieldSyntax, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class LimitSection:
     """`deadline=...` or `dispatch_timeout=...`."""
 
@@ -196,7 +199,7 @@ class LimitSection:
     seconds: Number
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class PolicySection:
     """`owner_lost=...`."""
 
@@ -204,7 +207,7 @@ class PolicySection:
     policy: Word
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class FieldsSection:
     """`input { ... }` or `output { ... }`."""
 
@@ -212,13 +215,13 @@ class FieldsSection:
     fields: tuple[FieldSyntax, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class EffectSection:
     keyword: Word
     effects: tuple[EffectSyntax, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class PreconditionSection:
     keyword: Word
     checks: tuple[CheckSyntax, ...]
@@ -226,19 +229,19 @@ class PreconditionSection:
     failure: tuple[Word, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class InvariantSection:
     keyword: Word
     invariants: tuple[InvariantSyntax, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class ResultSection:
     keyword: Word
     results: tuple[ResultSyntax, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class EndSection:
     """`interrupt { ... }` or `lost { ... }`."""
 
@@ -260,7 +263,7 @@ Section: TypeAlias = (
 )
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class SkillSyntax:
     name: Word
     sections: tuple[Section, ...]
@@ -269,7 +272,7 @@ class SkillSyntax:
 Element: TypeAlias = DataSyntax | EnumSyntax | StructSyntax | ResourceSyntax | EventSyntax | SkillSyntax
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class SkillsetSyntax:
     """A whole file. remarks: what its dialect has to say of constructs that these nodes cannot hold."""
 
