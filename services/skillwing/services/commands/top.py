@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Annotated, Any
 
 import typer
@@ -17,6 +17,7 @@ from skillwing.services.commands.connection import JsonOption, RobotOption, Syst
 from skillwing.services.commands.keyboard import when_pressed
 from skillwing.services.commands.output import end_text, make_console, make_table, print_json, state_text, value_text
 from skillwing.services.commands.process_table import duration, process_facts, process_table
+from skillwing.services.processes.process_state import Condition
 from skillwing.services.processes.roll_call import Entry
 from skillwing.services.protocol import (
     GoalProgress,
@@ -33,6 +34,10 @@ from skillwing.services.telemetry.present import Present, ResourceNow, SkillNow
 PERIOD = 1.0
 """Wall seconds between two pictures, over which a process's share of a core is measured."""
 QUIT = "q"
+FRAME = 7
+"""Lines of the picture that are no rows: title, headings, and the lines between."""
+FEWEST = 3
+"""Processes that are shown on the smallest screen."""
 
 
 def top(
@@ -61,13 +66,13 @@ def top(
 def _stay(system: System, watch: SystemTop, console: Console) -> None:
     pressed: set[str] = set()
     with (
-        Live(watch.picture(), console=console, screen=True, auto_refresh=False) as live,
+        Live(watch.picture(console.height), console=console, screen=True, auto_refresh=False) as live,
         when_pressed(lambda key: system.bus.post(lambda: pressed.add(key))),
     ):
         while QUIT not in pressed:
             system.bus.run_until(lambda: QUIT in pressed, PERIOD)
             watch.look()
-            live.update(watch.picture(), refresh=True)
+            live.update(watch.picture(console.height), refresh=True)
 
 
 class SystemTop:
@@ -129,21 +134,27 @@ class SystemTop:
     def _resources(self) -> Iterable[ResourceNow]:
         return [] if self._states is None else self._present.resources(self._states)
 
-    def picture(self) -> RenderableType:
-        """Three tables, one above the other."""
+    def picture(self, height: int | None = None) -> RenderableType:
+        """Three tables, one above the other. On a screen of that height what is well and at rest gives way."""
+        skills, resources, entries = list(self._skills()), list(self._resources()), self._entries
+        if height is not None and height < FRAME + len(skills) + len(resources) + len(entries):
+            skills = [skill for skill in skills if skill.goal_id is not None or skill.last is not None]
+            entries = busiest(entries, self._cpu, height - FRAME - len(skills) - len(resources))
         target = self._system.target
         time_of_robot = "" if target.clock == "wall" else f" at {self._now:.1f} s"
         title = Text.assemble((f"{target.robot}{' (mock)' if target.mock else ''}{time_of_robot}", "bold"))
         title.append(f"   {target.endpoint}   CPU {sum(self._cpu.values()):.0f} % of a core", style="dim")
-        skills = make_table(("SKILL", "STATE", "FOR", "PROGRESS", "ENDED LAST"), right=("FOR",))
-        for skill in self._skills():
-            skills.add_row(*self._skill_row(skill))
-        resources = make_table(("RESOURCE", "STATE", "FOR", "BY"), right=("FOR",))
-        for resource in self._resources():
-            resources.add_row(
+        if len(entries) < len(self._entries):
+            title.append(f"   {len(self._entries) - len(entries)} more processes", style="dim")
+        skill_table = make_table(("SKILL", "STATE", "FOR", "PROGRESS", "ENDED LAST"), right=("FOR",))
+        for skill in skills:
+            skill_table.add_row(*self._skill_row(skill))
+        resource_table = make_table(("RESOURCE", "STATE", "FOR", "BY"), right=("FOR",))
+        for resource in resources:
+            resource_table.add_row(
                 resource.resource, state_text(resource.state), self._age(resource.since), Text(resource.by, "dim")
             )
-        return Group(title, Text(), process_table(self._entries, self._cpu), Text(), skills, Text(), resources)
+        return Group(title, Text(), process_table(entries, self._cpu), Text(), skill_table, Text(), resource_table)
 
     def _skill_row(self, skill: SkillNow) -> tuple[str | Text, ...]:
         running = skill.goal_id is not None
@@ -177,3 +188,13 @@ class SystemTop:
             "skills": {skill.skill: skill for skill in self._skills()},
             "resources": {resource.resource: resource for resource in self._resources()},
         }
+
+
+def busiest(entries: Sequence[Entry], cpu: Mapping[str, float], room: int) -> list[Entry]:
+    """As many processes as there is room for, in their order: those that are not well, then those that use most."""
+
+    def rank(entry: Entry) -> tuple[bool, float]:
+        return entry.condition is Condition.RUNS, -cpu.get(entry.state.name, 0.0)
+
+    chosen = sorted(entries, key=rank)[: max(room, FEWEST)]
+    return [entry for entry in entries if entry in chosen]

@@ -1,0 +1,101 @@
+"""However whoever runs a system is ended, in a pipe or on a terminal, none of its processes is left."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import pty
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import psutil
+import pytest
+
+from skillwing.services.commands.exit_codes import OK
+from skillwing.services.processes.run_state import RunState, read_run_state
+
+pytestmark = pytest.mark.slow
+
+PATIENCE = 60.0
+POLL = 0.02
+SKILLSET = "skillset lamp { skill shine { result { success DONE } } }"
+
+
+@pytest.fixture
+def command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The command that runs a small system, in a runtime directory of its own."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.setenv("TERM", "xterm-256color")
+    (tmp_path / "lamp.skillset").write_text(SKILLSET, encoding="utf-8")
+    file, run_dir = str(tmp_path / "lamp.skillset"), str(tmp_path / "run")
+    return [sys.executable, "-m", "skillwing.services.cli", "mock", file, "--run-dir", run_dir]
+
+
+def until_it_runs(process: subprocess.Popen[bytes]) -> RunState:
+    deadline = time.monotonic() + PATIENCE
+    while (state := read_run_state("lamp")) is None:
+        assert process.poll() is None
+        assert time.monotonic() < deadline
+        time.sleep(POLL)
+    return state
+
+
+@contextmanager
+def leaving_nothing(process: subprocess.Popen[bytes]) -> Iterator[list[psutil.Process]]:
+    """Runs the body with the system's processes, none of which may be left afterwards, nor its run state."""
+    until_it_runs(process)
+    children = psutil.Process(process.pid).children()
+    assert len(children) == 5
+    yield children
+    process.wait(PATIENCE)
+    assert psutil.wait_procs(children, timeout=PATIENCE)[1] == []
+    assert read_run_state("lamp") is None
+
+
+@pytest.mark.parametrize(
+    "signals",
+    [[signal.SIGINT], [signal.SIGTERM], [signal.SIGHUP], [signal.SIGINT, signal.SIGINT]],
+    ids=lambda numbers: "+".join(number.name for number in numbers),
+)
+def test_in_a_pipe(command: Sequence[str], signals: Sequence[signal.Signals]) -> None:
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as process:
+        with leaving_nothing(process):
+            for number in signals:
+                process.send_signal(number)
+        assert process.stderr is not None
+        assert b"Traceback" not in process.stderr.read()
+    assert process.returncode == OK or len(signals) > 1
+
+
+def test_when_one_of_its_processes_hangs_and_it_is_told_twice(command: Sequence[str]) -> None:
+    with (
+        subprocess.Popen(command, stdout=subprocess.DEVNULL) as process,
+        leaving_nothing(process) as children,
+    ):
+        children[-1].suspend()
+        process.send_signal(signal.SIGINT)
+        process.send_signal(signal.SIGINT)
+
+
+@pytest.mark.parametrize("end", ["Ctrl-C", "a closed terminal"])
+def test_on_a_terminal(command: Sequence[str], end: str) -> None:
+    terminal, side = pty.openpty()
+    process = subprocess.Popen(["setsid", "--ctty", *command], stdin=side, stdout=side, stderr=side)
+    os.close(side)
+    with leaving_nothing(process):
+        if end == "Ctrl-C":
+            os.write(terminal, b"\x03")
+            _read_to_the_end(terminal)
+        os.close(terminal)
+
+
+def _read_to_the_end(terminal: int) -> None:
+    """Keep the process from waiting for a reader. Linux says with an error that nobody has the other side any more."""
+    with contextlib.suppress(OSError):
+        while os.read(terminal, 4096):
+            pass

@@ -1,0 +1,42 @@
+"""What `top` shows where there is no room for everything."""
+
+from __future__ import annotations
+
+import io
+
+import pytest
+from rich.console import Console
+
+from skillwing.services.commands.process_table import duration, process_table
+from skillwing.services.commands.top import FEWEST, busiest
+from skillwing.services.processes.proc_files import Usage
+from skillwing.services.processes.process_state import Condition, ProcessState
+from skillwing.services.processes.roll_call import Entry
+
+USED = Usage(cpu=1.0, memory=46 << 20, uptime=200.0, stopped=False)
+ENTRIES = [
+    Entry(ProcessState(name=name, pid=pid), Condition.DOWN if name == "d" else Condition.RUNS, USED)
+    for pid, name in enumerate("abcdef", start=1)
+]
+CPU = {"a": 1.0, "b": 9.0, "c": 5.0, "f": 2.0}
+
+
+@pytest.mark.parametrize(("room", "shown"), [(6, "abcdef"), (4, "bcdf"), (3, "bcd"), (-5, "bcd")])
+def test_what_is_not_well_comes_first_and_then_what_uses_most(room: int, shown: str) -> None:
+    assert "".join(entry.state.name for entry in busiest(ENTRIES, CPU, room)) == shown
+    assert len(shown) >= FEWEST
+
+
+def test_the_table_shows_what_each_process_uses() -> None:
+    console = Console(file=io.StringIO(), width=100)
+    console.print(process_table(ENTRIES[:2], CPU))
+    assert isinstance(console.file, io.StringIO)
+    lines = [line.split() for line in console.file.getvalue().splitlines()]
+    assert lines[1] == ["a", "runs", "1", "3", "min", "20", "s", "1.0", "46", "MB"]
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"), [(0.9, "0 s"), (59.9, "59 s"), (60.0, "1 min 00 s"), (7500.0, "2 h 05 min")]
+)
+def test_durations_are_short(seconds: float, text: str) -> None:
+    assert duration(seconds) == text
