@@ -24,7 +24,7 @@ from skillwing.dsl.model import Skill, Skillset
 from skillwing.dsl.reading.parser import parse_file
 from skillwing.services.protocol import NotReady, Violated
 
-SMALL = settings(max_examples=120, deadline=None, suppress_health_check=list(HealthCheck))
+SMALL = settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
 EFFECT_CODES = {"SW040", "SW041", "SW042"}
 
 

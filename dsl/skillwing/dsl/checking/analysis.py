@@ -51,5 +51,8 @@ def report_on(knowledge: Knowledge, space: StateSpace, report: Report) -> None:
     report_resources(skillset, knowledge, space, report)
     for expression, combinations in space.relations.too_wide.items():
         message = f"This predicate names resources with {combinations} combinations of states and is not judged."
-        advice = f"Split it where `and` joins it, into checks with up to {MOST_COMBINATIONS} combinations each."
+        if combinations > MOST_COMBINATIONS:
+            advice = f"Split it where `and` joins it, into checks with up to {MOST_COMBINATIONS} combinations each."
+        else:
+            advice = "The predicates of this file have too many in all: let them name fewer resources each."
         report.add("SW088", span_of(expression), message, advice)

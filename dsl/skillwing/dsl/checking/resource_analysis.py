@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 from skillwing.dsl.checking.reachability.knowledge import Knowledge
 from skillwing.dsl.checking.reachability.situations import Situations
 from skillwing.dsl.checking.reachability.statespace import StateSpace, closure
 from skillwing.dsl.checking.wording import alternatives, possible_states, span_of, transitions_of
 from skillwing.dsl.diagnostics.diagnostic import has_errors
 from skillwing.dsl.diagnostics.report import Report
-from skillwing.dsl.expressions import Expression, names_used
+from skillwing.dsl.expressions import names_used
 from skillwing.dsl.model import Event, Resource, Skillset
 from skillwing.dsl.spans import Span
 
 
 def report_resources(skillset: Skillset, knowledge: Knowledge, space: StateSpace, report: Report) -> None:
     """Report resources that nothing names, and states that nothing leads to. Comes after skills and events."""
-    named = _resources_named(skillset)
+    named = _resources_named(space)
     effects = [effect for skill in skillset.skills for effect in skill.effects]
     driven = {
         pair for effect in (*effects, *(event.effect for event in skillset.events)) for pair in effect.transitions
@@ -56,19 +54,13 @@ def _mention(resource: Resource, state: str) -> Span | None:
     return edges[0] if edges else resource.span
 
 
-def _resources_named(skillset: Skillset) -> set[str]:
-    effects = [effect for skill in skillset.skills for effect in skill.effects]
-    effects += [event.effect for event in skillset.events]
-    changed = {name for effect in effects for name, _ in effect.transitions}
-    return changed.union(*(names_used(expression, "resource") for expression in _expressions(skillset)))
-
-
-def _expressions(skillset: Skillset) -> Iterator[Expression]:
-    yield from (event.guard for event in skillset.events if event.guard is not None)
-    for skill in skillset.skills:
-        yield from (check.expression for check in skill.preconditions.checks)
-        yield from (invariant.expression for invariant in skill.invariants)
-        yield from (result.post for result in skill.results if result.post is not None)
+def _resources_named(space: StateSpace) -> set[str]:
+    named = {name for skill in space.skillset.skills for name in space.behaviour(skill).names}
+    for event in space.skillset.events:
+        named |= {name for name, _ in event.effect.transitions}
+        if event.guard is not None:
+            named |= names_used(event.guard, "resource")
+    return named.union(*(names_used(predicate) for predicate in space.relations.too_wide))
 
 
 def report_event(event: Event, knowledge: Knowledge, space: StateSpace, report: Report) -> None:

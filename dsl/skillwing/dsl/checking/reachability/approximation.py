@@ -75,9 +75,12 @@ class Approximation:
         return self._known[self._space.behaviour(skill)]
 
     def stuck(self, skill: Skill, name: str, origins: frozenset[str]) -> list[frozenset[str]]:
-        behaviour = self._space.behaviour(skill)
-        left = (situations.after(changes).states(name) for changes, situations in _ends(behaviour, self.of(skill)))
-        return [frozenset(state for state in states if not origins & self._recoverable(name, state)) for states in left]
+        found: list[frozenset[str]] = []
+        for changes, situations in _ends(self._space.behaviour(skill), self.of(skill)):
+            given_back = any(changed == name and target in origins for changed, target, _ in changes)
+            left = frozenset[str]() if given_back else situations.after(changes).states(name)
+            found.append(frozenset([state for state in left if not origins & self._recoverable(name, state)]))
+        return found
 
     def _recoverable(self, name: str, state: str) -> frozenset[str]:
         """Where a resource can get to once the goal is over: by itself, or by skills that can start where it is."""

@@ -17,7 +17,8 @@ from skillwing.dsl.model import Resource
 
 MOST_COMBINATIONS = 4096
 """Of states of the resources that one predicate names; a wider predicate is not judged."""
-_MOST_IN_ALL = 200_000
+_MOST_IN_ALL = 40_000
+"""Of combinations that are looked at in one file, so that an editor may check it at every keystroke."""
 
 Row: TypeAlias = tuple[str, ...]
 

@@ -13,7 +13,7 @@ from typing import TypeAlias
 
 from skillwing.dsl.checking.reachability.relations import Relation, Row
 
-_MOST_ROWS = 20_000  # of one factor; a predicate that would need more leaves the set as it is
+_MOST_ROWS = 4096  # of one factor; a predicate that would need more leaves the set as it is
 
 Changes: TypeAlias = tuple[tuple[str, str, frozenset[str]], ...]
 """An effect: (resource, target, states from which the transition may be taken) of each of its transitions."""
@@ -30,7 +30,7 @@ class _Factor:
 
     def states(self, name: str) -> frozenset[str]:
         column = self.names.index(name)
-        return frozenset(row[column] for row in self.rows)
+        return frozenset([row[column] for row in self.rows])
 
     def without(self, name: str) -> _Factor:
         column = self.names.index(name)
@@ -77,10 +77,11 @@ class Situations:
 
     def where(self, relation: Relation, wanted: bool = True) -> Situations:
         """Those in which the relation holds, or those in which it does not."""
-        touched = list(dict.fromkeys(self._factors[name] for name in relation.names))
-        if wanted and len(touched) == 1 and touched[0].names == relation.names:
-            rows = touched[0].rows & relation.rows
-            return self if len(rows) == len(touched[0].rows) else self._with(_Factor(relation.names, rows))
+        touched = list(dict.fromkeys([self._factors[name] for name in relation.names]))
+        if len(touched) == 1 and touched[0].names == relation.names:
+            before = touched[0].rows
+            rows = before & relation.rows if wanted else before - relation.rows
+            return self if len(rows) == len(before) else self._with(_Factor(relation.names, rows))
         if prod(len(factor.rows) for factor in touched) > _MOST_ROWS:
             return Situations(self._factors, self.empty, loose=True)
         names = tuple(chain.from_iterable(factor.names for factor in touched))
@@ -133,10 +134,12 @@ class Situations:
 
     def _with(self, *factors: _Factor) -> Situations:
         changed = self._factors.copy()
+        empty = self.empty
         for factor in factors:
+            empty = empty or not factor.rows
             for name in factor.names:
                 changed[name] = factor
-        return Situations(changed, self.empty or any(not factor.rows for factor in factors), self.loose)
+        return Situations(changed, empty, self.loose)
 
     # --- union
 
