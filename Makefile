@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
 
-.PHONY: setup demo test mutants lint format errors pictures reference lock clean history
+.PHONY: setup demo test mutants lint format errors pictures reference lock clean history fuzz
 
 setup: $(READY)
 
@@ -52,6 +52,12 @@ pictures: setup
 HISTORY_ARGS ?= --seconds 60
 history: setup
 	$(BIN)/python tests/history/history_run.py $(HISTORY_ARGS)
+
+# Bad input to every key of everything that runs, and 100,000 goals that nobody may remember.
+FUZZ_ARGS ?=
+fuzz: setup
+	$(BIN)/python tests/fuzz/fuzz_run.py $(FUZZ_ARGS)
+	SOAK_GOALS=100000 $(BIN)/python -m pytest -q --timeout 900 tests/fuzz/test_memory_is_bounded.py
 
 # The reference page of the robot's skillset.
 reference: setup

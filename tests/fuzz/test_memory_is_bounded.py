@@ -1,0 +1,122 @@
+"""What a manager or a client remembers does not grow with the number of goals.
+
+`SOAK_GOALS=100000` makes it a soak: `make fuzz` does.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from itertools import count
+
+from held_objects import items_held
+
+from skillwing.dsl import parse
+from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.client.interface import SkillsetInterface
+from skillwing.services.core.refusal import RefusedError
+from skillwing.services.core.resource_core import ResourceCore
+from skillwing.services.core.skill_actions import AskResources, CallHook, Hook
+from skillwing.services.core.skill_core import SkillCore
+from skillwing.services.managers.data_manager import DataManagerNode
+from skillwing.services.managers.resource_manager import ResourceManagerNode
+from skillwing.services.mocking.system import make_mock_skill
+from skillwing.services.protocol import BeginGoal, InterruptGoal, StartGoal
+
+GOALS = int(os.environ.get("SOAK_GOALS", "4000"))
+"""For the cores; whole managers get a tenth, but at least what makes them forget something."""
+WHOLE_GOALS = max(1300, GOALS // 10)
+SKILLSET = parse(
+    """
+    skillset line {
+        data { load: float64 period=0.1 }
+        resource belt { initial FREE  FREE -> TAKEN  TAKEN -> FREE }
+        skill pack {
+            effect { take: belt -> TAKEN  drop: belt -> FREE }
+            precondition { free: resource=(belt == FREE)  success take }
+            interrupt { apply=drop }
+            result { success PACKED: apply=drop }
+        }
+    }
+    """
+)
+
+
+class Goals:
+    """Both cores of a skill, with the network left out."""
+
+    def __init__(self) -> None:
+        records = count()
+        self.resources = ResourceCore(SKILLSET, source="rm", new_record_id=lambda: f"r{next(records)}")
+        self.skill = SkillCore(SKILLSET, "pack", source="skill/pack", new_record_id=lambda: f"s{next(records)}")
+        self.number = 0
+
+    def run(self, goals: int) -> None:
+        """Goals to their end, and for each an interrupt of one that never comes and a start while another runs."""
+        for _ in range(goals):
+            self.number += 1
+            now = float(self.number)
+            goal_id = f"goal-{self.number}"
+            with contextlib.suppress(RefusedError):
+                self.skill.interrupt(InterruptGoal(goal_id=f"never-{self.number}", client="c"), now)
+            self._perform(self.skill.start(self._start(goal_id), now), now)
+            self._perform(self.skill.start(self._start(f"busy-{self.number}"), now), now)
+            self._perform(self.skill.terminated(goal_id, "PACKED", None, now), now)
+            assert self.skill.current is None
+            assert not self.resources.grants
+
+    def _start(self, goal_id: str) -> StartGoal:
+        return StartGoal(goal_id=goal_id, inputs={}, client="c", schema=SKILLSET.schema_hash)
+
+    def _perform(self, actions: tuple[object, ...], now: float) -> None:
+        for action in actions:
+            match action:
+                case CallHook(hook=Hook.VALIDATE, goal_id=goal_id):
+                    self._perform(self.skill.validated(goal_id, None, now), now)
+                case CallHook(hook=Hook.DISPATCH, goal_id=goal_id):
+                    self._perform(self.skill.dispatched(goal_id, now), now)
+                case AskResources(call=call):
+                    resources = self.resources
+                    step = resources.begin(call, now) if isinstance(call, BeginGoal) else resources.end(call, now)
+                    self._perform(self.skill.answered(action, step.reply, now), now)
+                case _:
+                    pass
+
+
+def test_a_memory_that_grows_is_noticed() -> None:
+    goals = Goals()
+    goals.run(10)
+    held = items_held([goals.resources, goals.skill])
+    goals.run(10)
+    assert items_held([goals.resources, goals.skill]) > held
+
+
+def test_cores_forget_old_goals() -> None:
+    goals = Goals()
+    goals.run(GOALS // 2)
+    held = items_held([goals.resources, goals.skill])
+    goals.run(GOALS // 2)
+    assert items_held([goals.resources, goals.skill]) == held
+
+
+def test_managers_and_clients_forget_old_goals() -> None:
+    """The event histories of the bus, which stand for the caches of Zenoh's publishers, are counted, too."""
+    network = InProcessNetwork()
+    managers = [DataManagerNode(SKILLSET), ResourceManagerNode(SKILLSET), make_mock_skill(SKILLSET, "pack")]
+    for node in managers:
+        network.attach(node)
+    client = SkillsetInterface(network.bus("client"), SKILLSET, client="client")
+    network.run_for(1.0)
+
+    def run(goals: int) -> None:
+        for _ in range(goals):
+            handle = client.start("pack")
+            assert network.run_until(lambda handle=handle: handle.terminal is not None, 30.0)
+            assert handle.terminal is not None
+        network.run_for(15.0)  # patience with silences and leases is over
+
+    run(WHOLE_GOALS)
+    held = items_held([managers, client])
+    run(WHOLE_GOALS)
+    # Timers and messages under way come and go; what is remembered of each goal would be thousands.
+    assert items_held([managers, client]) - held < 100
