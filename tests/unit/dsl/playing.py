@@ -77,6 +77,8 @@ def play(skillset: Skillset) -> Playthrough:
 class _Play:
     def __init__(self, skillset: Skillset) -> None:
         self._skillset = skillset
+        model = (skillset, *skillset.skills, *skillset.resources, *skillset.data)
+        self._shared: dict[int, object] = {id(part): part for part in model}  # what no copy of a core copies
         self._seen = Playthrough()
         self._ids = count()
         self._cores: dict[Node, ResourceCore] = {}
@@ -95,7 +97,7 @@ class _Play:
         return self._seen
 
     def _core(self) -> ResourceCore:
-        return copy.deepcopy(self._cores[self._here], {id(self._skillset): self._skillset})
+        return copy.deepcopy(self._cores[self._here], dict(self._shared))
 
     def _arrive(self, core: ResourceCore, datum: object) -> Node:
         node = _node(core, datum)
