@@ -36,8 +36,8 @@ def in_process(payloads: int, seed: int, run_dir: Path) -> bool:
     stage.run(3.0)
     seconds = time.monotonic() - started
     say(
-        f"in one process: {stage.thrown} payloads at {len(endpoints)} keys in {seconds:.0f} s, {stage.refused} refused, "
-        f"{len(stage.findings)} callbacks raised, {len(stage.silent)} questions unanswered, "
+        f"in one process: {stage.thrown} payloads at {len(endpoints)} keys in {seconds:.0f} s, "
+        f"{stage.refused} refused, {len(stage.findings)} callbacks raised, {len(stage.silent)} questions unanswered, "
         f"{len(stage.internal)} answered by INTERNAL"
     )
     for finding in (*stage.findings[:3], *stage.silent[:3], *stage.internal[:3]):

@@ -118,9 +118,9 @@ def main(arguments: list[str] | None = None) -> int:
     """Record and check history after history for a while; returns the exit code."""
     parser = argparse.ArgumentParser(description="Check histories of the real resource manager for linearizability.")
     parser.add_argument("--seconds", type=float, default=60.0, help="for how long to go on (default: %(default)s)")
-    parser.add_argument("--clients", type=int, default=6, help="at once (default: %(default)s)")
+    parser.add_argument("--clients", type=int, default=4, help="at once (default: %(default)s)")
     parser.add_argument("--operations", type=int, default=300, help="of each client (default: %(default)s)")
-    parser.add_argument("--kills", type=int, default=3, help="kill -9 in every second history (default: %(default)s)")
+    parser.add_argument("--kills", type=int, default=2, help="kill -9 in every second history (default: %(default)s)")
     parser.add_argument("--seed", type=int, default=int(time.time()), help="of what clients ask for")
     wanted = parser.parse_args(arguments)
     started = time.monotonic()

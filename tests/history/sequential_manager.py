@@ -74,6 +74,7 @@ class SequentialManager:
         self._tokens: dict[str, int] = {}
         self._owner: dict[str, str] = {}
         self._open_ended: set[str] = set()
+        self._at: tuple[Memory, ResourceCore] | None = None
         for told in history:
             if isinstance(told.answer, (Granted, Violated)):
                 self._tokens[told.answer.goal_id] = told.answer.token
@@ -89,17 +90,25 @@ class SequentialManager:
 
     def step(self, state: Memory, call: Call, answer: Reply | None) -> Memory | None:
         """What the core would have done, if it would have answered that."""
-        core = ResourceCore(self._skillset, source="model", new_record_id=_no_id, kept=state.kept)
+        core = self._core_at(state)
         try:
             step = self._perform(core, call)
         except RefusedError as refusal:
             return state if answer is None or _same(answer, refusal.reply) else None
+        if step.entries:
+            self._at = None
         if not (answer is None or isinstance(call, Lose) or _same(answer, step.reply)):
             return None
         if not step.entries:
             return state
         kept = add_up(state.kept, step.entries)
         return Memory(self._without_the_settled(kept, call))
+
+    def _core_at(self, state: Memory) -> ResourceCore:
+        """A core in this state: that of the last step, if it is still there, for making one takes most of the time."""
+        if self._at is None or self._at[0] is not state:
+            self._at = state, ResourceCore(self._skillset, source="model", new_record_id=_no_id, kept=state.kept)
+        return self._at[1]
 
     def _perform(self, core: ResourceCore, call: Call) -> Step[GoalVerdict] | Step[ResourceStates] | Step[None]:
         match call:
