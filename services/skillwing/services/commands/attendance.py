@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from contextlib import ExitStack, closing
 from queue import SimpleQueue
 from types import TracebackType
 from typing import Self
@@ -47,21 +48,22 @@ class Attendance:
         self._live = Live(console=console, auto_refresh=False) if console.is_terminal else None
 
     def __enter__(self) -> Self:
-        self._bus = ZenohBus("attendance", self._launcher.robot, self._launcher.endpoint)
-        self._bus.watch_alive(f"{self._prefix}**", self._on_alive)
-        self._launcher.on_change = lambda: self._bus.post(_nothing)
-        if self._live is not None:
-            self._live.start()
+        # Ctrl-C may come while this is under way, and then nobody calls `__exit__`.
+        with ExitStack() as undoing:
+            self._bus = undoing.enter_context(
+                closing(ZenohBus("attendance", self._launcher.robot, self._launcher.endpoint))
+            )
+            self._bus.watch_alive(f"{self._prefix}**", self._on_alive)
+            self._launcher.on_change = lambda: self._bus.post(_nothing)
+            if self._live is not None:
+                undoing.enter_context(self._live)
+            self._undoing = undoing.pop_all()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        try:
-            if self._live is not None:
-                self._live.stop()
-        finally:
-            self._bus.close()
+        self._undoing.close()
 
     def follow(self) -> int:
         """Stay until a process is given up without which the system cannot go on; returns the exit code of that."""
