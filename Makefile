@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
 
-.PHONY: setup demo test mutants lint format errors pictures reference lock clean history fuzz
+.PHONY: setup demo test mutants lint format errors pictures reference lock clean history simulate fuzz
 
 setup: $(READY)
 
@@ -73,6 +73,11 @@ lock:
 	$(COMPILE) pyproject.toml -c requirements.lock -o locks/manager.lock
 	$(COMPILE) pyproject.toml --extra sim --extra missions --extra viewer -c requirements.lock -o locks/full.lock
 	echo "hatchling>=1.26" | $(COMPILE) - -c requirements.lock -o locks/build.lock
+
+# Managers and clients on a failing network: RUNS seeds, or the story of one SEED (SHRINK=1: of its essence).
+RUNS ?= 2000
+simulate: setup
+	PYTHONPATH=tests $(BIN)/python -m simulation $(if $(SEED),--seed $(SEED) -v $(if $(SHRINK),--shrink),--runs $(RUNS) $(SIMULATE_ARGS))
 
 clean:
 	rm -rf $(VENV) .pytest_cache .ruff_cache .hypothesis

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import argparse
 import sys
+from pathlib import Path
 
 from simulation.campaign import run_campaign, shrink
 from simulation.plan import draw_plan
+from simulation.report import write_section
 from simulation.story import tell
 
 
@@ -19,17 +21,19 @@ def main() -> int:
     parser.add_argument("--first", type=int, default=0, help="the first seed (default: 0)")
     parser.add_argument("--jobs", type=int, default=2, help="how many processes (default: 2)")
     parser.add_argument("--seconds", type=float, help="stop after so much wall time")
-    parser.add_argument("--write", help="write what came out to the section of this page")
+    parser.add_argument("--write", type=Path, help="write what came out into this page of the documentation")
     arguments = parser.parse_args()
     say = sys.stdout.write
     if arguments.seed is not None:
         plan = draw_plan(arguments.seed)
         if arguments.shrink:
             plan = shrink(plan)
-        outcome = tell(plan, lambda line: _print(line), messages=arguments.verbose)
+        outcome = tell(plan, _print, messages=arguments.verbose)
         return 1 if outcome.problems else 0
     result = run_campaign(arguments.first, arguments.runs, jobs=arguments.jobs, seconds=arguments.seconds)
     say(result.text() + "\n")
+    if arguments.write is not None:
+        write_section(arguments.write, result)
     return 1 if result.failures else 0
 
 

@@ -30,7 +30,7 @@ class AnySkill(SkillHooks[dict[str, Any], dict[str, Any], dict[str, Any]]):
     """Hooks of one process. seed: of the run; process: its number, for the logbook."""
 
     def __init__(self, model: Skill, logbook: Logbook, seed: int, process: int) -> None:
-        self.skill = model.name
+        self.skill = model.name  # pyright: ignore[reportAttributeAccessIssue] - one class plays them all
         self._model = model
         self._logbook = logbook
         self._seed = seed

@@ -52,6 +52,7 @@ class Witness:
         self.answers: dict[str, set[str]] = {}
         self._told: dict[tuple[Bus, str], Terminal] = {}
         self._granted: set[str] = set()
+        self._binding: dict[str, Terminal] = {}
         self._ranks: dict[tuple[Bus, str], int] = {}
         self.verdicts: dict[str, Ending] = {}
         self._last_token = 0
@@ -85,6 +86,7 @@ class Witness:
         self.states, self.revision = dict(self._initial), 0
         self._tokens.clear()
         self._granted.clear()
+        self._binding.clear()
 
     def note(self, t: float, law: str, text: str) -> None:
         self.problems.append(Problem(t, law, text))
@@ -115,12 +117,13 @@ class Witness:
         self.answers.setdefault(goal, set()).add(terminal.label)
         # A process that has replaced another knows of its goals what the resource manager knows: those that were
         # granted. For others it may find another answer, for whoever asks again because none has arrived.
-        before = self.terminals.setdefault(goal, terminal)
-        known = told or (before if goal in self._granted else None)
+        known = told or self._binding.get(goal)
         if known is not None and (known != terminal if told else known.label != terminal.label):
             text = f"{goal} ended {known.label} ({known.reason}) and {terminal.label} ({terminal.reason})"
             self.note(said.t, "one terminal answer", text)
         self.terminals[goal] = terminal
+        if goal in self._granted:
+            self._binding[goal] = terminal
 
     def _on_push(self, said: Utterance) -> None:
         pushed: dict[str, Any] = msgspec.msgpack.decode(said.payload)

@@ -1,0 +1,44 @@
+"""Mistakes that the simulation has found, as the smallest plans that showed them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from simulation.plan import Act, Deed, Plan
+from skillwing.services.bus.faulty import Weather
+
+
+def _goal(number: int, skill: str) -> dict[str, object]:
+    return {"goal": f"goal-{number}", "skill": skill}
+
+
+FOUND: Mapping[str, Plan] = {
+    "an interrupt was remembered by a process that died before the start came": Plan(
+        3819,
+        "streams",
+        Weather(latency=(0.0002, 0.2), loss=0.02, duplication=0.05),
+        True,
+        (
+            Act(0.3, "mission", Deed.START, _goal(0, "stream")),
+            Act(0.3, "mission", Deed.INTERRUPT, _goal(0, "stream")),
+            Act(0.6, "mission", Deed.START, _goal(1, "look")),
+            Act(0.601, "mission", Deed.INTERRUPT, _goal(1, "look")),
+            Act(0.85, "mission", Deed.INTERRUPT_UNKNOWN, _goal(2, "talk")),
+            Act(0.9, "operator", Deed.START, _goal(2, "talk")),
+            Act(0.9, "operator", Deed.INTERRUPT, _goal(2, "talk")),
+            Act(2.2, "skill/talk", Deed.KILL, {"for": 0.5}),
+        ),
+    ),
+    "a manager's successor told of a goal that had ended well that it had failed": Plan(
+        2619,
+        "streams",
+        Weather(),
+        True,
+        (
+            Act(6.5144, "mission", Deed.START, _goal(0, "look")),
+            Act(6.5194, "mission", Deed.INTERRUPT, _goal(0, "look")),
+            Act(7.0854, "skill/look", Deed.TWIN, {"for": 0.5}),
+            Act(7.5144, "operator", Deed.START_AGAIN, _goal(0, "look")),
+        ),
+    ),
+}

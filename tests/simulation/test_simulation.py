@@ -1,0 +1,73 @@
+"""Simulated managers keep their promises, and the simulation finds it when they do not."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from simulation.campaign import run_campaign, shrink
+from simulation.found import FOUND
+from simulation.plan import FAULTS, Deed, draw_plan
+from simulation.planted import BUGS, LATE, SEEDS, find, planted
+from simulation.run import Run, simulate
+from simulation.story import tell
+
+RUNS = 1000
+CHUNKS = 10
+
+
+@pytest.mark.parametrize("chunk", range(CHUNKS))
+def test_promises_are_kept(chunk: int) -> None:
+    """A seed that fails is told by `make simulate SEED=...`."""
+    runs = RUNS // CHUNKS
+    campaign = run_campaign(chunk * runs, runs)
+    assert not campaign.failures, campaign.text()
+
+
+@pytest.mark.parametrize("name", FOUND)
+def test_what_was_found_stays_mended(name: str) -> None:
+    assert Run(FOUND[name]).carry_out().problems == ()
+
+
+@pytest.mark.parametrize("bug", BUGS)
+def test_simulation_finds_planted_bugs(bug: str) -> None:
+    assert find(bug, LATE.get(bug, 0)) is not None, f"not within {SEEDS} seeds"
+
+
+def test_plans_hold_every_kind_of_act_and_leave_some_robots_in_peace() -> None:
+    plans = [draw_plan(seed) for seed in range(300)]
+    assert {act.deed for plan in plans for act in plan.acts} == set(Deed)
+    assert any(plan.calm for plan in plans)
+    assert {plan.journal for plan in plans} == {True, False}
+
+
+def test_a_seed_is_the_same_run_in_every_process() -> None:
+    seed = next(seed for seed in range(100) if len({act.deed for act in draw_plan(seed).acts} & set(FAULTS)) > 1)
+    code = f"from simulation.run import simulate; print(simulate({seed}).digest)"
+    root = Path(__file__).parents[1]
+    digests = {simulate(seed).digest}
+    for hash_seed in ("1", "2"):
+        environment = os.environ | {"PYTHONHASHSEED": hash_seed, "PYTHONPATH": str(root)}
+        told = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+        digests.add(told.stdout.strip())
+    assert len(digests) == 1
+
+
+def test_a_failing_plan_is_made_small_and_told() -> None:
+    bug = "the lost effect is skipped"
+    found = find(bug)
+    assert found is not None
+    seed, law = found
+    with planted(bug):
+        plan = draw_plan(seed)
+        small = shrink(plan)
+        lines: list[str] = []
+        outcome = tell(small, lines.append, messages=True)
+    assert len(small.acts) < len(plan.acts)
+    assert law in outcome.laws
+    assert any("BROKEN" in line for line in lines)
+    assert any("resource/goal" in line for line in lines)
