@@ -92,7 +92,7 @@ def test_unknown_names_say_what_exists(everything: Skillset) -> None:
 SMALL = """
 skillset s {
     data { battery: float64 period=1.0 }
-    resource r { initial A  A -> B  B -> A }
+    resource r { initial A  extern A -> B  extern B -> A }
     skill k { precondition { p: resource=(r == A) }  result { DONE } }
     skill l { precondition { p: data=(battery > 3) }  result { DONE } }
 }
@@ -114,7 +114,7 @@ def test_the_schema_hash_ignores_layout_comments_and_order() -> None:
         ("r == A", "r != A"),
         ("> 3", "> 4"),
         ("period=1.0", "period=0.5"),
-        ("B -> A", "extern B -> A"),
+        ("extern B -> A", "B -> A"),
         ("initial A", "initial B"),
         ("DONE", "OVER"),
         ("skillset s", "skillset t"),
