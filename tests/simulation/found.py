@@ -41,4 +41,14 @@ FOUND: Mapping[str, Plan] = {
             Act(7.5144, "operator", Deed.START_AGAIN, _goal(0, "look")),
         ),
     ),
+    "a manager's successor got the grant of the process before it, and ran the goal a second time": Plan(
+        14260,
+        "streams",
+        Weather(latency=(0.0002, 0.02), slow=0.02, slowest=3.0, loss=0.3, duplication=0.3),
+        True,
+        (
+            Act(0.201, "operator", Deed.START, _goal(0, "look")),
+            Act(0.38230463, "skill/look", Deed.TWIN, {"for": 0.5}),
+        ),
+    ),
 }

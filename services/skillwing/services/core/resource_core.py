@@ -218,6 +218,9 @@ class ResourceCore:
         check_schema(self._skillset, request.schema)
         skill = self._skill(request.skill)
         known = self._ledger.verdict(request.goal_id, skill.name)
+        grant = self._ledger.in_force(request.goal_id)
+        if grant is not None and _is_of_predecessor(grant, request):
+            return self._take_from_predecessor(grant, request, now)
         if known is not None:
             return Step(known)
         inputs = _checked_inputs(skill, request.inputs)
@@ -329,6 +332,13 @@ class ResourceCore:
         ended = Ended(goal_id=request.goal_id, held=False, reason=text, revision=self.revision, record=record)
         self._ledger.remember(GoalOver(request.goal_id, skill.name, NO_TOKEN, ended))
         return self._finish(ended)
+
+    def _take_from_predecessor(self, grant: Grant, request: BeginGoal, now: float) -> Step[GoalVerdict]:
+        """A process asks for a goal that was granted to another one of its name: it must not run a second time."""
+        self._incarnations.check(request.manager, request.incarnation)
+        self._replace(request.manager, request.incarnation, now)
+        over = self._ledger.past(grant.goal_id)
+        return self._finish(over.verdict if over is not None else grant.granted)
 
     def _replace(self, manager: str, incarnation: str, now: float) -> None:
         """Take this incarnation for the latest; its predecessors hold nothing any more."""
@@ -457,6 +467,11 @@ class ResourceCore:
         entries = tuple(self._entries)
         self._entries.clear()
         return Step(reply, self._scribe.hand_over(), entries)
+
+
+def _is_of_predecessor(grant: Grant, request: BeginGoal) -> bool:
+    """Another process of the same name was granted the goal that this one asks for."""
+    return grant.manager == request.manager and request.incarnation not in ("", grant.incarnation)
 
 
 def _effect_of_end(skill: Skill, request: EndGoal) -> tuple[str | None, Expression | None]:
