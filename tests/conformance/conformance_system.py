@@ -1,0 +1,293 @@
+"""A system under test as any client sees it, and the little of it that a client cannot do.
+
+The cases speak the wire protocol (docs/protocol.md) and nothing else, so that an implementation in any language can be
+put in the place of ours: give it a `Stage`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NoReturn, Protocol, TypeAlias
+
+from skillwing.dsl.model import Skillset
+from skillwing.services.bus import Answer, Answered, Bus, Refused, Sample, Unanswered
+from skillwing.services.ids import new_goal_id
+from skillwing.services.mocking import MockRun
+from skillwing.services.protocol import (
+    ErrorReply,
+    FireEvent,
+    FireExtern,
+    GoalProgress,
+    GoalStatus,
+    InterruptGoal,
+    Keys,
+    Lost,
+    Message,
+    QueryGoal,
+    QueryStates,
+    Record,
+    ResourceStates,
+    StartGoal,
+    State,
+    Terminal,
+    Violated,
+    decode,
+    encode,
+)
+from skillwing.services.testing.data_feed import DataFeed
+
+CLIENT = "suite"
+PATIENCE = 15.0
+"""Seconds for what takes a moment, on a machine that is busy."""
+SILENT = 0.5
+"""Seconds after which a question counts as unanswered."""
+PRESSURE = 4.0
+AT_REST = {"door": "SHUT", "part": "ABSENT", "gripper": "OPEN", "table": "LOW", "lamp": "DARK"}
+"""Where the robot can bring resources by itself. Only skills move the arm."""
+
+Told: TypeAlias = GoalStatus | ErrorReply | None
+"""What comes of a request about a goal; None is silence."""
+
+
+class Stage(Protocol):
+    """A system of the workbench, running, in the hands of the suite."""
+
+    skillset: Skillset
+
+    def bus(self, name: str) -> Bus:
+        """Another client's connection."""
+        ...
+
+    def plan(self, skill: str, run: MockRun) -> None:
+        """How the next goal goes that the skill dispatches. Without a plan it runs until it is interrupted."""
+        ...
+
+    def end_now(self, skill: str, result: str) -> None:
+        """Have the skill report a result for its goal at once, in whatever state that is."""
+        ...
+
+    def kill(self, process: str) -> None:
+        """As kill -9."""
+        ...
+
+    def restart(self, process: str) -> None:
+        """Start a process again that was killed."""
+        ...
+
+    def freeze(self, process: str) -> None:
+        """As SIGSTOP."""
+        ...
+
+    def thaw(self, process: str) -> None:
+        """As SIGCONT."""
+        ...
+
+    def tidy(self) -> None:
+        """Have everything running as at the beginning."""
+        ...
+
+    def close(self) -> None: ...
+
+
+class System:
+    """One client of the workbench, which writes down all that it is told."""
+
+    def __init__(self, stage: Stage) -> None:
+        self.stage = stage
+        self.skillset = stage.skillset
+        self.keys = Keys(stage.skillset.name)
+        self.bus = stage.bus(CLIENT)
+        self.statuses: list[GoalStatus] = []
+        self.feedback: list[GoalProgress] = []
+        self.verdicts: list[Violated | Lost] = []
+        self.records: dict[str, Record] = {}
+        self._asked_for: dict[str, str] = {}
+        self._listen(self.keys.status("*"), GoalStatus, self.statuses.append)
+        self._listen(self.keys.verdict("*"), Violated | Lost, self.verdicts.append)
+        self._listen(self.keys.timeline, Record, self._note)
+        self.bus.subscribe(
+            self.keys.progress("*"), lambda each: self.feedback.append(decode(each.payload, GoalProgress))
+        )
+        self._feed = DataFeed(self.bus, stage.skillset)
+        self.set_pressure(PRESSURE)
+        # An answer, be it a refusal, says that somebody listens.
+        assert self.asked_states() is not None
+        assert all(self.goal(skill.name, "none") is not None for skill in stage.skillset.skills)
+
+    # --- goals -------------------------------------------------------------------------------------------------------
+
+    def start(
+        self,
+        skill: str,
+        goal_id: str | None = None,
+        inputs: dict[str, Any] | None = None,
+        *,
+        patience: float = PATIENCE,
+        **said: Any,
+    ) -> tuple[str, Told]:
+        """Ask for a goal. said: fields of `StartGoal` that are not as usual. Returns its id and the answer."""
+        goal_id = goal_id or new_goal_id()
+        return goal_id, self._about(self.keys.start(skill), self.start_of(skill, goal_id, inputs, **said), patience)
+
+    def start_of(self, skill: str, goal_id: str, inputs: dict[str, Any] | None = None, **said: Any) -> StartGoal:
+        """The message that asks for a goal."""
+        self._asked_for[goal_id] = skill
+        usual: dict[str, Any] = {"client": CLIENT, "schema": self.skillset.schema_hash}
+        return StartGoal(goal_id=goal_id, inputs=inputs or {}, **(usual | said))
+
+    def run(self, skill: str, inputs: dict[str, Any] | None = None, **plan: Any) -> str:
+        """Start a goal that goes as planned, and wait until it runs or is over. Returns its id."""
+        self.stage.plan(skill, MockRun(**plan))
+        goal_id, _ = self.start(skill, inputs=inputs)
+        self.until(lambda: self.state(goal_id) in (State.RUNNING, State.TERMINATED), f"the goal of {skill} to run")
+        return goal_id
+
+    def interrupt(self, skill: str, goal_id: str) -> Told:
+        return self._about(self.keys.interrupt(skill), InterruptGoal(goal_id=goal_id, client=CLIENT))
+
+    def goal(self, skill: str, goal_id: str | None) -> Told:
+        return self._about(self.keys.goal(skill), QueryGoal(goal_id=goal_id))
+
+    # --- what was told -----------------------------------------------------------------------------------------------
+
+    def story(self, goal_id: str) -> list[State]:
+        """The states that the goal's manager has published, in order."""
+        return [status.state for status in self.statuses if status.goal_id == goal_id]
+
+    def state(self, goal_id: str) -> State | None:
+        """The state that was published last."""
+        return next(reversed(self.story(goal_id)), None)
+
+    def terminals(self, goal_id: str) -> list[Terminal]:
+        return [each.terminal for each in self.statuses if each.goal_id == goal_id and each.terminal is not None]
+
+    def end(self, goal_id: str, within: float = PATIENCE) -> Terminal:
+        """Wait for the one terminal answer."""
+        self.until(lambda: bool(self.terminals(goal_id)), f"the end of {goal_id}", within)
+        return self.terminals(goal_id)[0]
+
+    def verdict(self, goal_id: str) -> Violated | Lost:
+        """Wait until the resource manager has ended the goal."""
+        self.until(lambda: any(each.goal_id == goal_id for each in self.verdicts), f"a verdict on {goal_id}")
+        return next(each for each in self.verdicts if each.goal_id == goal_id)
+
+    def causes(self, goal_id: str) -> list[str]:
+        """What led to the goal's last state, the root first, as `subject STATE`."""
+        record_id = [status.record for status in self.statuses if status.goal_id == goal_id][-1]
+        chain: list[str] = []
+        while record_id is not None:
+            self.until(lambda wanted=record_id: wanted in self.records, f"the record {record_id}")
+            record = self.records[record_id]
+            chain.append(f"{record.subject} {record.after}")
+            record_id = record.cause
+        return chain[::-1]
+
+    # --- resources and data ------------------------------------------------------------------------------------------
+
+    @property
+    def states(self) -> dict[str, str]:
+        """The resources, as the resource manager answers now."""
+        asked = self.asked_states()
+        return {} if asked is None else asked.states
+
+    def asked_states(self, patience: float = PATIENCE) -> ResourceStates | None:
+        """All resources with the revision; None if nobody answers."""
+        answer = self.ask(self.keys.resource_states, encode(QueryStates()), patience)
+        return decode(answer.payload, ResourceStates) if isinstance(answer, Answered) else None
+
+    def trigger(self, resource: str, target: str) -> ErrorReply | None:
+        """Report a transition of the robot. Returns the refusal, if it is refused."""
+        return self._refusal(self.keys.resource_extern, FireExtern(resource=resource, target=target, source=CLIENT))
+
+    def fire(self, event: str) -> ErrorReply | None:
+        return self._refusal(self.keys.event(event), FireEvent(event=event, source=CLIENT))
+
+    def set_pressure(self, value: float) -> None:
+        """Publish it from now on, and see it arrive."""
+        self._feed.set({"pressure": value})
+        self.wait(0.1)
+
+    def stop_pressure(self) -> None:
+        """Publish it no longer: after three periods it is stale."""
+        self._feed.stop("pressure")
+
+    # --- time --------------------------------------------------------------------------------------------------------
+
+    def wait(self, seconds: float) -> None:
+        """Let time pass."""
+        self.bus.run_until(lambda: False, seconds)
+
+    def until(self, condition: Callable[[], bool], what: str, within: float = PATIENCE) -> None:
+        """Let time pass until a condition holds. Conditions may ask questions."""
+        deadline = self.bus.wall() + within
+        while not condition():
+            if self.bus.wall() > deadline:
+                self._fail(f"Waited {within:g} s in vain for {what}.")
+            self.wait(0.02)
+
+    def until_states(self, **states: str) -> None:
+        self.until(lambda: states.items() <= self.states.items(), f"{states}")
+
+    # --- asking ------------------------------------------------------------------------------------------------------
+
+    def ask(self, key: str, payload: bytes, patience: float = PATIENCE) -> Answer:
+        """Send any bytes anywhere. After silence the same again, which has to be harmless, until patience is over."""
+        give_up = self.bus.wall() + patience
+        while True:
+            answers: list[Answer] = []
+            self.bus.ask(key, payload, answers.append, timeout=SILENT)
+            self.bus.run_until(lambda answers=answers: bool(answers), PATIENCE)
+            if not isinstance(answers[0], Unanswered) or self.bus.wall() >= give_up:
+                return answers[0]
+            self.wait(0.02)
+
+    def _about(self, key: str, message: Message, patience: float = PATIENCE) -> Told:
+        match self.ask(key, encode(message), patience):
+            case Answered(payload):
+                return decode(payload, GoalStatus)
+            case Refused(error):
+                return error
+            case Unanswered():
+                return None
+
+    def _refusal(self, key: str, message: Message) -> ErrorReply | None:
+        answer = self.ask(key, encode(message))
+        assert not isinstance(answer, Unanswered), f"nobody answers on {key}"
+        return answer.error if isinstance(answer, Refused) else None
+
+    # --- afterwards --------------------------------------------------------------------------------------------------
+
+    def leave(self) -> None:
+        """End what still runs, and check what holds after every case: one end per goal, and every resource free."""
+        try:
+            self.stage.tidy()
+            self.set_pressure(PRESSURE)
+            for goal_id, skill in self._asked_for.items():
+                # A manager that was started anew does not know the goals of the old one, which are lost.
+                if not self.terminals(goal_id) and isinstance(self.interrupt(skill, goal_id), GoalStatus):
+                    self.end(goal_id)
+            for resource, state in AT_REST.items():
+                if self.states[resource] != state:
+                    assert self.trigger(resource, state) is None
+            self.until_states(arm="FREE", **AT_REST)
+            for goal_id in self._asked_for:
+                assert len(self.terminals(goal_id)) <= 1, f"{goal_id} has several ends: {self.terminals(goal_id)}"
+        finally:
+            self.bus.close()
+
+    # --- inside ------------------------------------------------------------------------------------------------------
+
+    def _listen(self, key: str, kind: Any, take: Callable[[Any], None]) -> None:
+        def hear(sample: Sample) -> None:
+            take(decode(sample.payload, kind))
+
+        self.bus.subscribe(key, hear, events=True)
+
+    def _note(self, record: Record) -> None:
+        self.records[record.id] = record
+
+    def _fail(self, sentence: str) -> NoReturn:
+        told = "\n".join(
+            f"  {status.goal_id} {status.skill} {status.state} {status.terminal}" for status in self.statuses
+        )
+        raise AssertionError(f"{sentence}\nStates: {self.states}\nTold:\n{told}")

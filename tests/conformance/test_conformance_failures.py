@@ -1,0 +1,82 @@
+"""What happens when processes die, freeze and come back, and when a goal's client does (rules 7, 8 and 10)."""
+
+from __future__ import annotations
+
+from conformance_system import System
+
+from skillwing.services.bus import Bus
+from skillwing.services.protocol import Ending, GoalStatus, Lost, State
+
+
+def test_a_new_manager_does_not_inherit_the_goal_of_the_old_one(system: System) -> None:
+    goal = system.run("grip", forever=True)
+    system.stage.kill("skill/grip")
+    system.stage.restart("skill/grip")
+    assert isinstance(system.verdict(goal), Lost)
+    system.until_states(arm="FREE")
+    system.trigger("gripper", "OPEN")
+    following, told = system.start("grip")
+    assert isinstance(told, GoalStatus)
+    system.until(lambda: system.state(following) is State.RUNNING, "the new manager to take a goal")
+
+
+def test_the_resource_manager_survives_kill_minus_9(system: System) -> None:
+    system.trigger("part", "PRESENT")
+    goal = system.run("grip", forever=True)
+    before = system.asked_states()
+    system.stage.kill("resource_manager")
+    assert system.asked_states(patience=0.0) is None
+    system.stage.restart("resource_manager")
+    after = system.asked_states()
+    assert before is not None
+    assert after is not None
+    assert (after.revision, after.states) == (before.revision, before.states)
+    assert system.state(goal) is State.RUNNING
+    system.stage.end_now("grip", "GRIPPED")
+    assert system.end(goal).success
+    system.until_states(arm="FREE")
+
+
+def test_an_end_waits_for_a_resource_manager_that_is_away(system: System) -> None:
+    goal = system.run("grip", result="MISSED", delay=0.4, output={"width": 0.0})
+    system.stage.kill("resource_manager")
+    system.wait(0.5)
+    assert system.terminals(goal) == [], "nobody has judged it yet"
+    system.stage.restart("resource_manager")
+    end = system.end(goal)
+    assert (end.ending, end.result) == (Ending.SUCCEEDED, "MISSED")
+    system.until_states(arm="FREE")
+
+
+def owner(system: System, name: str) -> Bus:
+    """A client that owns goals as long as it lives."""
+    bus = system.stage.bus(name)
+    bus.declare_alive(system.keys.alive(f"client/{name}"))
+    bus.run_until(lambda: False, 0.1)
+    return bus
+
+
+def test_a_goal_whose_owner_is_gone_is_interrupted(system: System) -> None:
+    pilot = owner(system, "pilot")
+    goal, _ = system.start("grip", owner="client/pilot")
+    system.until(lambda: system.state(goal) is State.RUNNING, "the goal to run")
+    pilot.close()
+    end = system.end(goal)
+    assert end.ending is Ending.INTERRUPTED
+    assert "pilot" in end.reason
+
+
+def test_a_goal_that_is_to_continue_outlives_its_owner(system: System) -> None:
+    pilot = owner(system, "pilot")
+    goal, _ = system.start("push", owner="client/pilot")
+    system.until(lambda: system.state(goal) is State.RUNNING, "the goal to run")
+    pilot.close()
+    end = system.end(goal)
+    assert "deadline" in end.reason, "the only thing that ends it"
+
+
+def test_a_goal_without_owner_needs_nobody(system: System) -> None:
+    goal = system.run("grip", forever=True)
+    owner(system, "passer-by").close()
+    system.wait(1.5)
+    assert system.state(goal) is State.RUNNING

@@ -1,0 +1,111 @@
+"""Who may take what, and who may keep it: grants, invariants, transitions and data (rules 2, 3 and 4)."""
+
+from __future__ import annotations
+
+from conformance_system import System
+
+from skillwing.services.bus import Answer, Answered
+from skillwing.services.ids import new_goal_id
+from skillwing.services.protocol import DataReading, Ending, ErrorCode, QueryData, State, decode, encode
+
+
+def test_of_two_goals_at_the_same_time_one_gets_the_arm(system: System) -> None:
+    goals = {"grip": new_goal_id(), "push": new_goal_id()}
+    answers: list[Answer] = []
+    for skill, goal in goals.items():
+        system.bus.ask(system.keys.start(skill), encode(system.start_of(skill, goal)), answers.append)
+    decided = (State.RUNNING, State.TERMINATED)
+    system.until(lambda: all(system.state(goal) in decided for goal in goals.values()), "both to be decided")
+    refused = [goal for goal in goals.values() if any(end.ending is Ending.NOT_READY for end in system.terminals(goal))]
+    assert len(refused) == 1
+    assert system.end(refused[0]).failing == ("free",)
+
+
+def test_a_goal_holds_its_resources_from_the_grant_to_the_end(system: System) -> None:
+    goal = system.run("push", result="PUSHED", delay=0.3)
+    assert system.states["arm"] == "TAKEN"
+    refused, _ = system.start("grip")
+    assert system.end(refused).failing == ("free",)
+    system.end(goal)
+    following = system.run("grip", forever=True)
+    assert system.state(following) is State.RUNNING
+
+
+def test_invariants_are_judged_from_the_top_until_nothing_is_violated(system: System) -> None:
+    """ONERA's generated nodes overwrite their `changed` flag, and stop one violation too early."""
+    look = system.run("look", forever=True)
+    grip = system.run("grip", forever=True)
+    system.trigger("door", "AJAR")
+    assert system.end(grip).invariant == "safe"
+    assert system.end(look).invariant == "steady", "the violated grip snapped the gripper shut"
+    assert (system.states["arm"], system.states["lamp"]) == ("FREE", "DARK")
+    assert system.causes(look)[0] == "door AJAR"
+
+
+def test_the_answer_to_a_transition_holds_everything_that_it_broke(system: System) -> None:
+    system.run("grip", forever=True)
+    before = system.asked_states()
+    system.trigger("door", "AJAR")
+    after = system.asked_states()
+    assert before is not None
+    assert after is not None
+    assert after.revision > before.revision
+    assert (after.states["door"], after.states["arm"], after.states["gripper"]) == ("AJAR", "FREE", "CLOSED")
+
+
+def test_a_datum_out_of_bounds_violates(system: System) -> None:
+    goal = system.run("grip", forever=True)
+    system.set_pressure(0.5)
+    end = system.end(goal)
+    assert (end.ending, end.invariant, end.subject) == (Ending.INVARIANT_VIOLATED, "fed", "pressure")
+
+
+def test_a_guard_on_a_stale_datum_does_not_hold(system: System) -> None:
+    goal = system.run("grip", forever=True)
+    system.stop_pressure()
+    end = system.end(goal)
+    assert (end.ending, end.invariant) == (Ending.INVARIANT_VIOLATED, "fed")
+    refused, _ = system.start("grip")
+    assert system.end(refused).failing == ("fed",)
+    answer = system.ask(system.keys.data("pressure"), encode(QueryData()))
+    assert isinstance(answer, Answered)
+    assert decode(answer.payload, DataReading).stale
+
+
+def test_the_robot_takes_extern_transitions_only(system: System) -> None:
+    refused = system.trigger("arm", "TAKEN")
+    assert refused is not None
+    assert (refused.code, system.states["arm"]) == (ErrorCode.NOT_ALLOWED, "FREE")
+    assert refused.help
+
+
+def test_a_transition_that_the_model_has_not_is_refused_with_those_it_has(system: System) -> None:
+    refused = system.trigger("table", "HIGH")
+    assert refused is not None
+    assert (refused.code, refused.known) == (ErrorCode.NOT_ALLOWED, ("MID",))
+
+
+def test_unknown_names_are_refused_with_the_known_ones(system: System) -> None:
+    for refused, known in ((system.trigger("dor", "SHUT"), "door"), (system.trigger("door", "OPEN"), "AJAR")):
+        assert refused is not None
+        assert refused.code is ErrorCode.UNKNOWN_NAME
+        assert known in refused.known
+
+
+def test_naming_the_present_state_changes_nothing(system: System) -> None:
+    before = system.asked_states()
+    assert system.trigger("door", "SHUT") is None
+    after = system.asked_states()
+    assert before is not None
+    assert after is not None
+    assert (after.revision, after.states) == (before.revision, before.states)
+
+
+def test_an_event_is_all_of_its_transitions_or_none(system: System) -> None:
+    system.trigger("part", "PRESENT")
+    refused = system.fire("cleared")
+    assert refused is not None
+    assert (refused.code, system.states["part"]) == (ErrorCode.NOT_ALLOWED, "PRESENT"), "its guard asks for a door ajar"
+    system.trigger("door", "AJAR")
+    assert system.fire("cleared") is None
+    assert (system.states["part"], system.states["door"]) == ("ABSENT", "SHUT")
