@@ -14,6 +14,7 @@ from skillwing.services.bus import Answer, Answered, Bus, Refused, Sample, Unans
 from skillwing.services.ids import new_goal_id
 from skillwing.services.mocking import MockRun
 from skillwing.services.protocol import (
+    DataReading,
     ErrorReply,
     FireEvent,
     FireExtern,
@@ -23,6 +24,7 @@ from skillwing.services.protocol import (
     Keys,
     Lost,
     Message,
+    QueryData,
     QueryGoal,
     QueryStates,
     Record,
@@ -205,7 +207,13 @@ class System:
     def set_pressure(self, value: float) -> None:
         """Publish it from now on, and see it arrive."""
         self._feed.set({"pressure": value})
-        self.wait(0.1)
+        self.until(lambda: self.reading().value == value, "the data manager to have the pressure")
+
+    def reading(self) -> DataReading:
+        """The pressure, as the data manager answers now."""
+        answer = self.ask(self.keys.data("pressure"), encode(QueryData()))
+        assert isinstance(answer, Answered)
+        return decode(answer.payload, DataReading)
 
     def stop_pressure(self) -> None:
         """Publish it no longer: after three periods it is stale."""

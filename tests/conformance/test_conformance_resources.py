@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from conformance_system import System
 
-from skillwing.services.bus import Answer, Answered
+from skillwing.services.bus import Answer
 from skillwing.services.ids import new_goal_id
-from skillwing.services.protocol import DataReading, Ending, ErrorCode, QueryData, State, decode, encode
+from skillwing.services.protocol import Ending, ErrorCode, State, encode
 
 
 def test_of_two_goals_at_the_same_time_one_gets_the_arm(system: System) -> None:
@@ -67,9 +67,7 @@ def test_a_guard_on_a_stale_datum_does_not_hold(system: System) -> None:
     assert (end.ending, end.invariant) == (Ending.INVARIANT_VIOLATED, "fed")
     refused, _ = system.start("grip")
     assert system.end(refused).failing == ("fed",)
-    answer = system.ask(system.keys.data("pressure"), encode(QueryData()))
-    assert isinstance(answer, Answered)
-    assert decode(answer.payload, DataReading).stale
+    assert system.reading().stale
 
 
 def test_the_robot_takes_extern_transitions_only(system: System) -> None:
