@@ -85,7 +85,7 @@ def test_the_same_name_changes_nothing() -> None:
         ("angle:", "wind", "`wind` would be read as something else in line 8. Choose another name."),
         ("wind:", "angle", "`angle` would be read as something else in line 8. Choose another name."),
         ("SLOW FAST", "wind", "`wind` would be read as something else in line 8. Choose another name."),
-        ("tack", "data", "`data` would be read as something else in line 7. Choose another name."),
+        ("mode:", "period", "`period` would be read as something else in line 4. Choose another name."),
         ("resource", "x", "Here is no name that could be changed."),
     ],
 )

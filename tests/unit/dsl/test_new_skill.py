@@ -126,7 +126,6 @@ def test_what_somebody_wrote_is_left_alone(app: typer.Typer, file: Path, tmp_pat
         ("class", "cannot be used in Python"),
         ("_hidden", "cannot be used in Python"),
         ("Shine", "`ShineInputs`"),
-        ("data", "cannot be the name of a skill here"),
     ],
 )
 def test_names_that_cannot_be_are_refused_and_nothing_is_written(
