@@ -1,0 +1,36 @@
+"""What the page on the semantics names as proof exists, and the conformance suite's ends are all in it."""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "docs" / "semantics.md").read_text(encoding="utf-8")
+NAMED = re.compile(r"`(test_\w+(?:\.py)?)`")
+
+
+def proofs_in(folder: Path) -> set[str]:
+    """Names of the test functions and test files below a folder."""
+    found: set[str] = set()
+    for path in folder.rglob("test_*.py"):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        found.add(path.name)
+        found |= {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}
+    return found
+
+
+def test_every_test_that_the_page_names_exists() -> None:
+    named = set(NAMED.findall(PAGE))
+    assert len(named) > 50
+    assert named - proofs_in(ROOT / "tests") == set()
+
+
+def test_every_end_and_every_rule_has_its_conformance_case() -> None:
+    cases = proofs_in(ROOT / "tests" / "conformance")
+    rows = [line for line in PAGE.splitlines() if re.match(r"\| (\d+ |`[A-Z]+(_x)?` \|)", line)]
+    assert len(rows) == 10 + 9
+    assert [row for row in rows if not cases & set(NAMED.findall(row))] == []
+    ends = {case for case in cases if re.match(r"test_(nv|nr|ri|s|n|it|busy|error|lost)_", case)}
+    assert ends - set(NAMED.findall(PAGE)) == set()
