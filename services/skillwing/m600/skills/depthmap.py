@@ -30,7 +30,7 @@ class DepthmapManager(SkillHooks[I, O, F]):
 
     def setup(self) -> None:
         self._switch = Switch(self, OBSTACLE_COMMAND, self._select, node="obstacle node")
-        self._status = Latest(self.bus, OBSTACLE_STATUS, ObstacleStatus, self._on_status)
+        self._status = Latest(self.bus, OBSTACLE_STATUS, ObstacleStatus, self._on_status, at_rest=True)
         self._watchdog: Handle | None = None
         self._measured_at = 0.0
 
@@ -48,6 +48,7 @@ class DepthmapManager(SkillHooks[I, O, F]):
 
     def on_dispatch(self, goal: Goal[I]) -> None:
         self._measured_at = self.bus.now()
+        self._status.follow()
         self._watchdog = self.bus.every(PATIENCE / 4, lambda: self._watch(goal))
         self._switch.on(goal)
 
@@ -57,6 +58,7 @@ class DepthmapManager(SkillHooks[I, O, F]):
     def on_ended(self, goal: Goal[I], terminal: Terminal) -> None:
         if self._watchdog is not None:
             self._watchdog.cancel()
+        self._status.rest()
         self._switch.release(goal)
 
     def _select(self, goal: Goal[I], on: bool) -> SelectObstacleSource:

@@ -50,7 +50,7 @@ class GuidanceClient:
         self, hooks: SkillHooks[Any, Any, Any], axis: Axis, on_report: Callable[[Goal[Any], AxisStatus], None]
     ) -> None:
         self._hooks, self._bus, self._axis, self._on_report = hooks, hooks.bus, axis, on_report
-        self._status = Latest(hooks.bus, GUIDANCE_STATUS, GuidanceStatus, self._receive)
+        self._status = Latest(hooks.bus, GUIDANCE_STATUS, GuidanceStatus, self._receive, at_rest=True)
         self._goal: Goal[Any] | None = None
         self._command: Command | None = None
         self._watchdog: Handle | None = None
@@ -74,6 +74,7 @@ class GuidanceClient:
         """Start a motion for the goal, in place of the goal's earlier one."""
         self._forget()
         self._goal = goal
+        self._status.follow()
         self._named_at = self._bus.now()
         self._watchdog = self._bus.every(SILENCE_LIMIT / 4, self._watch)
         self._send(goal, motion, self._taken, self._refused)
@@ -94,6 +95,7 @@ class GuidanceClient:
             return
         given_back = self._given_back
         self._forget()
+        self._status.rest()
         if given_back:
             return
         # Not followed, and not cancelled by the next goal: its command carries a newer token anyway.

@@ -7,16 +7,15 @@ from skillwing.m600.generated.types import LandFeedback, LandInputs
 from skillwing.m600.latest import Latest
 from skillwing.m600.skills.guidance_client import Axis, GuidanceClient
 from skillwing.m600.skills.headway import Headway
+from skillwing.m600.skills.whereabouts import Whereabouts
 from skillwing.services.managers.skill_manager import Goal
 from skillwing.services.protocol import Terminal
 from skillwing.sim_mujoco.topics import (
     FLIGHT,
-    NAVIGATION,
     AxisStatus,
     FlightState,
     Land,
     MotionState,
-    Navigation,
 )
 
 
@@ -25,11 +24,13 @@ class LandManager(AbstractLandManager):
 
     def setup(self) -> None:
         self.guidance = GuidanceClient(self, Axis.BODY, self._on_guidance)
-        self.navigation = Latest(self.bus, NAVIGATION, Navigation)
-        self.flight = Latest(self.bus, FLIGHT, FlightState, self._on_flight)
+        self.whereabouts = Whereabouts(self)
+        self.flight = Latest(self.bus, FLIGHT, FlightState, self._on_flight, at_rest=True)
         self._descent: Headway | None = None
 
     def on_dispatch(self, goal: Goal[LandInputs]) -> None:
+        self.whereabouts.follow()
+        self.flight.follow()
         self.guidance.fly(goal, Land(speed=goal.inputs.speed))
 
     def progress(self, goal: Goal[LandInputs]) -> LandFeedback:
@@ -40,6 +41,8 @@ class LandManager(AbstractLandManager):
 
     def on_ended(self, goal: Goal[LandInputs], terminal: Terminal) -> None:
         self._descent = None
+        self.whereabouts.rest()
+        self.flight.rest()
         self.guidance.release(goal)
 
     def _on_flight(self, flight: FlightState) -> None:
@@ -54,10 +57,10 @@ class LandManager(AbstractLandManager):
 
     def _hangs(self) -> bool:
         """The drone no longer comes down."""
-        navigation, now = self.navigation.value, self.bus.now()
-        if navigation is None:
+        position, now = self.whereabouts.position, self.bus.now()
+        if position is None:
             return False
-        depth = -navigation.position[2]
+        depth = -position[2]
         if self._descent is None:
             self._descent = Headway(now, depth)
         return self._descent.stalled(now, depth)

@@ -5,12 +5,12 @@ from __future__ import annotations
 from abc import abstractmethod
 
 from skillwing.m600.generated.types import Position
-from skillwing.m600.latest import Latest
 from skillwing.m600.skills.guidance_client import Axis, GuidanceClient
+from skillwing.m600.skills.whereabouts import Whereabouts
 from skillwing.services.managers.hooks import F, I, O
 from skillwing.services.managers.skill_manager import Goal, SkillHooks
 from skillwing.services.protocol import Terminal
-from skillwing.sim_mujoco.topics import NAVIGATION, AxisStatus, FlyTo, MotionState, Navigation, Nose, Vector3
+from skillwing.sim_mujoco.topics import AxisStatus, FlyTo, MotionState, Nose, Vector3
 
 
 class MotionManager(SkillHooks[I, O, F]):
@@ -19,16 +19,17 @@ class MotionManager(SkillHooks[I, O, F]):
 
     def setup(self) -> None:
         self.guidance = GuidanceClient(self, Axis.BODY, self._on_guidance)
-        self.navigation = Latest(self.bus, NAVIGATION, Navigation)
+        self.whereabouts = Whereabouts(self)
 
     def fly_to(self, goal: Goal[I], target: Vector3, speed: float, nose: Nose) -> None:
         """Fly to a point (ENU, m) at most at `speed` (m/s)."""
+        self.whereabouts.follow()
         self.guidance.fly(goal, FlyTo(target=target, speed=speed, nose=nose))
 
     @property
     def here(self) -> Position:
-        """Where the drone is; the origin before the first navigation solution."""
-        x, y, z = self.navigation.value.position if self.navigation.value is not None else (0.0, 0.0, 0.0)
+        """Where the drone is; the origin before the goal's first navigation solution."""
+        x, y, z = self.whereabouts.position or (0.0, 0.0, 0.0)
         return Position(x=x, y=y, z=z)
 
     @abstractmethod
@@ -45,6 +46,7 @@ class MotionManager(SkillHooks[I, O, F]):
         self.guidance.stop(goal)
 
     def on_ended(self, goal: Goal[I], terminal: Terminal) -> None:
+        self.whereabouts.rest()
         self.guidance.release(goal)
 
     def _on_guidance(self, goal: Goal[I], axis: AxisStatus) -> None:

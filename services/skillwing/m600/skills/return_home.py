@@ -9,7 +9,7 @@ from skillwing.m600.generated.types import ReturnHomeFeedback, ReturnHomeInputs
 from skillwing.m600.geofence import HOME, nearest_inside, refusal
 from skillwing.m600.skills.motion import MotionManager
 from skillwing.services.managers.skill_manager import Goal
-from skillwing.sim_mujoco.topics import Nose
+from skillwing.sim_mujoco.topics import Nose, Vector3
 
 OVER_HOME = 2.0
 """Within this distance the drone counts as being over the home point [m]."""
@@ -25,14 +25,11 @@ class ReturnHomeManager(MotionManager[ReturnHomeInputs, None, ReturnHomeFeedback
         return refusal((*HOME, goal.inputs.height))
 
     def on_dispatch(self, goal: Goal[ReturnHomeInputs]) -> None:
-        here = self.here
-        self._climbing = self._distance() > OVER_HOME
-        self._height = max(here.z, goal.inputs.height) if self._climbing else here.z
-        above = (here.x, here.y) if self._climbing else HOME
-        self.fly_to(goal, nearest_inside((*above, self._height)), goal.inputs.speed, Nose.FREE)
+        self.whereabouts.locate(goal, lambda position: self._depart(goal, position))
 
-    def progress(self, goal: Goal[ReturnHomeInputs]) -> ReturnHomeFeedback:
-        return ReturnHomeFeedback(distance=self._distance())
+    def progress(self, goal: Goal[ReturnHomeInputs]) -> ReturnHomeFeedback | None:
+        position = self.whereabouts.position
+        return None if position is None else ReturnHomeFeedback(distance=_from_home(position))
 
     def arrived(self, goal: Goal[ReturnHomeInputs]) -> None:
         if self._climbing:
@@ -47,6 +44,14 @@ class ReturnHomeManager(MotionManager[ReturnHomeInputs, None, ReturnHomeFeedback
     def aborted(self, goal: Goal[ReturnHomeInputs]) -> None:
         self.terminated_ABORTED(goal.id)
 
-    def _distance(self) -> float:
-        """From the drone to the home point, over the ground [m]."""
-        return hypot(self.here.x - HOME[0], self.here.y - HOME[1])
+    def _depart(self, goal: Goal[ReturnHomeInputs], position: Vector3) -> None:
+        x, y, z = position
+        self._climbing = _from_home(position) > OVER_HOME
+        self._height = max(z, goal.inputs.height) if self._climbing else z
+        above = (x, y) if self._climbing else HOME
+        self.fly_to(goal, nearest_inside((*above, self._height)), goal.inputs.speed, Nose.FREE)
+
+
+def _from_home(position: Vector3) -> float:
+    """From the drone to the home point, over the ground [m]."""
+    return hypot(position[0] - HOME[0], position[1] - HOME[1])

@@ -7,12 +7,12 @@ import math
 from skillwing.m600.generated.managers import AbstractTakeoffManager
 from skillwing.m600.generated.types import TakeoffFeedback, TakeoffInputs
 from skillwing.m600.geofence import HOME, refusal
-from skillwing.m600.latest import Latest
 from skillwing.m600.skills.guidance_client import Axis, GuidanceClient
 from skillwing.m600.skills.headway import Headway
+from skillwing.m600.skills.whereabouts import Whereabouts
 from skillwing.services.managers.skill_manager import Goal
 from skillwing.services.protocol import Terminal
-from skillwing.sim_mujoco.topics import NAVIGATION, AxisStatus, MotionState, Navigation, TakeOff
+from skillwing.sim_mujoco.topics import AxisStatus, MotionState, TakeOff, Vector3
 
 MAX_DRIFT = 2.0
 """Horizontally, from where the climb began [m]."""
@@ -25,34 +25,35 @@ class TakeoffManager(AbstractTakeoffManager):
 
     def setup(self) -> None:
         self.guidance = GuidanceClient(self, Axis.BODY, self._on_guidance)
-        self.navigation = Latest(self.bus, NAVIGATION, Navigation)
+        self.whereabouts = Whereabouts(self)
 
     def validate(self, goal: Goal[TakeoffInputs]) -> str | None:
-        if self.navigation.value is None:
-            return "There is no navigation solution yet. Wait until the drone knows where it is."
         return refusal((*HOME, goal.inputs.height))
 
     def on_dispatch(self, goal: Goal[TakeoffInputs]) -> None:
-        assert self.navigation.value is not None, "validated"
-        self._start = self.navigation.value.position
-        self._climb = Headway(self.bus.now(), self._start[2])
-        self.guidance.fly(goal, TakeOff(height=goal.inputs.height, speed=goal.inputs.speed))
+        self.whereabouts.locate(goal, lambda position: self._climb_from(goal, position))
 
     def progress(self, goal: Goal[TakeoffInputs]) -> TakeoffFeedback | None:
-        navigation = self.navigation.value
-        return None if navigation is None else TakeoffFeedback(height=navigation.position[2])
+        position = self.whereabouts.position
+        return None if position is None else TakeoffFeedback(height=position[2])
 
     def on_interrupt(self, goal: Goal[TakeoffInputs]) -> None:
         self.guidance.stop(goal)
 
     def on_ended(self, goal: Goal[TakeoffInputs], terminal: Terminal) -> None:
+        self.whereabouts.rest()
         self.guidance.release(goal)
 
+    def _climb_from(self, goal: Goal[TakeoffInputs], position: Vector3) -> None:
+        self._start = position
+        self._climb = Headway(self.bus.now(), position[2])
+        self.guidance.fly(goal, TakeOff(height=goal.inputs.height, speed=goal.inputs.speed))
+
     def _on_guidance(self, goal: Goal[TakeoffInputs], axis: AxisStatus) -> None:
-        navigation = self.navigation.value
-        if navigation is None:
+        position = self.whereabouts.position
+        if position is None:
             return
-        x, y, z = navigation.position
+        x, y, z = position
         drift = math.hypot(x - self._start[0], y - self._start[1])
         reached = abs(z - goal.inputs.height) <= TOLERANCE
         if axis.state is MotionState.DONE and reached:
