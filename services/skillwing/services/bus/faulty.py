@@ -12,6 +12,7 @@ What is promised, and what is not, was measured on Zenoh with one router (docs/r
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -46,7 +47,8 @@ class Weather:
 
 @dataclass(eq=False, slots=True)
 class _Message:
-    """only_cached: an event that has to be recovered from its publisher, as long as that lives."""
+    """only_cached: an event that has to be recovered from its publisher, as long as that lives. here: at its target,
+    where it may wait for those that were sent before it."""
 
     source: InProcessBus
     target: InProcessBus
@@ -55,6 +57,12 @@ class _Message:
     channel: object
     number: int
     only_cached: bool = False
+    here: bool = False
+
+    @property
+    def ordered(self) -> bool:
+        """It must not overtake, nor be overtaken by, others of its channel."""
+        return self.channel is not None and self.traffic in (Traffic.EVENT, Traffic.LIVELINESS)
 
 
 @dataclass(eq=False, slots=True)
@@ -83,13 +91,15 @@ class FaultyNetwork(InProcessNetwork):
         self.weather = weather or Weather()
         self.on_fate: Callable[[str], None] | None = None
         self._sessions: dict[InProcessBus, _Session] = {}
-        self._channels: dict[object, float] = {}
+        self._lanes: dict[object, deque[_Message]] = {}
 
     # --- what can be done to nodes -----------------------------------------------------------------------------------
 
     def join(self, name: str) -> InProcessBus:
         """A new node's bus, also where one of that name is still around."""
-        return self._join(name, "r1")
+        bus = self._join(name, "r1")
+        self._session(bus)
+        return bus
 
     def cut(self, bus: InProcessBus, *, noticed: bool = False) -> None:
         """Cut a node off from the router. After the lease both sides notice, or at once: a router that ends says so."""
@@ -162,13 +172,15 @@ class FaultyNetwork(InProcessNetwork):
             return
         held, session.held = session.held, []
         if bus.given_up:
+            # What was on its way about tokens is out of date: the router tells how things stand.
+            for message in [each for each in held if each.traffic is Traffic.LIVELINESS]:
+                held.remove(message)
+                self._drop(message)
             before = bus.robot.standing()
             bus.given_up = False
             session.reachable_from = self._now + self._random.uniform(0.0, UNREACHABLE)
             self._tell_others(bus, [key for key in bus.robot.standing() if key not in before], alive=True)
             self._show_others(bus)
-            # What was on its way about tokens is out of date: the router has just told how things stand.
-            held = [message for message in held if message.traffic is not Traffic.LIVELINESS]
         for message in held:
             self._launch(message)
 
@@ -233,6 +245,8 @@ class FaultyNetwork(InProcessNetwork):
         session = self._session(source)
         session.sent += 1
         message = _Message(source, target, arrive, traffic, channel, session.sent)
+        if message.ordered:
+            self._lanes.setdefault(channel, deque()).append(message)
         if traffic is Traffic.LIVELINESS or not self._happens(self.weather.loss):
             self._launch(message)
         elif traffic is Traffic.EVENT:
@@ -248,8 +262,6 @@ class FaultyNetwork(InProcessNetwork):
         if message.traffic not in (Traffic.LIVELINESS, Traffic.REQUEST) and self._happens(weather.slow):
             delay += self._random.uniform(0.0, weather.slowest)
         at = self._now + delay + self._random.uniform(*weather.latency)
-        if message.channel is not None:
-            at = self._channels[message.channel] = max(at, self._channels.get(message.channel, 0.0))
         self._agenda.add(at, lambda: self._arrive(message))
 
     def _arrive(self, message: _Message) -> None:
@@ -257,16 +269,33 @@ class FaultyNetwork(InProcessNetwork):
         by_router = message.traffic is Traffic.LIVELINESS
         if not by_router and source.last_sent is not None and message.number > source.last_sent:
             self._note("never left its process:", message)
+            self._drop(message)
         elif message.only_cached and message.source.closed:
             self._note("died with its publisher:", message)
+            self._drop(message)
         elif source.cut and not by_router:
             self._hold(source, message)
         elif target.cut:
             self._hold(target, message)
         elif message.traffic is Traffic.REQUEST:
             message.arrive()
+        elif message.ordered:
+            message.here = True
+            self._deliver_in_order(message.channel)
         else:
             self.perform(message.target, message.arrive)
+
+    def _deliver_in_order(self, channel: object) -> None:
+        """Hand over what waits for nothing that was sent before it."""
+        lane = self._lanes[channel]
+        while lane and lane[0].here:
+            message = lane.popleft()
+            self.perform(message.target, message.arrive)
+
+    def _drop(self, message: _Message) -> None:
+        if message.ordered:
+            self._lanes[message.channel].remove(message)
+            self._deliver_in_order(message.channel)
 
     def _hold(self, session: _Session, message: _Message) -> None:
         """Keep a message until the session is mended, if it is of a kind that may get through then."""
