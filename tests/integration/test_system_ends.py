@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import pty
+import random
 import signal
 import subprocess
 import sys
@@ -23,6 +24,8 @@ pytestmark = pytest.mark.slow
 
 PATIENCE = 60.0
 POLL = 0.02
+STARTING = 1.5
+"""Seconds that the small system takes to start, about."""
 SKILLSET = "skillset lamp { skill shine { result { success DONE } } }"
 
 
@@ -82,6 +85,22 @@ def test_when_one_of_its_processes_hangs_and_it_is_told_twice(command: Sequence[
         process.send_signal(signal.SIGINT)
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_while_it_starts(command: Sequence[str], tmp_path: Path, seed: int) -> None:
+    """Ctrl-C at any moment is heard: also while modules are loaded, and inside a callback of the network."""
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as process:
+        deadline = time.monotonic() + PATIENCE
+        while not _catches(process.pid, signal.SIGHUP):
+            assert process.poll() is None
+            assert time.monotonic() < deadline
+        time.sleep(random.Random(seed).uniform(0.0, STARTING))
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=PATIENCE)
+    assert (process.returncode, errors) == (OK, b"")
+    assert _living_in(tmp_path) == []
+    assert read_run_state("lamp") is None
+
+
 @pytest.mark.parametrize("end", ["Ctrl-C", "a closed terminal"])
 def test_on_a_terminal(command: Sequence[str], end: str) -> None:
     terminal, side = pty.openpty()
@@ -92,6 +111,23 @@ def test_on_a_terminal(command: Sequence[str], end: str) -> None:
             os.write(terminal, b"\x03")
             _read_to_the_end(terminal)
         os.close(terminal)
+
+
+def _catches(pid: int, number: signal.Signals) -> bool:
+    """A process has a handler for a signal; Python itself has one for SIGINT only."""
+    status = Path(f"/proc/{pid}/status").read_text(encoding="ascii")
+    caught = next(line.split()[1] for line in status.splitlines() if line.startswith("SigCgt"))
+    return bool(int(caught, 16) >> (number - 1) & 1)
+
+
+def _living_in(runtime_dir: Path) -> list[psutil.Process]:
+    """The processes that were started with a runtime directory."""
+    found: list[psutil.Process] = []
+    for process in psutil.process_iter():
+        with contextlib.suppress(psutil.Error):
+            if process.environ().get("XDG_RUNTIME_DIR") == str(runtime_dir):
+                found.append(process)
+    return found
 
 
 def _read_to_the_end(terminal: int) -> None:

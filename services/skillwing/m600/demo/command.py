@@ -7,7 +7,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
+from contextlib import AbstractContextManager, ExitStack, closing, contextmanager, nullcontext, suppress
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
@@ -24,10 +24,10 @@ from skillwing.m600.demo.flight_watch import FlightWatch
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus.clock import FollowedClock
 from skillwing.services.bus.zenoh_bus import ZenohBus
-from skillwing.services.commands.ending import ended_by_signals
 from skillwing.services.commands.exit_codes import FAILED, OK
 from skillwing.services.commands.output import make_console
 from skillwing.services.errors import InvalidOptionError, SkillwingError
+from skillwing.services.processes.ending import Ending, ended_by_signals
 from skillwing.services.processes.launcher import ROUTER, Death, Launcher, StartError
 from skillwing.services.processes.run_state import announced, reserved
 from skillwing.services.protocol import Keys
@@ -128,14 +128,20 @@ def demo(
         options: dict[str, Any] = {"seed": seed, "speed": speed, "faults": faults, "run_dir": str(directory)}
         wants_viewer = has_screen() if viewer is None else viewer
         try:
-            with ended_by_signals(), _viewer(directory, console) if wants_viewer else nullcontext() as window:
+            with ended_by_signals() as ending, ExitStack() as stack:
+                window = None
+                if wants_viewer:
+                    with ending.at_once():
+                        window = stack.enter_context(_viewer(directory, console))
                 if window is not None:
                     options["viewer_url"] = window.url
-                flight = _fly(options, directory, console, _title(seed, None if no_fault else fault_at))
-                code = _judge(flight, directory, seed, console)
-                if window is not None and window.is_open and sys.stdin.isatty() and not flight.ended_by:
+                flight = _fly(options, directory, console, _title(seed, None if no_fault else fault_at), ending)
+                with ending.at_once():
+                    code = _judge(flight, directory, seed, console)
+                goes_on = not flight.ended_by and not ending.told
+                if window is not None and window.is_open and sys.stdin.isatty() and goes_on:
                     console.print("Close the viewer's window, or press Ctrl-C, to end.")
-                    _wait_for(window)
+                    _wait_for(window, ending)
         except KeyboardInterrupt:
             console.print(f"{CALLED_OFF} There is no report; what was recorded is in {_shown(directory)}.", style="red")
             code = FAILED
@@ -184,43 +190,57 @@ def _processes(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
     return (*ROBOT.observers(options), *ROBOT.functional_layer(options), *ROBOT.managers(options), mission)
 
 
-def _fly(options: dict[str, Any], run_dir: Path, console: Console, title: str) -> Flight:
+def _fly(options: dict[str, Any], run_dir: Path, console: Console, title: str, ending: Ending) -> Flight:
     """Start everything, follow the mission to its end, stop everything."""
     flight = Flight(_processes(options))
     skillset = ROBOT.load_skillset()
     launcher = Launcher(
-        ROBOT.name, skillset.name, run_dir, clock=ROBOT.clock, restarts=True, on_death=flight.deaths.append
+        ROBOT.name,
+        skillset.name,
+        run_dir,
+        clock=ROBOT.clock,
+        restarts=True,
+        ending=ending,
+        on_death=flight.deaths.append,
     )
     with _ending_well(flight), launcher:
         try:
             launcher.start_router()
             with announced(ROBOT, launcher.endpoint, run_dir) as announcement:
                 launcher.on_change = lambda: announcement.update(launcher.states)
-                _follow(launcher, flight, skillset, console, title, options["speed"])
+                _follow(launcher, flight, skillset, console, title, options["speed"], ending)
         finally:
             flight.started = set(launcher.pids)
     return flight
 
 
-def _follow(launcher: Launcher, flight: Flight, skillset: Skillset, console: Console, title: str, speed: float) -> None:
+def _follow(
+    launcher: Launcher,
+    flight: Flight,
+    skillset: Skillset,
+    console: Console,
+    title: str,
+    speed: float,
+    ending: Ending,
+) -> None:
     """Start robot and mission, and show what they do until the mission is over or cannot go on."""
     *robot, mission = flight.processes
     clock = FollowedClock()
     with closing(ZenohBus("demo", ROBOT.name, launcher.endpoint, clock)) as bus:
         with _busy(console, f"Starting {len(flight.processes) + 1} processes ..."):
             launcher.start(robot)
-        bus.run_until(clock.has_started, CLOCK_TIMEOUT)
+        ending.wait(bus, clock.has_started, CLOCK_TIMEOUT)
         # Robot time began before anybody looked, and nothing has slowed it down by now.
         begun = time.monotonic() - clock.now() / speed
         deck = flight.deck = FlightDeck(bus, skillset, console, title)
-        watch = FlightWatch(bus, Keys(skillset.name), deck, flight.deaths, flight.essential)
+        watch = FlightWatch(bus, Keys(skillset.name), deck, flight.deaths, flight.essential, ending)
         with deck:
             launcher.start([mission])
             try:
                 flight.ended_by = watch.follow()
             finally:
                 flight.wall_time = time.monotonic() - begun
-            bus.run_until(lambda: False, FEWER_LAST_WORDS if flight.ended_by else LAST_WORDS)
+            ending.wait(bus, lambda: False, FEWER_LAST_WORDS if flight.ended_by else LAST_WORDS)
 
 
 @contextmanager
@@ -291,8 +311,6 @@ def _shown(path: Path) -> str:
     return str(path.relative_to(here) if path.is_relative_to(here) else path)
 
 
-def _wait_for(window: ViewerWindow) -> None:
-    try:
+def _wait_for(window: ViewerWindow, ending: Ending) -> None:
+    with suppress(KeyboardInterrupt), ending.at_once():
         window.wait_until_closed()
-    except KeyboardInterrupt:
-        return

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 
 from skillwing.m600.demo.flight_deck import FlightDeck
 from skillwing.services.bus import Bus
+from skillwing.services.processes.ending import Ending
 from skillwing.services.processes.launcher import ROUTER, Death
 from skillwing.services.protocol import Keys
 
@@ -24,7 +25,7 @@ class FlightWatch:
     """Follows the mission, and whether all live that it needs.
 
     deaths: grows on other threads while processes end. essential: names of those without which there is no flight.
-    wall: counts the seconds of patience.
+    ending: cuts the flight short with KeyboardInterrupt. wall: counts the seconds of patience.
     """
 
     def __init__(
@@ -34,12 +35,14 @@ class FlightWatch:
         deck: FlightDeck,
         deaths: Sequence[Death],
         essential: frozenset[str],
+        ending: Ending | None = None,
         wall: Callable[[], float] = time.monotonic,
     ) -> None:
         self._bus = bus
         self._deck = deck
         self._deaths = deaths
         self._essential = essential
+        self._ending = ending or Ending()
         self._prefix = keys.alive("")
         self._present: set[str] = set()
         self._silent: dict[str, float] = {}
@@ -58,6 +61,7 @@ class FlightWatch:
                 self._deck.tell(f"{reason} The flight ends here.", "red")
                 return reason
             self._bus.run_until(lambda: False, PERIOD)
+            self._ending.look()
         return ""
 
     def _on_alive(self, key: str, alive: bool) -> None:

@@ -15,6 +15,7 @@ from rich.text import Text
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.commands.exit_codes import FAILED
 from skillwing.services.commands.process_table import process_table
+from skillwing.services.processes.ending import Ending
 from skillwing.services.processes.launcher import Death, Launcher
 from skillwing.services.processes.roll_call import Entry, RollCall, entries_of
 from skillwing.services.processes.run_state import Announcement
@@ -27,7 +28,8 @@ PERIOD = 0.5
 class Attendance:
     """Watches a launcher's processes, tells what happens to them, and makes it known to other commands.
 
-    deaths: filled by the launcher. To be used as a context manager, in which the table is shown.
+    deaths: filled by the launcher; ending: when to stop with KeyboardInterrupt. To be used as a context manager, in
+    which the table is shown.
     """
 
     def __init__(
@@ -37,18 +39,20 @@ class Attendance:
         announcement: Announcement,
         deaths: SimpleQueue[Death],
         skillset: str,
+        ending: Ending,
     ) -> None:
         self._console = console
         self._launcher = launcher
         self._announcement = announcement
         self._deaths = deaths
+        self._ending = ending
         self._prefix = Keys(skillset).alive("")
         self._roll_call = RollCall()
         self._alive: set[str] = set()
         self._live = Live(console=console, auto_refresh=False) if console.is_terminal else None
 
     def __enter__(self) -> Self:
-        # Ctrl-C may come while this is under way, and then nobody calls `__exit__`.
+        # A second Ctrl-C may come while this is under way, and then nobody calls `__exit__`.
         with ExitStack() as undoing:
             self._bus = undoing.enter_context(
                 closing(ZenohBus("attendance", self._launcher.robot, self._launcher.endpoint))
@@ -69,7 +73,7 @@ class Attendance:
         """Stay until a process is given up without which the system cannot go on; returns the exit code of that."""
         self._look()
         while True:
-            self._bus.run_until(lambda: not self._deaths.empty(), PERIOD)
+            self._ending.wait(self._bus, lambda: not self._deaths.empty(), PERIOD)
             while not self._deaths.empty():
                 death = self._deaths.get()
                 self._tell(f"{death} {death.outlook}", "red")

@@ -15,10 +15,10 @@ from typing import Annotated
 import typer
 
 from skillwing.services.commands.attendance import Attendance
-from skillwing.services.commands.ending import ended_by_signals
 from skillwing.services.commands.exit_codes import OK
 from skillwing.services.commands.output import make_console
 from skillwing.services.errors import SkillwingError
+from skillwing.services.processes.ending import Ending, ended_by_signals
 from skillwing.services.processes.launcher import ROUTER_TIMEOUT, START_TIMEOUT, Death, Launcher
 from skillwing.services.processes.run_state import announced, read_run_state, reserved
 from skillwing.services.robot import ClockKind, ProcessSpec, Robot
@@ -46,15 +46,23 @@ def run_system(
     robot: Robot, specs: Sequence[ProcessSpec], run_dir: Path, *, clock: ClockKind, listen: str, mock: bool
 ) -> int:
     """Run a system until Ctrl-C, or until it cannot go on; returns the exit code."""
-    with ended_by_signals(), reserved(robot.name):
-        return _run(robot, tuple(specs), run_dir, clock, listen, mock)
+    with ended_by_signals() as ending, reserved(robot.name):
+        return _run(robot, tuple(specs), run_dir, clock, listen, mock, ending)
 
 
-def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, clock: ClockKind, listen: str, mock: bool) -> int:
+def _run(
+    robot: Robot,
+    specs: tuple[ProcessSpec, ...],
+    run_dir: Path,
+    clock: ClockKind,
+    listen: str,
+    mock: bool,
+    ending: Ending,
+) -> int:
     console = make_console()
     deaths: SimpleQueue[Death] = SimpleQueue()
     skillset = robot.load_skillset().name
-    launcher = Launcher(robot.name, skillset, run_dir, clock=clock, restarts=True, on_death=deaths.put)
+    launcher = Launcher(robot.name, skillset, run_dir, clock=clock, restarts=True, ending=ending, on_death=deaths.put)
     try:
         with launcher:
             begun = time.monotonic()
@@ -67,7 +75,7 @@ def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, clock: Clo
                 console.print(f"{robot.name} runs: {len(specs)} processes, up in {time.monotonic() - begun:.1f} s.")
                 console.print(f"Router at {launcher.endpoint}, logs in {run_dir}/logs.")
                 console.print("Start a skill with `skillwing start SKILL`; stop with Ctrl-C or `skillwing down`.")
-                with Attendance(console, launcher, announcement, deaths, skillset) as attendance:
+                with Attendance(console, launcher, announcement, deaths, skillset, ending) as attendance:
                     code = attendance.follow()
     except KeyboardInterrupt:
         code = OK

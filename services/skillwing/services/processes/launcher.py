@@ -11,11 +11,12 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import IO, Self
 
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.errors import SkillwingError
 from skillwing.services.processes.child import Child, Death
+from skillwing.services.processes.ending import LOOK_PERIOD, Ending
 from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.router import LOOPBACK
 from skillwing.services.protocol import Keys
@@ -51,7 +52,8 @@ class Launcher:
     robot: name and namespace; skillset: its name; clock: who tells robot time; run_dir: gets `logs/<process>.log`.
     restarts: what dies is started again as its `ProcessSpec` and `RestartPolicy` say, the router at the same endpoint;
     else every death is final. on_death: called on a thread of its own when a process ends without being told to;
-    on_change: the same, whenever `states` has changed; it may be set later.
+    on_change: the same, whenever `states` has changed; it may be set later. ending: ends the wait for whoever starts,
+    with KeyboardInterrupt.
 
     Each child holds the reading end of a pipe whose other end only this process has: when this one is killed, even
     with -9, the pipe closes and the children end. They are in sessions of their own, so that Ctrl-C in a terminal
@@ -66,6 +68,7 @@ class Launcher:
         *,
         clock: ClockKind = "robot",
         restarts: bool = False,
+        ending: Ending | None = None,
         on_death: Callable[[Death], None] | None = None,
         on_change: Callable[[], None] | None = None,
     ) -> None:
@@ -76,6 +79,7 @@ class Launcher:
         self._keys = Keys(skillset)
         self._clock: ClockKind = clock
         self._restarts = restarts
+        self._ending = ending or Ending()
         self._on_death = on_death or _ignore
         self.on_change = on_change or _nothing
         self._wake: Callable[[], None] = _nothing
@@ -115,8 +119,7 @@ class Launcher:
         spec = ProcessSpec(ROUTER, module)
         child = self._launch(spec, [module, "--listen", listen, "--parent-pipe"], stdout=subprocess.PIPE)
         assert child.process.stdout is not None
-        ready, _, _ = select.select([child.process.stdout], [], [], ROUTER_TIMEOUT)
-        self.endpoint = child.process.stdout.readline().decode().strip() if ready else ""
+        self.endpoint = child.process.stdout.readline().decode().strip() if self._speaks(child.process.stdout) else ""
         if not self.endpoint:
             with contextlib.suppress(subprocess.TimeoutExpired):
                 child.process.wait(LAST_WORDS)
@@ -156,7 +159,7 @@ class Launcher:
                 gone = dead()
                 return [spec.name for spec in missing.values() if spec.essential or spec.name not in gone]
 
-            bus.run_until(lambda: not awaited() or not dead().isdisjoint({ROUTER, *awaited()}), timeout)
+            self._ending.wait(bus, lambda: not awaited() or not dead().isdisjoint({ROUTER, *awaited()}), timeout)
         finally:
             self._wake = _nothing
             bus.close()
@@ -175,6 +178,15 @@ class Launcher:
             _end([child for child in children if child.name != ROUTER])
         finally:
             _end([child for child in children if child.name == ROUTER])
+
+    def _speaks(self, output: IO[bytes]) -> bool:
+        """Wait until the router says something, or ends."""
+        deadline = time.monotonic() + ROUTER_TIMEOUT
+        while time.monotonic() < deadline:
+            self._ending.look()
+            if select.select([output], [], [], LOOK_PERIOD)[0]:
+                return True
+        return False
 
     def _command(self, spec: ProcessSpec) -> list[str]:
         return [
