@@ -23,7 +23,7 @@ Component: TypeAlias = Annotated[float, msgspec.Meta(ge=-LARGEST_COMPONENT, le=L
 Vector3 = tuple[Component, Component, Component]
 Quaternion = tuple[Component, Component, Component, Component]
 
-CLOCK = CLOCK_KEY  # ClockTick, 50 Hz
+CLOCK = CLOCK_KEY  # ClockTick, 12.5 Hz; at up to 50 Hz while the pace is not kept
 NAVIGATION = "fl/navigation"  # Navigation, 50 Hz
 FLIGHT = "fl/flight"  # FlightState, 10 Hz and at each change
 BATTERY = "fl/battery"  # Battery, 1 Hz

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from skillwing.services.bus.clock import FollowedClock, PacedClock, WallClock
+from skillwing.services.bus.clock import LARGEST_ERROR, FollowedClock, PacedClock, TickRule, WallClock
 
 
 class Wall:
@@ -100,3 +102,30 @@ def test_as_fast_as_possible_never_waits(wall: Wall) -> None:
         assert clock.seconds_until(number * 0.02) == 0.0
         clock.reach(number * 0.02)
         assert clock.now() == number * 0.02
+
+
+STEP = 0.02
+
+
+def test_an_owner_that_keeps_its_pace_ticks_once_in_four_steps(wall: Wall) -> None:
+    rule = TickRule(2.0)
+    told = [rule.due(number * STEP, wall() + number * STEP / 2.0) for number in range(100)]
+    assert told == [number % 4 == 0 for number in range(100)]
+
+
+def test_as_fast_as_possible_every_step_is_told(wall: Wall) -> None:
+    rule = TickRule(0.0)
+    assert all(rule.due(number * STEP, wall()) for number in range(10))
+
+
+@given(st.sampled_from([0.5, 1.0, 4.0]), st.lists(st.floats(0.0, 0.5), max_size=60))
+def test_whatever_becomes_of_the_pace_followers_are_never_wrong_by_more(factor: float, pauses: list[float]) -> None:
+    wall = Wall()
+    rule, follower = TickRule(factor), FollowedClock(wall)
+    for number, pause in enumerate(pauses):
+        wall.time += pause
+        before, t = follower.now(), number * STEP
+        if rule.due(t, wall()):
+            follower.tick(t, factor, wall())
+        # What a follower has seen it does not take back: it stands until the owner has caught up.
+        assert t - LARGEST_ERROR - 1e-9 <= follower.now() <= max(before, t + LARGEST_ERROR) + 1e-9

@@ -12,6 +12,10 @@ from typing import Protocol
 
 LONGEST_EXTRAPOLATION = 0.1
 """Robot seconds that a follower runs on by itself after a tick."""
+TICK_PERIOD = 0.075
+"""Robot seconds after which the owner of the time tells it anew: before the followers' extrapolation ends."""
+LARGEST_ERROR = 0.04
+"""Robot seconds by which followers may be wrong before the owner tells them."""
 LARGEST_LAG = 0.05
 """Wall seconds that a paced clock may lag behind its pace and still catch up."""
 
@@ -21,6 +25,10 @@ class _Tick:
     t: float
     factor: float
     received: float
+
+    def reckoned(self, wall: float) -> float:
+        """Robot time at a later wall time, as everybody reckons it who has heard only this tick."""
+        return self.t + min((wall - self.received) * self.factor, LONGEST_EXTRAPOLATION)
 
 
 class Clock(Protocol):
@@ -83,8 +91,7 @@ class FollowedClock:
     def now(self) -> float:
         tick = self._tick
         if tick is not None:
-            ahead = min((self._wall() - tick.received) * tick.factor, LONGEST_EXTRAPOLATION)
-            self._latest = max(self._latest, tick.t + ahead)
+            self._latest = max(self._latest, tick.reckoned(self._wall()))
         return self._latest
 
     def seconds_until(self, due: float) -> float | None:
@@ -98,6 +105,29 @@ class FollowedClock:
 
     def reach(self, due: float) -> None:
         pass
+
+
+class TickRule:
+    """Tells the owner of robot time when to publish it: dead reckoning, as distributed simulations (IEEE 1278) have it.
+
+    Each tick costs every process of a robot some wakefulness. So the owner reckons what its followers make of the last
+    one, and tells them anew after `TICK_PERIOD`, or as soon as they are wrong by more than `LARGEST_ERROR`: when its
+    pace changes or it cannot keep it. As fast as possible (factor 0) nothing can be reckoned, and each step is told.
+    """
+
+    def __init__(self, factor: float) -> None:
+        self._factor = factor
+        self._told: _Tick | None = None
+
+    def due(self, t: float, wall: float) -> bool:
+        """Tell whether robot time `t`, reached at that wall time, is to be published; if so it counts as published."""
+        told = self._told
+        if told is not None and self._factor > 0.0 and t - told.t < TICK_PERIOD:
+            wrong_by = abs(told.reckoned(wall) - t)
+            if wrong_by <= LARGEST_ERROR:
+                return False
+        self._told = _Tick(t, self._factor, wall)
+        return True
 
 
 class PacedClock:

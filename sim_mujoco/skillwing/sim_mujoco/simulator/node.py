@@ -8,6 +8,7 @@ import msgspec
 import numpy as np
 
 from skillwing.services.bus import Bus, Publisher
+from skillwing.services.bus.clock import TickRule
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.protocol import ClockTick, ErrorCode, Message, encode
 from skillwing.sim_mujoco import topics
@@ -28,7 +29,7 @@ from skillwing.sim_mujoco.topics import Vector3
 from skillwing.sim_mujoco.world.world import make_world
 
 SLICE = 0.02
-"""Physics advances by this much at a time [s]; the clock, too."""
+"""Physics advances by this much at a time [s]."""
 
 
 class SimNode:
@@ -40,6 +41,7 @@ class SimNode:
     def __init__(self, simulator: Simulator, factor: float = 1.0) -> None:
         self._sim = simulator
         self._factor = factor
+        self._tick_rule = TickRule(factor)
         self._epoch = 0.0
         self._flight: topics.FlightState | None = None
         self._flight_cadence, self._truth_cadence = Cadence(0.1), Cadence(0.05)
@@ -48,6 +50,7 @@ class SimNode:
         self._out: dict[str, Publisher] = {}
 
     def attach(self, bus: Bus) -> None:
+        self._bus = bus
         self._epoch = bus.now()
         streams = (topics.CLOCK, topics.NAVIGATION, topics.BATTERY, topics.RANGE, topics.IMU, topics.LIDAR)
         for key in (*streams, topics.ZED_DEPTH, topics.TRUTH, topics.FLIGHT):
@@ -69,7 +72,8 @@ class SimNode:
     def _advance(self) -> None:
         happened = self._sim.advance(self._sim.t + SLICE)
         t = self._sim.t
-        self._put(topics.CLOCK, ClockTick(t=self._epoch + t, factor=self._factor))
+        if self._tick_rule.due(t, self._bus.wall()):
+            self._put(topics.CLOCK, ClockTick(t=self._epoch + t, factor=self._factor))
         for sensor, change in happened.health:
             self._publish_health(sensor, change)
         for measurement in happened.measurements:
