@@ -10,6 +10,7 @@ from typing import Any
 
 from skillwing.m600.robot import ROBOT
 from skillwing.services import protocol
+from skillwing.services.wire.channels import CHANNELS, Kind
 from skillwing.sim_mujoco import topics
 
 SKILLSET = ROBOT.load_skillset()
@@ -25,25 +26,18 @@ class Endpoint:
     array: bool = False
 
 
+def of_the_table(*kinds: Kind) -> tuple[Endpoint, ...]:
+    """Every key of the wire protocol's table that is used so; for what the m600 has none of, a key of no meaning."""
+    return tuple(
+        Endpoint(key, channel.message)
+        for channel in CHANNELS
+        if channel.kind in kinds
+        for key in channel.keys(SKILLSET) or (channel.key(KEYS, "sweep"),)
+    )
+
+
 QUERIES = (
-    Endpoint(KEYS.resource_states, protocol.QueryStates),
-    Endpoint(KEYS.resource_extern, protocol.FireExtern),
-    Endpoint(KEYS.event("sweep"), protocol.FireEvent),
-    Endpoint(KEYS.resource_attach, protocol.AttachManager),
-    Endpoint(KEYS.resource_goal, protocol.GoalCall),
-    Endpoint(KEYS.data("battery"), protocol.QueryData),
-    *(
-        endpoint
-        for skill in (each.name for each in SKILLSET.skills)
-        for endpoint in (
-            Endpoint(KEYS.start(skill), protocol.StartGoal),
-            Endpoint(KEYS.interrupt(skill), protocol.InterruptGoal),
-            Endpoint(KEYS.goal(skill), protocol.QueryGoal),
-            Endpoint(KEYS.mocked_skill(skill), protocol.MockCall),
-        )
-    ),
-    Endpoint(KEYS.mocked_world, protocol.MockedWorldCall),
-    Endpoint(KEYS.mission_abort, protocol.AbortMission),
+    *of_the_table(Kind.QUERY),
     Endpoint(topics.FAULT, topics.SetFault),
     Endpoint(topics.PILOT, topics.SetPilot),
     Endpoint(topics.GUIDANCE_COMMAND, topics.GuidanceCommand),
@@ -53,16 +47,7 @@ QUERIES = (
 )
 
 PUBLICATIONS = (
-    *(Endpoint(KEYS.data(datum.name), protocol.DataSample) for datum in SKILLSET.data),
-    Endpoint(KEYS.resource("axes_authority"), protocol.ResourceChange),
-    *(Endpoint(KEYS.verdict(skill.name), protocol.Violated | protocol.Lost) for skill in SKILLSET.skills),
-    Endpoint(KEYS.status("takeoff"), protocol.GoalStatus),
-    Endpoint(KEYS.progress("takeoff"), protocol.GoalProgress),
-    Endpoint(KEYS.timeline, protocol.Record),
-    Endpoint(KEYS.mocked_goal("takeoff"), protocol.MockedGoal),
-    Endpoint(KEYS.mission_tree, protocol.TreeSnapshot),
-    Endpoint(KEYS.mission_status, protocol.MissionStatus),
-    Endpoint(topics.CLOCK, protocol.ClockTick),
+    *of_the_table(Kind.EVENTS, Kind.STREAM),
     Endpoint(topics.NAVIGATION, topics.Navigation),
     Endpoint(topics.FLIGHT, topics.FlightState),
     Endpoint(topics.BATTERY, topics.Battery),
