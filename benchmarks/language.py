@@ -7,15 +7,13 @@ python benchmarks/language.py [--skills 1000] [--seed 1] [--runs 7] [--write]
 
 from __future__ import annotations
 
-import argparse
-import datetime
 import gc
-import platform
 import random
 import sys
 import time
 from collections.abc import Callable
-from pathlib import Path
+
+from performance_page import machine, make_parser, table, tell
 
 from skillwing.dsl.checking.analysis import analyse
 from skillwing.dsl.checking.checker import check
@@ -24,9 +22,6 @@ from skillwing.dsl.checking.resolver import resolve
 from skillwing.dsl.diagnostics.report import Report
 from skillwing.dsl.reading.lexer import lex
 from skillwing.dsl.reading.parser import parse_file
-
-PAGE = Path(__file__).parents[1] / "docs" / "performance.md"
-BEGIN, END = "<!-- benchmarks/language.py -->", "<!-- end of benchmarks/language.py -->"
 
 RESOURCES = {
     "axes_authority": ("AVAILABLE", "USED"),
@@ -139,53 +134,27 @@ def measured(text: str, runs: int) -> dict[str, float]:
 
 def section(skills: int, text: str, figures: dict[str, float]) -> str:
     """The figures as a piece of a Markdown page."""
-    rows = "\n".join(f"| {step} | {seconds:.2f} |" for step, seconds in figures.items())
     words = len(lex(text, ""))
-    today = datetime.datetime.now(tz=datetime.UTC)
-    return f"""{BEGIN}
-## The language
+    return f"""A generated file of {skills} skills of the size of the m600's `goto`: {len(text) // 1000} kB, {words}
+words and signs, which is {words // skills} a skill. Least processor time of several runs on one core; the budget is 1 s
+for all of it. {machine()}.
 
-A generated file of {skills} skills of the size of the m600's `goto`: {len(text) // 1000} kB, {words} words and signs,
-which is {words // skills} a skill. Least processor time of several runs on one core of {_processor()},
-Python {platform.python_version()}, {today:%Y-%m-%d}. The budget is 1 s for all of it.
-
-| step | seconds |
-|---|---|
-{rows}
-
-`python benchmarks/language.py --write` measures again and rewrites this section.
-{END}"""
-
-
-def _processor() -> str:
-    info = Path("/proc/cpuinfo")
-    lines = info.read_text().splitlines() if info.exists() else []
-    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    return f"an {names[0]}" if names else platform.machine()
-
-
-def _write(text: str) -> None:
-    page = PAGE.read_text(encoding="utf-8") if PAGE.exists() else "# Performance\n\n" + BEGIN + END + "\n"
-    before, rest = page.split(BEGIN, 1) if BEGIN in page else (page.rstrip() + "\n\n", END + "\n")
-    PAGE.write_text(before + text + rest.split(END, 1)[1], encoding="utf-8")
+{table(("step", "seconds"), [(step, f"{seconds:.2f}") for step, seconds in figures.items()])}"""
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    options = make_parser(__doc__)
     options.add_argument("--skills", type=int, default=1000)
     options.add_argument("--seed", type=int, default=1)
     options.add_argument("--runs", type=int, default=7)
-    options.add_argument("--write", action="store_true", help="put the figures into docs/performance.md")
     options.add_argument("--print", action="store_true", help="show the generated file instead")
     given = options.parse_args()
     text = generated(given.skills, given.seed)
     if given.print:
         sys.stdout.write(text)
         return
-    report = section(given.skills, text, measured(text, given.runs))
-    if given.write:
-        _write(report)
-    sys.stdout.write(report + "\n")
+    body = section(given.skills, text, measured(text, given.runs))
+    tell("language.py", "The language", body, write=given.write)
 
 
 if __name__ == "__main__":

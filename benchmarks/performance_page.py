@@ -1,0 +1,65 @@
+"""docs/performance.md, of which each benchmark writes its own section, and how figures are told there."""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import platform
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from statistics import median, quantiles
+
+PAGE = Path(__file__).parents[1] / "docs" / "performance.md"
+
+
+def make_parser(description: str | None) -> argparse.ArgumentParser:
+    """A parser with what every benchmark understands; `description` is its module's documentation."""
+    options = argparse.ArgumentParser(description=(description or "").splitlines()[0])
+    options.add_argument("--write", action="store_true", help="put the figures into docs/performance.md")
+    return options
+
+
+def tell(script: str, title: str, body: str, *, write: bool) -> None:
+    """Print a section, and with `write` put it into the page in place of the one that `script` wrote before."""
+    begin, end = f"<!-- benchmarks/{script} -->", f"<!-- end of benchmarks/{script} -->"
+    again = f"`python benchmarks/{script} --write` measures again and rewrites this section."
+    section = f"{begin}\n## {title}\n\n{body.strip()}\n\n{again}\n{end}"
+    sys.stdout.write(section + "\n")
+    if write:
+        page = PAGE.read_text(encoding="utf-8") if PAGE.exists() else "# Performance\n"
+        before, found, rest = page.partition(begin)
+        if not found:
+            before, rest = page.rstrip() + "\n\n", end + "\n"
+        PAGE.write_text(before + section + rest.split(end, 1)[1], encoding="utf-8")
+
+
+def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A Markdown table."""
+    lines = [heads, ["---"] * len(heads), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def milliseconds(times: Sequence[float]) -> tuple[str, str]:
+    """Median and 99th percentile of some seconds, as cells of a table."""
+    return f"{1e3 * median(times):.2f}", f"{1e3 * quantiles(times, n=100)[-1]:.2f}"
+
+
+def ratio(blocks: Sequence[tuple[Sequence[float], Sequence[float]]]) -> str:
+    """Ratio of the medians of two series, and its least and largest value among the blocks that were measured."""
+    ratios = [median(ours) / median(base) for ours, base in blocks]
+    ours = median([each for block, _ in blocks for each in block])
+    base = median([each for _, block in blocks for each in block])
+    return f"{ours / base:.2f} ({min(ratios):.2f} to {max(ratios):.2f})"
+
+
+def machine() -> str:
+    """What was measured on, and when."""
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text(encoding="utf-8").splitlines() if info.exists() else []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    processors = f"{len(names)} x {names[0]}" if names else platform.machine()
+    load = Path("/proc/loadavg")
+    busy = f", load {load.read_text(encoding='utf-8').split()[0]}" if load.exists() else ""
+    today = datetime.datetime.now(tz=datetime.UTC)
+    return f"{processors}, Python {platform.python_version()}{busy}, {today:%Y-%m-%d}"
