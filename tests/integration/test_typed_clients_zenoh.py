@@ -17,8 +17,8 @@ import pytest
 from skillwing.dsl import load
 from skillwing.dsl.generating.package import RobotFolder, generate, skillset_copy
 from skillwing.dsl.generating.skeletons import skeletons
-from skillwing.services.errors import NoSystemError, SkillwingError
-from skillwing.services.mocking.system import mock_processes
+from skillwing.services.errors import NoSystemError, SkillwingError, TimedOutError
+from skillwing.services.mocking.system import mock_processes, scripts_for
 from skillwing.services.processes.launcher import Launcher
 from skillwing.services.processes.run_state import announced
 from skillwing.services.protocol import Ending
@@ -78,7 +78,7 @@ def running(robot: Robot, run_dir: Path, *, mock: bool) -> Iterator[str]:
     """The system as processes, announced as `skillwing up` does; gives its endpoint."""
     with Launcher(robot.name, robot.skillset.stem, run_dir, clock="wall") as launcher:
         launcher.start_router()
-        launcher.start(mock_processes(robot) if mock else robot.managers())
+        launcher.start(mock_processes(robot, scripts=scripts_for(robot.skillset, None)) if mock else robot.managers())
         with announced(robot, launcher.endpoint, run_dir, clock="wall", mock=mock):
             yield launcher.endpoint
 
@@ -125,6 +125,50 @@ def test_both_clients_of_a_mocked_system(robot: Robot, tmp_path: Path) -> None:
             goal.interrupt()
             assert goal.wait(timeout=20.0).ending is Ending.INTERRUPTED
         asyncio.run(fly())
+
+
+LONG = "[skill.pull]\ndelay = 600.0\n"
+"""Nobody waits for the end of this one."""
+LEAVES_ITS_GOAL = """
+import sys
+from winch.generated.interface import connect
+
+with connect(owns_goals={owns_goals}) as winch:
+    winch.pull()
+    winch.resources.drum.wait_for("USED", timeout=20.0)
+    print("pulls", flush=True)
+    sys.stdin.read()
+"""
+
+
+@pytest.mark.parametrize("killed", [False, True], ids=["ends", "is killed"])
+def test_a_goal_ends_with_the_script_that_started_it(robot: Robot, tmp_path: Path, killed: bool) -> None:
+    interface, _ = clients()
+    (robot.skillset.parent / "winch.mock.toml").write_text(LONG, encoding="utf-8")
+    with running(robot, tmp_path / "run", mock=True), interface.connect() as onlooker:
+        leave(LEAVES_ITS_GOAL.format(owns_goals=True), tmp_path, killed=killed)
+        onlooker.resources.drum.wait_for("USED", timeout=20.0)
+        onlooker.resources.drum.wait_for("FREE", timeout=20.0)
+
+
+def test_a_script_may_leave_its_goals_to_themselves(robot: Robot, tmp_path: Path) -> None:
+    interface, _ = clients()
+    (robot.skillset.parent / "winch.mock.toml").write_text(LONG, encoding="utf-8")
+    with running(robot, tmp_path / "run", mock=True), interface.connect() as onlooker:
+        leave(LEAVES_ITS_GOAL.format(owns_goals=False), tmp_path, killed=True)
+        onlooker.resources.drum.wait_for("USED", timeout=20.0)
+        with pytest.raises(TimedOutError):
+            onlooker.resources.drum.wait_for("FREE", timeout=3.0)
+
+
+def leave(script: str, folder: Path, *, killed: bool) -> None:
+    """Run a script until its goal runs, and then end it, or let it come to its end."""
+    pipe = subprocess.PIPE
+    with subprocess.Popen([sys.executable, "-c", script], stdin=pipe, stdout=pipe, cwd=folder) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == b"pulls\n"
+        if killed:
+            process.kill()
 
 
 def test_where_nothing_runs_both_say_so(robot: Robot) -> None:

@@ -28,14 +28,22 @@ _CONNECT = '''\
 
 
 @{decorator}
-{asynchronous}def connect(robot: str | None = None, *, endpoint: str | None = None) -> {generator}[{robot}{sends}]:
-    """Connect to a running `{skillset}`; goals that still run at the end of the context go on.
+{asynchronous}def connect(
+    robot: str | None = None,
+    *,
+    endpoint: str | None = None,
+    owns_goals: bool = True,
+) -> {generator}[{robot}{sends}]:
+    """Connect to a running `{skillset}`.
 
+    owns_goals: goals that still run at the end of the context, or of the script, are interrupted, unless their skill
+    says `owner_lost=continue`; with False they go on.
     robot: its name, which may be left out if only one runs here. endpoint: `tcp/HOST:PORT` of its router, where it
     runs elsewhere. Raises NoSystemError, UnansweredError, and a SkillwingError where the system runs another skillset
     than this code was made from.
     """
-    {asynchronous}with _connect(robot, endpoint=endpoint, table=TABLE, schema=SCHEMA_HASH) as client:
+    {asynchronous}with _connect(robot, endpoint=endpoint, owns_goals=owns_goals, table=TABLE, schema=SCHEMA_HASH) \
+as client:
         yield {robot}(client)'''
 
 

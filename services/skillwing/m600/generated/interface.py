@@ -284,12 +284,19 @@ class M600(M600Skills):
 
 
 @contextmanager
-def connect(robot: str | None = None, *, endpoint: str | None = None) -> Generator[M600, None, None]:
-    """Connect to a running `m600`; goals that still run at the end of the context go on.
+def connect(
+    robot: str | None = None,
+    *,
+    endpoint: str | None = None,
+    owns_goals: bool = True,
+) -> Generator[M600, None, None]:
+    """Connect to a running `m600`.
 
+    owns_goals: goals that still run at the end of the context, or of the script, are interrupted, unless their skill
+    says `owner_lost=continue`; with False they go on.
     robot: its name, which may be left out if only one runs here. endpoint: `tcp/HOST:PORT` of its router, where it
     runs elsewhere. Raises NoSystemError, UnansweredError, and a SkillwingError where the system runs another skillset
     than this code was made from.
     """
-    with _connect(robot, endpoint=endpoint, table=TABLE, schema=SCHEMA_HASH) as client:
+    with _connect(robot, endpoint=endpoint, owns_goals=owns_goals, table=TABLE, schema=SCHEMA_HASH) as client:
         yield M600(client)

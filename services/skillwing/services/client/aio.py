@@ -45,6 +45,7 @@ async def connect(
     table: str | None = None,
     schema: str | None = None,
     client: str = "script",
+    owns_goals: bool = True,
 ) -> AsyncIterator[Client]:
     """Connect to a running system; see `skillwing.services.client.sync.connect`."""
     network = NetworkThread()
@@ -52,7 +53,7 @@ async def connect(
     def live() -> None:
         with open_connection(find_target(robot, endpoint=endpoint, table=table), client=client) as connection:
             require_schema(connection.skillset.schema_hash, schema, connection.target.robot)
-            network.serve(connection.bus, connection.make_interface(client))
+            network.serve(connection.bus, connection.make_interface(client, owns_goals=owns_goals))
 
     try:
         connected = Client(*await network.start(live))

@@ -36,16 +36,18 @@ def connect(
     table: str | None = None,
     schema: str | None = None,
     client: str = "script",
+    owns_goals: bool = True,
 ) -> Iterator[Client]:
-    """Connect to a running system; goals that still run at the end of the context go on.
+    """Connect to a running system.
 
-    robot, endpoint, table: as for `find_target`. schema: hash of the skillset that the caller was written for.
-    client: names who asks, in goals and in the timeline. Raises NoSystemError, UnansweredError, and a SkillwingError
-    where the system's skillset is another one.
+    owns_goals: goals that still run at the end of the context, or of the script, are interrupted, unless their skill
+    says `owner_lost=continue`; with False they go on. robot, endpoint, table: as for `find_target`. schema: hash of the
+    skillset that the caller was written for. client: names who asks, in goals and in the timeline. Raises
+    NoSystemError, UnansweredError, and a SkillwingError where the system's skillset is another one.
     """
     with open_connection(find_target(robot, endpoint=endpoint, table=table), client=client) as connection:
         require_schema(connection.skillset.schema_hash, schema, connection.target.robot)
-        yield Client(connection.bus, connection.make_interface(client))
+        yield Client(connection.bus, connection.make_interface(client, owns_goals=owns_goals))
 
 
 class Client:
