@@ -150,9 +150,8 @@ class Audit:
                 text = f"{client.name} has {handle.terminal.label} for {goal}, its managers said {label}"
                 self._note("one terminal answer", text)
         states = dict(self._world.resource_manager.resource_core.states)
-        # Without a journal revisions start anew: news of a killed manager that are late look newer than they are.
-        comparable = self._world.plan.journal or not any(each.name == RESOURCE_MANAGER for each in self._world.fallen)
-        if comparable and dict(client.interface.states) != states:
+        # Where revisions have started anew, late news of the killed manager look newer than they are.
+        if not self._books_were_lost() and dict(client.interface.states) != states:
             text = f"{client.name} believes {dict(client.interface.states)}, it is {states}"
             self._note("clients see the states", text)
         if client.interface._pursuits:
@@ -161,7 +160,12 @@ class Audit:
     def _answers(self, goal: str) -> set[str]:
         """What the managers said of a goal's end: its own, unless it died, and the one of resources if it took it."""
         verdict = self._witness.verdicts.get(goal)
-        return self._witness.answers.get(goal) or ({verdict} if verdict else set())
+        said = self._witness.answers.get(goal, set[str]())
+        return said | {verdict} if verdict and (not said or self._books_were_lost()) else said
+
+    def _books_were_lost(self) -> bool:
+        """The resource manager was killed and has no journal: what it says now need not fit what it said before."""
+        return not self._world.plan.journal and any(each.name == RESOURCE_MANAGER for each in self._world.fallen)
 
     def _look_at_hooks(self, *, at_rest: bool) -> None:
         """Each goal is dispatched once at most, and `on_ended` follows each dispatch once if its process lives."""
