@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
 
-.PHONY: setup demo test mutants lint format errors pictures reference lock clean history simulate fuzz
+.PHONY: setup demo test mutants lint format errors pictures reference lock clean history simulate fuzz chaos
 
 setup: $(READY)
 
@@ -58,6 +58,11 @@ FUZZ_ARGS ?=
 fuzz: setup
 	$(BIN)/python tests/fuzz/fuzz_run.py $(FUZZ_ARGS)
 	SOAK_GOALS=100000 $(BIN)/python -m pytest -q --timeout 900 tests/fuzz/test_memory_is_bounded.py
+
+# kill -9 and SIGSTOP of every process in every state of a goal, and in flight. CHAOS_ARGS=--managers for half of it.
+CHAOS_ARGS ?=
+chaos: setup
+	$(BIN)/python tests/chaos/chaos_run.py --write docs/reliability.md $(CHAOS_ARGS)
 
 # The reference page of the robot's skillset.
 reference: setup

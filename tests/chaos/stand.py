@@ -1,0 +1,247 @@
+"""The managers' half of the chaos matrix: one process of a small system is killed or stopped in a state of a goal.
+
+Every process is real, and `Launcher` supervises them as `skillwing up` does.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Self
+
+import msgspec
+from signs import Fault, Sign, Signs
+from stand_nodes import MISSION, ORDERS, SKILL, STAND, Stages
+
+from skillwing.dsl import load
+from skillwing.services.bus.reading import message_reader
+from skillwing.services.bus.zenoh_bus import ZenohBus
+from skillwing.services.client.goal_handle import GoalHandle
+from skillwing.services.client.interface import SkillsetInterface
+from skillwing.services.ids import new_goal_id
+from skillwing.services.mocking.system import mock_processes
+from skillwing.services.names import DATA_MANAGER, RESOURCE_MANAGER, skill_process
+from skillwing.services.processes.launcher import ROUTER, Launcher
+from skillwing.services.protocol import GoalStatus, Keys, StartGoal, State, Terminal, encode
+from skillwing.services.robot import ProcessSpec, Robot
+
+RECORDER = "recorder"
+IDLE = "idle"
+STATES = (State.VALIDATING, State.DISPATCHING, State.RUNNING, State.INTERRUPTING)
+PROCESSES = (
+    ROUTER,
+    RESOURCE_MANAGER,
+    DATA_MANAGER,
+    skill_process(SKILL),
+    skill_process("other"),
+    MISSION,
+    RECORDER,
+)
+STAY = 2.0
+"""Wall seconds for which a goal stays in the state in which the fault comes."""
+RUNS_FOR = 6.0
+"""The same for RUNNING, in which there is time to notice that the mission was stopped."""
+INTO_STATE = 0.2
+"""Wall seconds after which it comes."""
+STOPPED_FOR = 4.0
+"""Wall seconds between SIGSTOP and SIGCONT: longer than every lease."""
+PATIENCE = 30.0
+"""Wall seconds within which everything has to be well again."""
+BETWEEN_ATTEMPTS = 0.05
+
+
+@dataclass(frozen=True)
+class Cell:
+    process: str
+    fault: Fault
+    state: str
+    """Of the goal when the fault comes: a `State`, or idle."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """What became of a cell. Wall seconds.
+
+    answer: how the goal ended and who said so; None if there was no goal. answered, free: seconds from the fault to
+    that answer, and until the tool was free for good. again: seconds in which a new goal has succeeded, counted from
+    the fault, from the wakening of what was stopped, or from the end of a goal that went its way. None: it did not
+    happen. harmed: the goal did not end as it would have without the fault.
+    """
+
+    cell: Cell
+    noticed: Sign | None
+    answer: str | None
+    harmed: bool
+    answered: float | None
+    free: float | None
+    again: float | None
+
+    @property
+    def kept(self) -> bool:
+        """The promise: the goal has its answer, the tool is free, and the system works."""
+        goal_is_over = self.cell.state == IDLE or (self.answered is not None and self.answer is not None)
+        return goal_is_over and self.free is not None and self.again is not None
+
+
+def cells() -> Iterator[Cell]:
+    """All of them; each process gets some time between its deaths, for the launcher's patience is bounded."""
+    for state in (IDLE, *STATES):
+        for fault in Fault:
+            for process in PROCESSES:
+                yield Cell(process, fault, state)
+
+
+class Stand:
+    """The system, and a client of it. To be used as a context manager; raises StartError."""
+
+    def __init__(self, run_dir: Path) -> None:
+        skillset = load(STAND)
+        keys = Keys(skillset.name)
+        self._specs = _processes(run_dir)
+        self._undoing = ExitStack()
+        with ExitStack() as undoing:
+            self.launcher = Launcher(skillset.name, skillset.name, run_dir, clock="wall", restarts=True)
+            undoing.callback(self.launcher.stop)
+            self.launcher.start(self._specs)
+            self._bus = ZenohBus("chaos", skillset.name, self.launcher.endpoint)
+            undoing.callback(self._bus.close)
+            self.signs = Signs(self._bus, keys, self.launcher)
+            self._client = SkillsetInterface(self._bus, skillset, client="chaos")
+            self._statuses: dict[str, GoalStatus] = {}
+            self._bus.subscribe(keys.status(SKILL), message_reader(GoalStatus, self._on_status), events=True)
+            self._orders = self._bus.advertise(ORDERS)
+            self.signs.run_until(lambda: self._client.ready, PATIENCE)
+            self._undoing = undoing.pop_all()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._undoing.close()
+
+    def make_sound(self) -> bool:
+        """Start what nobody starts again, and tell whether goals succeed and every process lives."""
+        missing = [spec for spec in self._specs if not self.launcher.running(spec.name) and spec.restart == "never"]
+        self.launcher.start(missing)
+        return self._until_a_goal_succeeds() and all(self.launcher.running(name) for name in PROCESSES)
+
+    def suffer(self, cell: Cell) -> Result:
+        """Bring a goal into its state, do the bad thing, and watch until everything is well again."""
+        goal = None if cell.state == IDLE else self._goal_in(State(cell.state), by_mission=cell.process == MISSION)
+        signs = self.signs
+        signs.harm(cell.process, cell.fault)
+        answered = free = None
+        woken = 0.0
+
+        def well() -> bool:
+            nonlocal answered, free
+            if answered is None and (goal is None or self._terminal(goal) is not None):
+                answered = signs.elapsed
+            if self._client.states["tool"] != "FREE":
+                free = None
+            elif free is None:
+                free = signs.elapsed
+            return answered is not None and free is not None
+
+        if cell.fault is Fault.STOP:
+            signs.run_until(lambda: well() and False, STOPPED_FOR)
+            signs.wake()
+            woken = signs.elapsed
+        recovered = signs.run_until(well, PATIENCE)
+        terminal = None if goal is None else self._terminal(goal)
+        harmed = terminal is not None and not _as_usual(terminal, cell.state)
+        # The time in which an unharmed goal goes its way is none of recovery.
+        since = woken if harmed or answered is None else max(woken, answered)
+        works = recovered and self._until_a_goal_succeeds()
+        return Result(
+            cell=cell,
+            noticed=signs.first,
+            answer=None if terminal is None else _told(terminal),
+            harmed=harmed,
+            answered=answered if goal is not None else None,
+            free=free,
+            again=signs.elapsed - since if works else None,
+        )
+
+    def _goal_in(self, state: State, *, by_mission: bool) -> GoalHandle | str:
+        """A goal that has just come into this state: its handle, or its id if the mission has started it."""
+        # What happens to a mission's goals takes effect when the hook that blocks has returned.
+        afterwards = STAY if by_mission else Stages().run
+        stay = {
+            State.VALIDATING: Stages(validate=STAY, run=afterwards),
+            State.DISPATCHING: Stages(dispatch=STAY, run=afterwards),
+            State.RUNNING: Stages(run=RUNS_FOR),
+            State.INTERRUPTING: Stages(run=PATIENCE, stop=STAY),
+        }[state]
+        inputs = msgspec.to_builtins(stay)
+        if by_mission:
+            goal = new_goal_id()
+            order = StartGoal(goal_id=goal, inputs=inputs, client="chaos", schema="")
+            self._orders.put(encode(order))
+        else:
+            goal = self._client.start(SKILL, inputs)
+        if state is State.INTERRUPTING:
+            self._reach(goal, State.RUNNING)
+            handle = self._client.start(SKILL, inputs, goal_id=goal) if isinstance(goal, str) else goal
+            self._client.interrupt(handle)
+        self._reach(goal, state)
+        self.signs.run_until(lambda: False, INTO_STATE)
+        return goal
+
+    def _reach(self, goal: GoalHandle | str, state: State) -> None:
+        if not self.signs.run_until(lambda: self._state(goal) is state, PATIENCE):
+            raise RuntimeError(f"No goal got to {state}; it is in {self._state(goal)}.")
+
+    def _state(self, goal: GoalHandle | str) -> State | None:
+        if isinstance(goal, GoalHandle):
+            return goal.state
+        return self._statuses[goal].state if goal in self._statuses else None
+
+    def _terminal(self, goal: GoalHandle | str) -> Terminal | None:
+        if isinstance(goal, GoalHandle):
+            return goal.terminal
+        return self._statuses[goal].terminal if goal in self._statuses else None
+
+    def _until_a_goal_succeeds(self) -> bool:
+        deadline = time.monotonic() + PATIENCE
+        while time.monotonic() < deadline:
+            goal = self._client.start(SKILL)
+            self.signs.run_until(lambda goal=goal: goal.done, deadline - time.monotonic())
+            if goal.terminal is not None and goal.terminal.label == "S_DONE":
+                return True
+            self.signs.run_until(lambda: False, BETWEEN_ATTEMPTS)
+        return False
+
+    def _on_status(self, status: GoalStatus) -> None:
+        self._statuses[status.goal_id] = status
+
+
+def _processes(run_dir: Path) -> tuple[ProcessSpec, ...]:
+    robot = Robot(name="stand", skillset=STAND, hooks={SKILL: "stand_nodes:WorkManager"}, clock="wall")
+    run = {"run_dir": str(run_dir)}
+    specs = {spec.name: spec for spec in mock_processes(robot, run=run)}
+    own = skill_process(SKILL)
+    specs[own] = next(spec for spec in robot.managers(run) if spec.name == own)
+    recorder = ProcessSpec(
+        RECORDER,
+        "skillwing.services.telemetry.recorder:make_recorder",
+        {"run_dir": str(run_dir), "skillset": str(STAND)},
+        essential=False,
+        restart="never",
+    )
+    mission = ProcessSpec(MISSION, "stand_nodes:make_mission", essential=False, restart="never")
+    return (*specs.values(), recorder, mission)
+
+
+def _as_usual(terminal: Terminal, state: str) -> bool:
+    if state == State.INTERRUPTING:
+        return terminal.label == "IT" and not terminal.forced
+    return terminal.label == "S_DONE"
+
+
+def _told(terminal: Terminal) -> str:
+    by = f" by {terminal.detected_by}" if terminal.detected_by else ""
+    return f"{terminal.label}{' (forced)' if terminal.forced else ''}{by}"

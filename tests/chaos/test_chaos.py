@@ -1,0 +1,90 @@
+"""A handful of cells of the chaos matrix, and what its tables tell. `make chaos` does all of it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from flights_with_faults import FlightCell, FlightResult, Moment
+from signs import Fault, Sign
+from stand import Cell, Result, Stand
+from tables import flight_table, manager_table, put_between
+
+RESULT = Result(Cell("router", Fault.KILL, "RUNNING"), Sign(0.01, "launcher"), "S_DONE", False, 5.0, 5.0, 0.1)
+FLIGHT = FlightResult(
+    cell=FlightCell("guidance", Fault.KILL, Moment.CRUISE),
+    noticed=Sign(0.01, "launcher"),
+    lost=("goto ERROR",),
+    mission="SUCCEEDED",
+    landed=60.0,
+    from_home=0.1,
+    failsafe=True,
+    collisions=0,
+    left_fence=False,
+    world_ended=False,
+)
+
+
+@pytest.fixture(scope="module")
+def stand(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stand]:
+    with pytest.MonkeyPatch.context() as patch:
+        inherited = os.environ.get("PYTHONPATH", "")
+        patch.setenv("PYTHONPATH", os.pathsep.join(filter(None, [str(Path(__file__).parent), inherited])))
+        with Stand(tmp_path_factory.mktemp("stand")) as stand:
+            yield stand
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("process", "fault", "state", "answers"),
+    [
+        ("router", Fault.KILL, "INTERRUPTING", {"IT"}),
+        ("resource_manager", Fault.KILL, "DISPATCHING", {"S_DONE"}),
+        ("skill/work", Fault.STOP, "RUNNING", {"LOST by client", "LOST by resource_manager"}),
+        ("mission", Fault.KILL, "RUNNING", {"IT"}),
+    ],
+)
+def test_what_dies_or_freezes_is_noticed_and_everything_is_well_again(
+    stand: Stand, process: str, fault: Fault, state: str, answers: set[str]
+) -> None:
+    assert stand.make_sound()
+    result = stand.suffer(Cell(process, fault, state))
+    assert result.kept, result
+    assert result.answer in answers
+    assert result.noticed is not None
+
+
+def test_a_cell_is_as_promised_only_with_answer_free_tool_and_a_goal_that_succeeds() -> None:
+    assert RESULT.kept
+    assert not replace(RESULT, answered=None, answer=None).kept
+    assert not replace(RESULT, free=None).kept
+    assert not replace(RESULT, again=None).kept
+
+
+def test_a_flight_is_as_promised_only_on_the_ground_and_unhurt() -> None:
+    assert FLIGHT.kept
+    assert not replace(FLIGHT, landed=None).kept
+    assert not replace(FLIGHT, collisions=1).kept
+    assert not replace(FLIGHT, left_fence=True).kept
+
+
+def test_of_repeated_cells_the_worst_is_told() -> None:
+    broken = replace(RESULT, again=None)
+    table = "\n".join(manager_table([RESULT, broken, RESULT], 60.0))
+    assert "**broken**: S_DONE, free 5.0 s, again never" in table
+    assert "2 of 3 as promised" in table
+    assert "**still flies**" in "\n".join(flight_table([replace(FLIGHT, landed=None)], 60.0))
+
+
+def test_a_table_takes_the_place_of_the_one_before(tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text("a\n<!-- chaos, managers: begin -->\nold\n<!-- chaos, managers: end -->\nz\n", encoding="utf-8")
+    put_between(page, "managers", ["new"])
+    assert page.read_text(encoding="utf-8") == (
+        "a\n<!-- chaos, managers: begin -->\nnew\n<!-- chaos, managers: end -->\nz\n"
+    )
+    with pytest.raises(ValueError, match="flights"):
+        put_between(page, "flights", ["new"])
