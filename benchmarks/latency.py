@@ -1,0 +1,276 @@
+"""How long skills take to start, to end and to be seen ended, against what Zenoh needs alone, and beside ROS 1.
+
+python benchmarks/latency.py [--blocks 6] [--calls 50] [--write]
+
+Router, managers and the peer that answers in plain Zenoh are processes of their own, on loopback. Calls of all kinds
+take turns, so that whatever else the machine does hits all of them.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from queue import SimpleQueue
+from typing import Any
+
+import zenoh
+from latency_peers import PING, PONG, QUERY
+from performance_page import machine, make_parser, milliseconds, ratio, table, tell
+from py_trees.behaviours import Success
+from py_trees.composites import Sequence
+from py_trees.decorators import FailureIsRunning
+
+from skillwing.bt_missions.leaves.conditions import ResourceIs
+from skillwing.bt_missions.leaves.context import MissionContext
+from skillwing.bt_missions.leaves.skill_action import Phase, SkillAction
+from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
+from skillwing.bt_missions.running.runner import MissionNode
+from skillwing.dsl import parse
+from skillwing.services.bus.zenoh_bus import ZenohBus
+from skillwing.services.bus.zenoh_session import open_client
+from skillwing.services.client.interface import SkillsetInterface
+from skillwing.services.processes.launcher import Launcher
+from skillwing.services.processes.node_host import SWITCH_INTERVAL
+from skillwing.services.protocol import FireExtern, Keys, Terminal, encode
+from skillwing.services.robot import Robot
+
+STOPWATCH = """
+skillset stopwatch {
+    resource link { initial UP  extern UP -> DOWN  extern DOWN -> UP }
+    resource arm  { initial FREE  FREE -> USED  USED -> FREE }
+    skill act {
+        output { at: float64 }
+        effect { take: arm -> USED  release: arm -> FREE }
+        precondition { free: resource=(arm == FREE)  success take }
+        interrupt { apply=release }
+        result { success DONE: apply=release }
+    }
+    skill hold {
+        effect { nothing {} }
+        precondition { up: resource=(link == UP) }
+        invariant { link: resource=(link == UP) violation=nothing }
+        interrupt { apply=nothing }
+        result { success DONE: apply=nothing }
+    }
+}
+"""
+HOOKS = {"act": "latency_peers:ActHooks", "hold": "latency_peers:HoldHooks"}
+PAYLOAD = bytes(226)
+"""As long as the start of a skill with some inputs."""
+PATIENCE = 10.0
+ROS_GOALS = 200
+ROS_PYTHON = "/usr/bin/python3"
+ROS_PORT = 11377
+HERE = Path(__file__).parent
+
+
+@dataclass
+class Block:
+    """Seconds that each call of one kind took."""
+
+    query: list[float] = field(default_factory=list[float])
+    hop: list[float] = field(default_factory=list[float])
+    dispatched: list[float] = field(default_factory=list[float])
+    result: list[float] = field(default_factory=list[float])
+    seen: list[float] = field(default_factory=list[float])
+
+
+class Raw:
+    """Plain Zenoh, as the measure of everything else."""
+
+    def __init__(self, session: zenoh.Session) -> None:
+        self._session = session
+        self._ping = session.declare_publisher(PING)
+        self._pongs: SimpleQueue[zenoh.Sample] = SimpleQueue()
+        self._pong = session.declare_subscriber(PONG, zenoh.handlers.Callback(self._pongs.put, indirect=False))
+
+    def query(self) -> float:
+        """Seconds from a query to its answer."""
+        begun = time.monotonic()
+        answers = list(self._session.get(QUERY, payload=PAYLOAD, consolidation=zenoh.ConsolidationMode.NONE))
+        assert answers[0].ok is not None
+        return time.monotonic() - begun
+
+    def hop(self) -> float:
+        """Seconds that a publication takes to another process: half the way there and back."""
+        begun = time.monotonic()
+        self._ping.put(PAYLOAD)
+        self._pongs.get(timeout=PATIENCE)
+        return (time.monotonic() - begun) / 2.0
+
+
+class Starter:
+    """A client that starts the skill which ends at once."""
+
+    def __init__(self, bus: ZenohBus, robot: Robot) -> None:
+        self._bus = bus
+        self._interface = SkillsetInterface(bus, robot.load_skillset(), client="benchmark")
+        assert bus.run_until(lambda: self._interface.ready, PATIENCE)
+
+    def start(self) -> tuple[float, float]:
+        """Seconds from the start to `on_dispatch`, and to the result in the client's hands."""
+        begun = time.monotonic()
+        goal = self._interface.start("act")
+        assert self._bus.run_until(lambda: goal.done, PATIENCE)
+        ended = time.monotonic()
+        assert goal.terminal is not None and goal.terminal.output is not None, goal.terminal
+        return goal.terminal.output["at"] - begun, ended - begun
+
+
+class Watching(Mission):
+    """Runs `hold` whenever the link is up, for ever."""
+
+    name = "watching"
+    summary = "Runs a skill until its invariant is violated, and again when it can."
+
+    def __init__(self) -> None:
+        self.ended_at: float | None = None
+
+    def build(self, context: MissionContext, options: Any) -> MissionTrees:
+        self.leaf = SkillAction("hold", context, "hold", on_end=self._on_end)
+        up = ResourceIs("link is up", context, "link", "UP", wait=1e6)
+        again = FailureIsRunning("again", Sequence("watch", memory=True, children=[up, self.leaf]))
+        return MissionTrees(again, Success("nothing to rescue"), Progress)
+
+    def _on_end(self, terminal: Terminal) -> None:
+        if terminal.ending == "RI":
+            self.ended_at = time.monotonic()
+
+
+class Watcher:
+    """The process of a mission, as its runner makes it."""
+
+    def __init__(self, bus: ZenohBus, session: zenoh.Session, robot: Robot) -> None:
+        model = robot.load_skillset()
+        self._bus, self._session, self._key = bus, session, Keys(model.name).resource_extern
+        self._mission = Watching()
+        self._node = MissionNode(self._mission, model, MissionOptions())
+        self._node.attach(bus)
+
+    def violate(self) -> float:
+        """Seconds from an extern transition to the tick that knows the goal's end."""
+        self._mission.ended_at = None
+        assert self._bus.run_until(lambda: self._mission.leaf.phase is Phase.RUNNING, PATIENCE), self._node.status
+        begun = time.monotonic()
+        self._fire("DOWN")
+        assert self._bus.run_until(lambda: self._mission.ended_at is not None, PATIENCE), self._node.status
+        assert self._mission.ended_at is not None
+        self._fire("UP")
+        return self._mission.ended_at - begun
+
+    def _fire(self, target: str) -> None:
+        request = encode(FireExtern(resource="link", target=target, source="benchmark"))
+        self._session.get(self._key, zenoh.handlers.Callback(lambda _: None, indirect=False), payload=request)
+
+
+@contextmanager
+def running_system(folder: Path) -> Iterator[tuple[Robot, str]]:
+    """Router, managers and the raw peer; yields the robot and where its router listens."""
+    skillset = folder / "stopwatch.skillset"
+    skillset.write_text(STOPWATCH, encoding="utf-8")
+    robot = Robot("benchmark", skillset, HOOKS, clock="wall")
+    with Launcher(robot.name, parse(STOPWATCH, skillset.name).name, folder, clock="wall") as launcher:
+        launcher.start(robot.managers({"run_dir": str(folder)}))
+        command = [sys.executable, str(HERE / "latency_peers.py"), launcher.endpoint, robot.name]
+        with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as peer:
+            assert peer.stdout is not None and peer.stdin is not None
+            assert peer.stdout.readline() == b"ready\n"
+            yield robot, launcher.endpoint
+            peer.stdin.close()
+
+
+def measure(blocks: int, calls: int) -> list[Block]:
+    sys.setswitchinterval(SWITCH_INTERVAL)
+    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(HERE), os.environ.get("PYTHONPATH")]))
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        robot, endpoint = stack.enter_context(running_system(folder))
+        buses = [ZenohBus(name, robot.name, endpoint) for name in ("starter", "watcher")]
+        for bus in buses:
+            stack.callback(bus.close)
+        session = stack.enter_context(open_client(endpoint, robot.name))
+        raw, starter, watcher = Raw(session), Starter(buses[0], robot), Watcher(buses[1], session, robot)
+        measured: list[Block] = []
+        for number in range(blocks + 1):
+            block = Block()
+            for _ in range(calls):
+                block.query.append(raw.query())
+                dispatched, result = starter.start()
+                block.dispatched.append(dispatched)
+                block.result.append(result)
+                block.hop.append(raw.hop())
+                block.seen.append(watcher.violate())
+            if number > 0:  # the first one warms everything up
+                measured.append(block)
+        return measured
+
+
+def measure_ros() -> list[float]:
+    """Seconds of each goal of actionlib; none where ROS 1 is not installed."""
+    if shutil.which("roscore") is None or not Path(ROS_PYTHON).exists():
+        return []
+    environment = {**os.environ, "ROS_MASTER_URI": f"http://127.0.0.1:{ROS_PORT}", "ROS_IP": "127.0.0.1"}
+    environment.pop("PYTHONPATH", None)
+    peer = [ROS_PYTHON, str(HERE / "ros_peer.py")]
+    with ExitStack() as stack:
+        environment["ROS_HOME"] = stack.enter_context(tempfile.TemporaryDirectory())
+
+        def start(command: list[str]) -> subprocess.Popen[bytes]:
+            process = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+            stack.callback(process.wait)
+            stack.callback(process.terminate)
+            return process
+
+        start(["roscore", "-p", str(ROS_PORT)])
+        server = start([*peer, "server"])
+        assert server.stdout is not None
+        # Before the master is up there are other lines.
+        assert b"ready\n" in iter(server.stdout.readline, b""), "the action server did not start"
+        client = start([*peer, "client", str(ROS_GOALS)])
+        told, _ = client.communicate(timeout=120)
+        return [float(line) for line in told.split()]
+
+
+def section(blocks: list[Block], ros: list[float]) -> str:
+    def row(name: str, kind: str, base: str = "", budget: str = "") -> list[str]:
+        times = [each for block in blocks for each in getattr(block, kind)]
+        against = ratio([(getattr(block, kind), getattr(block, base)) for block in blocks]) if base else ""
+        return [name, *milliseconds(times), against, budget]
+
+    rows = [
+        row("raw Zenoh: query and answer", "query"),
+        row("raw Zenoh: one publication", "hop"),
+        row("start of a skill, until `on_dispatch`", "dispatched", "query", "2.5 queries"),
+        row("start of a skill, until its result", "result", "query"),
+        row("extern transition, until the mission's tree has seen `RI`", "seen", "hop", "2.5 publications"),
+    ]
+    if ros:
+        rows.append(["rospy + actionlib: start of an action, until its result", *milliseconds(ros), "", ""])
+    absent = "" if ros else " ROS 1 is not installed here."
+    count = sum(len(block.query) for block in blocks)
+    return f"""Router, managers, client and mission are processes of their own on one machine; the journal is on, and
+raw messages are as long as ours. Each figure is of {count} calls that took turns in {len(blocks)} blocks; the ratio is
+followed by its least and largest value among the blocks. {machine()}.{absent}
+
+{table(("", "p50, ms", "p99, ms", "ratio (blocks)", "budget"), rows)}"""
+
+
+def main() -> None:
+    options = make_parser(__doc__)
+    options.add_argument("--blocks", type=int, default=6)
+    options.add_argument("--calls", type=int, default=50, help="of each kind in a block")
+    given = options.parse_args()
+    body = section(measure(given.blocks, given.calls), measure_ros())
+    tell("latency.py", "Latency", body, write=given.write)
+
+
+if __name__ == "__main__":
+    main()
