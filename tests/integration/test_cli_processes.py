@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from queue import SimpleQueue
@@ -17,11 +18,15 @@ import pytest
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.bus.zenoh_session import RouterUnreachableError, open_client
+from skillwing.services.client.answers import wait_for_answer
+from skillwing.services.client.goal_handle import GoalHandle
+from skillwing.services.client.interface import SkillsetInterface
+from skillwing.services.names import skill_process
 from skillwing.services.processes.launcher import Death, Launcher, StartError
-from skillwing.services.processes.lifetime import EXIT_CONFIGURATION, EXIT_OK, EXIT_UNREACHABLE
+from skillwing.services.processes.lifetime import EXIT_CONFIGURATION, EXIT_OK, EXIT_REPLACED, EXIT_UNREACHABLE
 from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.router import start_router
-from skillwing.services.protocol import Keys
+from skillwing.services.protocol import AttachManager, Ending, Keys, encode
 from skillwing.services.robot import ProcessSpec
 
 pytestmark = pytest.mark.slow
@@ -282,6 +287,31 @@ def test_a_process_that_cannot_do_what_it_was_told_is_not_tried_again(tmp_path: 
         death = deaths.get(timeout=PATIENCE)
     assert (death.final, death.exit_code) == (True, EXIT_CONFIGURATION)
     assert "killer:nothing" in death.outlook
+
+
+def test_a_manager_whose_place_was_taken_ends_and_is_started_anew(tmp_path: Path) -> None:
+    deaths: SimpleQueue[Death] = SimpleQueue()
+    manager = ROBOT.process(skill_process("hover"), {})
+    with Launcher("m600", "m600", tmp_path, clock="wall", restarts=True, on_death=deaths.put) as launcher:
+        launcher.start([*MANAGERS, manager])
+        with closing(ZenohBus("test", "m600", launcher.endpoint)) as bus:
+            rival = AttachManager(manager=manager.name, incarnation="one that comes and goes")
+            key = Keys("m600").resource_attach
+            wait_for_answer(bus, key, lambda take: bus.ask(key, encode(rival), take))
+            client = SkillsetInterface(bus, ROBOT.load_skillset(), client="test")
+            assert ending_of(bus, client.start("hover", {"duration": 1.0})) is Ending.LOST
+            death = deaths.get(timeout=PATIENCE)
+            assert (death.process, death.exit_code, death.final) == (manager.name, EXIT_REPLACED, False)
+            assert any("Another process has taken the place" in line for line in death.log)
+            assert_present(launcher, [manager.name])
+            # It counts again: what the goal lacks now is a drone in the air.
+            assert ending_of(bus, client.start("hover", {"duration": 1.0})) is Ending.NOT_READY
+        assert deaths.empty()
+
+
+def ending_of(bus: ZenohBus, goal: GoalHandle) -> Ending | None:
+    bus.run_until(lambda: goal.done, PATIENCE)
+    return goal.terminal.ending if goal.terminal is not None else None
 
 
 def test_a_process_that_waits_for_its_restart_is_not_started_by_the_end(tmp_path: Path) -> None:

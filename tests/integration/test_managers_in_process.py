@@ -24,6 +24,7 @@ from skillwing.services.mocking import MockRun, MockScript, make_mock_managers
 from skillwing.services.names import RESOURCE_MANAGER, skill_process
 from skillwing.services.protocol import (
     MAX_MESSAGE_BYTES,
+    AttachManager,
     DataSample,
     Ending,
     ErrorCode,
@@ -128,6 +129,13 @@ class System:
 
     def kill(self, process: str) -> None:
         self.buses[process].close()
+
+    def replace(self, process: str) -> None:
+        """Have another process of that name make itself known; it does not stay."""
+        answers: list[Answer] = []
+        rival = encode(AttachManager(manager=process, incarnation="one that comes and goes"))
+        self.bus.ask(KEYS.resource_attach, rival, answers.append)
+        assert self.network.run_until(lambda: bool(answers), 5.0)
 
     def restart(self, process: str) -> None:
         [node] = [node for node in make_mock_managers(ARM) if node.name == process]
@@ -318,6 +326,41 @@ def test_a_manager_that_is_back_before_its_token_counts_as_gone_frees_what_its_p
     system.restart(skill_process("reach"))
     assert system.run(goal, 5.0).ending is Ending.LOST
     assert system.client.states["joints"] == "FREE"
+    assert system.run(system.client.start("reach", REACH)).label == "S_THERE"
+
+
+def test_a_manager_that_outlived_its_successor_ends_at_the_next_goal_and_can_be_started_anew() -> None:
+    system = System(MockRun(delay=30.0, result="THERE"))
+    system.replace(skill_process("reach"))
+    assert not system.buses[skill_process("reach")].closed
+    terminal = system.run(system.client.start("reach", REACH))
+    assert terminal.ending is Ending.LOST
+    assert terminal.reason == "Another process has taken the place of this `skill/reach`."
+    assert system.buses[skill_process("reach")].closed
+    assert system.client.states["joints"] == "FREE"
+    system.restart(skill_process("reach"))
+    system.network.run_for(0.1)
+    assert system.run(system.client.start("reach", REACH)).label == "S_THERE"
+
+
+def test_a_manager_that_loses_its_goal_to_a_successor_ends() -> None:
+    system = System(MockRun(delay=30.0, result="THERE"))
+    goal = system.client.start("reach", REACH)
+    system.until(goal, State.RUNNING)
+    system.replace(skill_process("reach"))
+    assert system.run(goal, 5.0).ending is Ending.LOST
+    assert system.buses[skill_process("reach")].closed
+
+
+def test_a_manager_that_was_cut_off_and_not_replaced_lives_on() -> None:
+    system = System(MockRun(delay=30.0, result="THERE"), MockRun(result="THERE"))
+    bus, manager = system.buses[skill_process("reach")], system.nodes[skill_process("reach")]
+    assert isinstance(manager, SkillManagerNode)
+    goal = system.client.start("reach", REACH)
+    system.until(goal, State.RUNNING)
+    manager._alive.cancel()
+    assert system.run(goal, 5.0).ending is Ending.LOST
+    bus.declare_alive(KEYS.alive(manager.name))
     assert system.run(system.client.start("reach", REACH)).label == "S_THERE"
 
 

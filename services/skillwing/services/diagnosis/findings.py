@@ -166,8 +166,8 @@ def two_of_a_name(system: SystemSeen) -> Iterator[Finding]:
             yield Finding(
                 about="two_of_a_name",
                 what=f"{len(repliers)} processes are {probe.process}, and both do what is asked of one.",
-                remedy="End all but one (a `node_host` started by hand, a container, a second system?), and have that "
-                "one started anew: the resource manager knows only the one that came last.",
+                remedy="End all but one (a `node_host` started by hand, a container, a second system?). The resource "
+                "manager knows the one that came last; any other ends at its next goal, and is started anew by `up`.",
             )
 
 

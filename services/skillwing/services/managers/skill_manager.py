@@ -29,6 +29,7 @@ from skillwing.services.options import imported, required
 from skillwing.services.protocol import (
     AttachManager,
     Ending,
+    ErrorCode,
     ErrorReply,
     GoalProgress,
     GoalStatus,
@@ -97,8 +98,8 @@ class SkillManagerNode:
         serve(bus, keys.interrupt(skill), InterruptGoal, self._answer_interrupt)
         serve(bus, keys.goal(skill), QueryGoal, lambda query, key: self._core.status(query.goal_id))
         # The resource manager must not take this process for a predecessor whose token was away for a moment.
-        attach = AttachManager(manager=self.name, incarnation=incarnation)
-        ask_until_answered(bus, keys.resource_attach, encode(attach), self._on_attached)
+        self._attach = AttachManager(manager=self.name, incarnation=incarnation)
+        self._make_known()
         self._alive: Handle = bus.declare_alive(keys.alive(self.name))
 
     def detach(self) -> None:
@@ -133,17 +134,39 @@ class SkillManagerNode:
             log.warning("dropped a verdict: %s", error)
         else:
             self._perform(self._core.pushed(verdict, self._bus.now()))
+            self._look_for_successor(verdict)
+
+    def _make_known(self) -> None:
+        ask_until_answered(self._bus, self._keys.resource_attach, encode(self._attach), self._on_attached)
 
     def _on_attached(self, answer: Answered | Refused) -> None:
-        if isinstance(answer, Refused):
-            log.warning("the resource manager does not take us for %s: %s", self.name, answer.error.message)
+        match answer:
+            case Refused(ErrorReply(code=ErrorCode.STALE_TOKEN, message=message)):
+                log.error("%s This one ends.", message)
+                self._bus.post(self._make_way)
+            case Refused(error):
+                log.warning("the resource manager does not take us for %s: %s", self.name, error.message)
+            case Answered():
+                pass
+
+    def _make_way(self) -> None:
+        """Leave to the successor: nothing that we ask for is granted any more. Supervision may start us anew."""
+        self.detach()
+        self._bus.close()
+
+    def _look_for_successor(self, answer: GoalVerdict | ErrorReply | None) -> None:
+        """Who is told that his goal is another's, or lost, asks whether he still counts; that asks for nothing else."""
+        if isinstance(answer, Lost) or (isinstance(answer, ErrorReply) and answer.code is ErrorCode.STALE_TOKEN):
+            self._make_known()
 
     def _on_resources_answer(self, asked: AskResources, answer: Answer) -> None:
         if isinstance(answer, Unanswered) and not self._bus.connected:
             # Nobody's silence but ours.
             self._bus.after(CUT_OFF_DELAY, lambda: self._ask(asked), wall=True)
             return
-        self._perform(self._core.answered(asked, _verdict(answer), self._bus.now()))
+        verdict = _verdict(answer)
+        self._perform(self._core.answered(asked, verdict, self._bus.now()))
+        self._look_for_successor(verdict)
 
     # --- what the hooks ask for --------------------------------------------------------------------------------------
 
@@ -213,7 +236,9 @@ class SkillManagerNode:
         self._keep_renewing()
 
     def _on_renewal_answer(self, renewal: RenewGoal, answer: Answer) -> None:
-        self._perform(self._core.renewed(renewal, _verdict(answer), self._bus.now()))
+        verdict = _verdict(answer)
+        self._perform(self._core.renewed(renewal, verdict, self._bus.now()))
+        self._look_for_successor(verdict)
 
     # --- hooks -------------------------------------------------------------------------------------------------------
 

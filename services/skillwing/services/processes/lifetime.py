@@ -15,6 +15,8 @@ EXIT_UNREACHABLE = 69
 """There is no router where the process was told to look for one, or the router's port is taken."""
 EXIT_CRASHED = 70
 """An exception that nobody expected; the log has its traceback."""
+EXIT_REPLACED = 76
+"""Another process of its name has taken its place."""
 EXIT_CONFIGURATION = 78
 """The process was told to do something it cannot; it said what."""
 EXIT_ORPHANED = 75

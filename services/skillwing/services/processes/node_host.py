@@ -8,7 +8,8 @@ the environment: SKILLWING_CONNECT, SKILLWING_ROBOT, SKILLWING_HEARTBEAT, and fo
 SKILLWING_SPEED, SKILLWING_FAULTS (JSON), SKILLWING_RUN_DIR, SKILLWING_DURABLE (1 or 0) and SKILLWING_VIEWER_URL.
 
 It runs until SIGTERM or SIGINT, or with `--parent-pipe` until its standard input ends. Exit codes: 0 it was told to
-end, 69 no router answers, 70 the node crashed (the log has the traceback), 78 it was told to do something it cannot.
+end, 69 no router answers, 70 the node crashed (the log has the traceback), 76 another process has taken its place, 78
+it was told to do something it cannot.
 """
 
 from __future__ import annotations
@@ -28,7 +29,14 @@ from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.bus.zenoh_session import RouterUnreachableError
 from skillwing.services.errors import InvalidOptionError, SkillwingError
 from skillwing.services.options import imported
-from skillwing.services.processes.lifetime import EXIT_CONFIGURATION, EXIT_CRASHED, EXIT_OK, EXIT_UNREACHABLE, Lifetime
+from skillwing.services.processes.lifetime import (
+    EXIT_CONFIGURATION,
+    EXIT_CRASHED,
+    EXIT_OK,
+    EXIT_REPLACED,
+    EXIT_UNREACHABLE,
+    Lifetime,
+)
 from skillwing.services.protocol import Keys
 from skillwing.services.robot import ClockKind, ProcessSpec, find_robot
 
@@ -104,6 +112,8 @@ def _host(bus: ZenohBus, node: Node, lifetime: Lifetime, alive_key: str | None, 
             _beat(bus, heartbeat)
         logger.info("%s runs", bus.name)
         bus.run_until(lambda: lifetime.over)
+        if bus.closed:
+            return EXIT_REPLACED
         node.detach()
     except Exception:
         logger.exception("%s crashed", bus.name)
