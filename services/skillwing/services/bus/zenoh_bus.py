@@ -150,9 +150,12 @@ class ZenohBus:
         )
 
         def receive(reply: zenoh.Reply) -> None:
+            question.answered = True
             self.post(lambda: question.settle(_answer(reply)))
 
         def finish() -> None:
+            if question.answered:
+                return  # what would wake the node for nothing
             # The router's own timeout ends a query like an absent server does; only the time tells them apart.
             timed_out = time.monotonic() > expiry - TIMER_SLACK
             self.post(lambda: question.settle(Unanswered(timed_out)))
@@ -399,6 +402,8 @@ class _Question:
     def __init__(self, on_answer: Callable[[Answer], None]) -> None:
         self._on_answer = on_answer
         self._settled = False
+        self.answered = False
+        """An answer is in the mailbox; written and read on Zenoh's thread."""
         self.expiry: Entry | None = None
 
     def settle(self, answer: Answer) -> None:
