@@ -248,7 +248,8 @@ class ResourceManagerNode:
         return step.reply
 
     def _publish(self, publications: Iterable[Publication]) -> None:
-        for publication in publications:
+        # Verdicts go first: whoever has to stop is told before whoever only wants to know.
+        for publication in sorted(publications, key=lambda each: not isinstance(each, Violated | Lost)):
             match publication:
                 case Record():
                     self._timeline.publish(publication)
