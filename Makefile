@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
 
-.PHONY: setup demo test mutants lint format errors pictures reference lock clean history simulate fuzz chaos
+.PHONY: setup demo test mutants lint format errors pictures reference lock clean history simulate fuzz chaos bench
 
 setup: $(READY)
 
@@ -36,6 +36,14 @@ lint: setup
 format: setup
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+
+# The figures in docs/performance.md, for the better or the worse; on a quiet machine, for three minutes.
+bench: setup
+	$(BIN)/python benchmarks/latency.py --write
+	$(BIN)/python benchmarks/managers.py --write
+	$(BIN)/python benchmarks/messages.py --write
+	$(BIN)/python benchmarks/tree_tick.py --write
+	$(BIN)/python benchmarks/language.py --write
 
 # What follows from the code in docs/errors/: headings, the output under each example, the index.
 errors: setup
