@@ -23,6 +23,7 @@ class Ground:
     def __init__(self, network: InProcessNetwork) -> None:
         self._network = network
         self.bus: Bus = network.bus("ground")
+        self.guidance: Bus
         self.heard: dict[str, list[Sample]] = {}
         self.bus.subscribe("fl/**", self._hear, events=True)
 
@@ -45,7 +46,7 @@ def network() -> InProcessNetwork:
 def ground(network: InProcessNetwork) -> Iterator[Ground]:
     ground = Ground(network)
     network.attach(make_sim({"seed": 4}))
-    network.attach(make_guidance({}))
+    ground.guidance = network.attach(make_guidance({}))
     yield ground
 
 
@@ -125,6 +126,28 @@ def test_a_flight_over_the_bus_and_the_pilot_who_ends_it(network: InProcessNetwo
     status = decode(ground.heard[topics.GUIDANCE_STATUS][-1].payload, topics.GuidanceStatus)
     assert (status.body.goal_id, status.body.state) == ("up", topics.MotionState.ABORTED)
     assert "pilot" in status.body.text
+
+
+def test_guidance_that_is_started_anew_in_flight_is_told_what_was_revoked_before(
+    network: InProcessNetwork, ground: Ground
+) -> None:
+    network.run_for(1.5)
+    up = topics.GuidanceCommand(goal_id="up", token=1, motion=topics.TakeOff(height=2.0, speed=1.0))
+    assert isinstance(ground.ask(topics.GUIDANCE_COMMAND, up), Answered)
+    network.run_for(4.0)
+    revoked = topics.Revoked(goal_id="lost", token=2, record="r")
+    ground.bus.advertise(topics.AUTHORITY, events=True).put(encode(revoked))
+    network.run_for(0.1)
+    ground.guidance.close()
+    network.attach(make_guidance({}))
+    network.run_for(0.2)
+    late = topics.GuidanceCommand(goal_id="lost", token=2, motion=topics.Hold())
+    answer = ground.ask(topics.GUIDANCE_COMMAND, late)
+    assert isinstance(answer, Refused)
+    assert answer.error.code is ErrorCode.STALE_TOKEN
+    assert isinstance(
+        ground.ask(topics.GUIDANCE_COMMAND, msgspec.structs.replace(late, goal_id="next", token=3)), Answered
+    )
 
 
 @pytest.mark.parametrize(
