@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 from collections import deque
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.journal.journal import Journal
 from skillwing.services.journal.schema import Identity
 from skillwing.services.managers.data_manager import DataManagerNode
+from skillwing.services.managers.hook_bus import HookBus
 from skillwing.services.managers.hooks import Goal, SkillHooks
 from skillwing.services.managers.resource_manager import ResourceManagerNode
 from skillwing.services.managers.skill_manager import SkillManagerNode
@@ -30,7 +32,7 @@ from skillwing.services.testing.model import model_of
 
 WORKBENCH = Path(__file__).with_name("workbench.skillset")
 SCRIPT = WORKBENCH.with_suffix(".mock.toml")
-ATTEMPTS = 20
+ATTEMPTS = 50
 """Questions to a mock after which it counts as deaf."""
 
 
@@ -81,6 +83,7 @@ class InProcessStage:
         self._journal = Journal(None, Identity("", self.skillset.name, self.skillset.schema_hash))
         self._running: dict[str, InProcessBus] = {}
         self._frozen: set[str] = set()
+        self._hung: set[str] = set()
         self._hooks: dict[str, PlannedHooks] = {}
         self._names = [RESOURCE_MANAGER, DATA_MANAGER, *(skill_process(each.name) for each in self.skillset.skills)]
         for name in self._names:
@@ -106,10 +109,17 @@ class InProcessStage:
         self._running.pop(process).close()
 
     def restart(self, process: str) -> None:
-        node = self._node(process)
-        bus = self._network.attach(node)
+        bus = self._network.bus(process)
         assert isinstance(bus, InProcessBus)
         self._running[process] = bus
+
+        def hear(name: str, callback: Callable[[], None]) -> None:
+            del name
+            if process not in self._hung:
+                callback()
+
+        node = self._node(process)
+        node.attach(HookBus(bus, hear) if process.startswith("skill/") else bus)
 
     def freeze(self, process: str) -> None:
         self._frozen.add(process)
@@ -119,7 +129,13 @@ class InProcessStage:
         self._frozen.remove(process)
         self._network.wake(self._running[process])
 
+    def hang(self, skill: str) -> None:
+        self._hung.add(skill_process(skill))
+
     def tidy(self) -> None:
+        for process in tuple(self._hung):
+            self.kill(process)
+            self._hung.remove(process)
         for process in tuple(self._frozen):
             self.thaw(process)
         for process in self._names:
@@ -151,6 +167,7 @@ class ProcessStage:
         self.skillset = self._system.skillset
         self._frozen: set[str] = set()
         self._killed: set[str] = set()
+        self._hung: set[str] = set()
 
     def bus(self, name: str) -> Bus:
         return ZenohBus(name, self.skillset.name, self._system.launcher.endpoint)
@@ -177,7 +194,14 @@ class ProcessStage:
         self._frozen.remove(process)
         os.kill(self._system.launcher.pids[process], signal.SIGCONT)
 
+    def hang(self, skill: str) -> None:
+        self._hung.add(skill_process(skill))
+        self._direct(skill, direction(MockRun(hang=True, delay=0.0), "now"))
+
     def tidy(self) -> None:
+        for process in tuple(self._hung):
+            self._hung.remove(process)
+            self.kill(process)
         for process in tuple(self._frozen):
             self.thaw(process)
         for process in tuple(self._killed):
@@ -214,4 +238,6 @@ def ask_mock(bus: Bus, keys: Keys, skill: str, call: MockCall) -> None:
         bus.run_until(lambda asked=asked: len(answers) > asked, 5.0)
         if answers and isinstance(answers[-1], Answered):
             return
+        # One that has just been started may be alive before it can be reached.
+        bus.run_until(lambda: False, 0.1)
     raise AssertionError(f"The mock of `{skill}` does not listen: {answers}")

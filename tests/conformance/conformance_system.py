@@ -84,6 +84,10 @@ class Stage(Protocol):
         """As SIGCONT."""
         ...
 
+    def hang(self, skill: str) -> None:
+        """Have the manager of a skill do nothing any more, although its process and its session live."""
+        ...
+
     def tidy(self) -> None:
         """Have everything running as at the beginning."""
         ...
@@ -197,12 +201,12 @@ class System:
         answer = self.ask(self.keys.resource_states, encode(QueryStates()), patience)
         return decode(answer.payload, ResourceStates) if isinstance(answer, Answered) else None
 
-    def trigger(self, resource: str, target: str) -> ErrorReply | None:
-        """Report a transition of the robot. Returns the refusal, if it is refused."""
-        return self._refusal(self.keys.resource_extern, FireExtern(resource=resource, target=target, source=CLIENT))
+    def trigger(self, resource: str, target: str) -> ResourceStates | ErrorReply:
+        """Report a transition of the robot. The answer holds the states after everything that it broke."""
+        return self._fired(self.keys.resource_extern, FireExtern(resource=resource, target=target, source=CLIENT))
 
-    def fire(self, event: str) -> ErrorReply | None:
-        return self._refusal(self.keys.event(event), FireEvent(event=event, source=CLIENT))
+    def fire(self, event: str) -> ResourceStates | ErrorReply:
+        return self._fired(self.keys.event(event), FireEvent(event=event, source=CLIENT))
 
     def set_pressure(self, value: float) -> None:
         """Publish it from now on, and see it arrive."""
@@ -258,10 +262,10 @@ class System:
             case Unanswered():
                 return None
 
-    def _refusal(self, key: str, message: Message) -> ErrorReply | None:
+    def _fired(self, key: str, message: Message) -> ResourceStates | ErrorReply:
         answer = self.ask(key, encode(message))
         assert not isinstance(answer, Unanswered), f"nobody answers on {key}"
-        return answer.error if isinstance(answer, Refused) else None
+        return answer.error if isinstance(answer, Refused) else decode(answer.payload, ResourceStates)
 
     # --- afterwards --------------------------------------------------------------------------------------------------
 
@@ -276,7 +280,7 @@ class System:
                     self.end(goal_id)
             for resource, state in AT_REST.items():
                 if self.states[resource] != state:
-                    assert self.trigger(resource, state) is None
+                    assert isinstance(self.trigger(resource, state), ResourceStates)
             self.until_states(arm="FREE", **AT_REST)
             for goal_id in self._asked_for:
                 assert len(self.terminals(goal_id)) <= 1, f"{goal_id} has several ends: {self.terminals(goal_id)}"

@@ -132,6 +132,15 @@ def test_lost_a_manager_that_dies_loses_its_goal(system: System) -> None:
     assert system.end(system.run("push", result="PUSHED", delay=0.0)).success, "others go on"
 
 
+def test_lost_a_manager_that_hangs_in_a_hook_loses_its_goal(system: System) -> None:
+    goal = system.run("grip", forever=True)
+    system.stage.hang("grip")
+    verdict = system.verdict(goal)
+    assert isinstance(verdict, Lost)
+    assert "silent" in verdict.reason
+    assert system.states["arm"] == "FREE"
+
+
 def test_lost_a_manager_that_freezes_loses_its_goal_and_learns_of_it_when_it_wakes_up(system: System) -> None:
     goal = system.run("grip", forever=True)
     system.stage.freeze("skill/grip")

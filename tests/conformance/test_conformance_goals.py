@@ -167,6 +167,16 @@ def test_a_violation_while_it_is_interrupted_counts(system: System) -> None:
     assert system.end(goal).ending is Ending.INVARIANT_VIOLATED
 
 
+def test_an_interrupt_while_the_grant_is_under_way_lets_nothing_begin(system: System) -> None:
+    system.stage.freeze("resource_manager")
+    goal, _ = system.start("grip")
+    system.interrupt("grip", goal)
+    system.stage.thaw("resource_manager")
+    assert system.end(goal).ending is Ending.INTERRUPTED
+    assert system.story(goal) == [State.VALIDATING, State.INTERRUPTING, State.TERMINATED]
+    system.until_states(arm="FREE")
+
+
 # --- ending (rule 6) -------------------------------------------------------------------------------------------------
 
 
@@ -179,6 +189,16 @@ def test_what_a_skill_says_after_the_end_changes_nothing(system: System) -> None
     system.wait(0.5)
     assert [end.ending for end in system.terminals(goal)] == [Ending.INVARIANT_VIOLATED]
     assert system.state(following) is State.RUNNING
+
+
+def test_of_two_results_the_first_counts(system: System) -> None:
+    system.trigger("part", "PRESENT")
+    goal = system.run("grip", forever=True)
+    system.stage.freeze("resource_manager")
+    system.stage.end_now("grip", "MISSED")
+    system.stage.end_now("grip", "GRIPPED")
+    system.stage.thaw("resource_manager")
+    assert system.end(goal).result == "MISSED"
 
 
 def test_feedback_comes_while_the_goal_runs_and_not_after(system: System) -> None:
