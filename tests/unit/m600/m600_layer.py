@@ -73,6 +73,7 @@ class M600Layer(FakeLayer):
         self.aborts = False
         self.reports = True
         self.measures = True
+        self.navigates = True
         self.diverged = False
         self.source = ObstacleSource.NONE
         self.mapping = False
@@ -204,17 +205,18 @@ class M600Layer(FakeLayer):
 
     def _sense(self) -> None:
         now = self.bus.now()
-        self.publish(
-            topics.NAVIGATION,
-            topics.Navigation(
-                t=now,
-                position=self.position,
-                velocity=(0.0, 0.0, 0.0),
-                quaternion=(1.0, 0.0, 0.0, 0.0),
-                angular_velocity=(0.0, 0.0, 0.0),
-                heading=self.heading,
-            ),
-        )
+        if self.navigates:
+            self.publish(
+                topics.NAVIGATION,
+                topics.Navigation(
+                    t=now,
+                    position=self.position,
+                    velocity=(0.0, 0.0, 0.0),
+                    quaternion=(1.0, 0.0, 0.0, 0.0),
+                    angular_velocity=(0.0, 0.0, 0.0),
+                    heading=self.heading,
+                ),
+            )
         self.publish(
             topics.FLIGHT,
             topics.FlightState(

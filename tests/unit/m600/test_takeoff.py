@@ -75,3 +75,30 @@ def test_when_the_pilot_takes_over_the_drone_is_told_to_stop(drone: Drone) -> No
     goal.assert_ended("RI", invariant="authority")
     assert drone.layer.motions[-1] == "Stop"
     assert [revoked.goal_id for revoked in drone.layer.revoked] == [goal.id]
+
+
+def test_without_navigation_it_does_not_climb_and_says_why(drone: Drone) -> None:
+    drone.layer.navigates = False
+    goal = drone.start(height=5.0, speed=1.0)
+    goal.assert_ended("ERROR", within=3.0)
+    assert "no navigation solution" in goal.terminal.reason
+    assert drone.layer.motions == []
+    drone.assert_states(axes_authority="AVAILABLE")
+
+
+def test_interrupted_before_it_knows_where_it_is_it_ends_at_once(drone: Drone) -> None:
+    drone.layer.navigates = False
+    goal = drone.start(height=5.0, speed=1.0)
+    goal.interrupt()
+    goal.assert_ended("IT", within=0.5)
+    drone.layer.navigates = True
+    drone.run(1.0)
+    assert drone.layer.motions == []
+
+
+def test_what_an_earlier_goal_heard_is_forgotten(drone: Drone) -> None:
+    drone.start(height=2.0, speed=2.0).assert_ended("S_AT_ALTITUDE")
+    drone.layer.on_ground = True
+    drone.run(2.0)
+    drone.layer.navigates = False
+    drone.start(height=5.0, speed=1.0).assert_ended("ERROR", within=3.0)
