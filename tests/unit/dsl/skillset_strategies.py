@@ -251,8 +251,9 @@ def skillsets(draw: st.DrawFn, most_skills: int = 2, most_resources: int = 3) ->
     types = draw(_named_types())
     data = draw(_data(types))
     known = [draw(resources(name)) for name in draw(_names("r", most_resources))]
+    guards = st.none() | about_resources(known) | _about_values((), data)
     events = tuple(
-        Event(name, draw(st.none() | about_resources(known)), draw(_effect(name, known)))
+        Event(name, draw(guards), draw(_effect(name, known)))
         for name in draw(_names("ev", 2))
     )
     chosen = tuple(draw(skills(name, known, data, types)) for name in draw(_names("k", most_skills)))

@@ -214,6 +214,26 @@ def test_a_model_printed_as_source_is_that_model(skillset: Skillset) -> None:
     assert format_source(source) == source
 
 
+def test_an_event_guarded_by_data_is_printed_as_such() -> None:
+    source = """\
+skillset s {
+    data { battery: float64 }
+    resource r {
+        initial A
+        extern A -> B
+    }
+    event low {
+        guard data=(battery < 10.0)
+        effect { r -> B }
+    }
+}
+"""
+    again, _ = model(source)
+    printed = to_source(again)
+    assert "guard data=(battery < 10.0)" in printed
+    assert model(printed)[0] == again
+
+
 # --- the command
 
 RAW = "skillset s { data { a:float64 } } // end\n"

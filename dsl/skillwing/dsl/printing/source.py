@@ -110,7 +110,7 @@ def _changes(effect: Effect) -> list[str]:
 
 
 def _event(event: Event) -> str:
-    guard = [] if event.guard is None else [f"guard {_predicate('resource', event.guard)}"]
+    guard = [] if event.guard is None else [f"guard {_predicate(_kind(event.guard), event.guard)}"]
     return _block(f"event {event.name}", [*guard, _inline("effect", _changes(event.effect))])
 
 
