@@ -50,7 +50,7 @@ def sources(draw: st.DrawFn) -> Source:
 
 
 def _skill(draw: st.DrawFn, source: Source, name: str, resources: dict[str, tuple[str, ...]], with_data: bool) -> None:
-    effects = [f"x{number}" for number in range(draw(st.integers(1, 3)))]
+    effects = [f"x{number}" for number in range(draw(st.integers(0, 3)))]
     some_effect = st.sampled_from([*effects, "nothing"])
     source.add(f"skill {name} {{", name)
     source.add("effect { nothing {}")

@@ -15,7 +15,7 @@ from small_skillsets import Source, sources
 
 from skillwing.dsl.checking.analysis import report_on
 from skillwing.dsl.checking.reachability.approximation import Approximation
-from skillwing.dsl.checking.reachability.exploration import Exploration
+from skillwing.dsl.checking.reachability.parts import PartByPart
 from skillwing.dsl.checking.reachability.statespace import StateSpace
 from skillwing.dsl.checking.resolver import resolve
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic, has_errors
@@ -64,7 +64,9 @@ def test_where_it_knows_exactly_it_neither_misses_nor_invents(source: Source) ->
     seen = played(skillset)
     space = StateSpace(skillset)
     report = Report()
-    report_on(Exploration(space), space, report)
+    knowledge = PartByPart(space)
+    assert knowledge.exact
+    report_on(knowledge, space, report)
     findings = Findings(report.diagnostics, source)
     _nothing_is_invented(skillset, seen, findings)
     _nothing_is_missed(skillset, seen, findings)

@@ -10,6 +10,7 @@ import pytest
 import typer
 from typer.testing import CliRunner, Result
 
+from skillwing.dsl.checking.reachability import parts
 from skillwing.dsl.commands.check import check
 from skillwing.dsl.diagnostics.codes import CODES
 from skillwing.dsl.diagnostics.pages import page_on
@@ -24,6 +25,13 @@ def run(*arguments: str, text: str | None = None) -> Result:
     application = typer.Typer()
     application.command()(check)
     return CliRunner().invoke(application, arguments, input=text)
+
+
+def test_a_file_too_large_to_be_played_through_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    note = "too large to be played through"
+    assert note not in run(GOOD).stdout
+    monkeypatch.setattr(parts, "MOST_SKILLS", 0)
+    assert f"{GOOD}: {note}" in run(GOOD).stdout
 
 
 # --- SARIF: the properties that the specification requires, by its section numbers

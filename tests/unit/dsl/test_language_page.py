@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from skillwing.dsl.checking.checker import check
-from skillwing.dsl.checking.reachability.exploration import MOST_SITUATIONS, MOST_SKILLS, MOST_STATES
+from skillwing.dsl.checking.reachability.parts import MOST_SITUATIONS, MOST_SKILLS, MOST_STATES
 from skillwing.dsl.checking.reachability.relations import MOST_COMBINATIONS
 
 PAGE = (Path(__file__).parents[3] / "docs" / "language.md").read_text()
@@ -27,6 +27,7 @@ def test_the_page_has_its_examples() -> None:
 
 
 def test_the_limits_of_the_analysis_are_as_told() -> None:
-    told = f"up to {MOST_SKILLS} skills, {MOST_STATES} combinations of states and {MOST_SITUATIONS} situations"
+    told = f"up to {MOST_SKILLS} skills that change something and {MOST_STATES} combinations of states in each part"
     assert told in PAGE
+    assert f"{MOST_SITUATIONS} situations in the file" in PAGE
     assert f"up to {MOST_COMBINATIONS} combinations" in PAGE

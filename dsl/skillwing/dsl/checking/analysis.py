@@ -1,21 +1,22 @@
 """Checks on the meaning of a resolved skillset: what can never hold, apply, be reached or be given back.
 
-Everything is judged on the situations that can come about (`reachability/`). In a small skillset these are found
-exactly, by playing it through. In a larger one they are followed resource by resource, which may take situations for
-possible that are not.
+Everything is judged on the situations that can come about (`reachability/`). Where few resources are tied together
+these are found exactly, by playing them through. Where many are, they are followed resource by resource, which may take
+situations for possible that are not.
 
-So an error is always right, whatever the size: what the checker calls impossible is impossible. In a small skillset
-nothing impossible is passed over, either; in a larger one an impossible *combination* of states of several resources
+So an error is always right, whatever the size: what the checker calls impossible is impossible. Where all was played
+through nothing impossible is passed over, either; elsewhere an impossible *combination* of states of several resources
 may be, and a warning of what may happen may speak of one. Data and inputs are not looked at: a predicate on them may be
 true or false at any time.
 """
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from skillwing.dsl.checking.leaks import report_leaks
-from skillwing.dsl.checking.reachability.approximation import Approximation
-from skillwing.dsl.checking.reachability.exploration import explore
 from skillwing.dsl.checking.reachability.knowledge import Knowledge
+from skillwing.dsl.checking.reachability.parts import PartByPart
 from skillwing.dsl.checking.reachability.relations import MOST_COMBINATIONS
 from skillwing.dsl.checking.reachability.statespace import Behaviour, StateSpace
 from skillwing.dsl.checking.resource_analysis import report_event, report_resources
@@ -26,10 +27,15 @@ from skillwing.dsl.diagnostics.report import Report
 from skillwing.dsl.model import Skillset
 
 
-def analyse(skillset: Skillset, report: Report) -> None:
-    """Report what is wrong with the meaning of a skillset whose names and types are right."""
-    space = StateSpace(skillset)
-    report_on(explore(space) or Approximation(space), space, report)
+def analyse(skillset: Skillset, report: Report, unruly: Collection[str] = ()) -> bool:
+    """Report what is wrong with the meaning of a skillset whose names and types are right.
+
+    unruly: resources that something unknown may move at any time. Return whether everything was played through.
+    """
+    space = StateSpace(skillset, unruly)
+    knowledge = PartByPart(space)
+    report_on(knowledge, space, report)
+    return knowledge.exact
 
 
 def report_on(knowledge: Knowledge, space: StateSpace, report: Report) -> None:

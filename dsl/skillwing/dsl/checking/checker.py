@@ -22,10 +22,14 @@ _UNRELIABLE_AFTER_SYNTAX_ERRORS = frozenset({"SW030", "SW060", "SW081", "SW083"}
 
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """A checked file. skillset: None if there is any error. diagnostics: errors and warnings, in file order."""
+    """A checked file. skillset: None if there is any error. diagnostics: errors and warnings, in file order.
+
+    exact: whether the analysis could play everything through, so that no combination of states is passed over.
+    """
 
     skillset: Skillset | None
     diagnostics: tuple[Diagnostic, ...]
+    exact: bool = True
 
 
 @paused_collector()
@@ -41,9 +45,9 @@ def check(text: str, file: str) -> Checked:
     if has_errors(report.diagnostics):
         return Checked(None, in_file_order(report.diagnostics))
     report_unmarked_results(parsed.root, skillset, report)
-    analyse(skillset, report)
+    exact = analyse(skillset, report)
     found = in_file_order(report.diagnostics)
-    return Checked(None if has_errors(found) else skillset, found)
+    return Checked(None if has_errors(found) else skillset, found, exact)
 
 
 def _reliable(diagnostics: Iterable[Diagnostic], parsed: ParsedFile) -> Iterator[Diagnostic]:

@@ -61,9 +61,14 @@ def check(
             for name, outcome in checked.items():
                 show(outcome, sources[name])
                 typer.echo(f"{name}: {summary(outcome.diagnostics)}")
+                if not outcome.exact:
+                    typer.echo(f"{name}: {_NOT_EXACT}")
             _point_to_pages(found)
     failed = any(outcome.skillset is None or (strict and outcome.diagnostics) for outcome in checked.values())
     raise typer.Exit(PROBLEMS if failed else 0)
+
+
+_NOT_EXACT = "too large to be played through: states of *several* resources that never come together may be missed."
 
 
 def _name(file: Path) -> str:

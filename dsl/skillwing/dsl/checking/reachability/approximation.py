@@ -121,6 +121,11 @@ class Approximation:
             edges = self._extern_edges(name)
             for edge in edges:
                 self._moves.add(name, edge, None)
+            if name in self._space.unruly:
+                edges = [(edge.source, edge.target) for edge in self._space.resource(name).transitions]
+                for edge in edges:
+                    self._moves.add(name, edge, None)
+                    self._forced.add(name, edge, None)
             self._states[name] = closure({self._space.resource(name).initial}, edges)
 
     def _extern_edges(self, name: str) -> list[_Move]:

@@ -1,4 +1,4 @@
-"""Exact knowledge of a small skillset: every situation that can come about, found by playing it through.
+"""Exact knowledge of a few resources and skills: every situation that can come about, found by playing them through.
 
 A node is what the resource manager holds between two steps: the state of each resource and the goals under way. From
 it lead all steps that managers, clients and the functional layer can make (docs/semantics.md): extern transitions and
@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from typing import TypeAlias
 
 from skillwing.dsl.checking.reachability.knowledge import SkillSituations
@@ -18,31 +19,25 @@ from skillwing.dsl.checking.reachability.situations import Changes, Situations
 from skillwing.dsl.checking.reachability.statespace import Guard, StateSpace
 from skillwing.dsl.model import Skill
 
-MOST_SKILLS = 12
-MOST_STATES = 2048
-"""Of combinations of the declared states of all resources."""
-MOST_SITUATIONS = 600
-"""Of nodes that come about."""
-_MOST_OUTCOMES = 6000
-
 _Node: TypeAlias = tuple[Row, tuple[str, ...]]
 """The states of all resources, and the running skills: those with invariants in the order of their grants."""
 
 
-def explore(space: StateSpace) -> Exploration | None:
-    """Return None for a skillset that has too many situations to look at all of them."""
-    combinations = 1
-    for name in space.names:
-        combinations *= len(space.resource(name).states)
-    if len(space.skillset.skills) > MOST_SKILLS or combinations > MOST_STATES:
-        return None
-    try:
-        return Exploration(space)
-    except _TooManyError:
-        return None
+@dataclass(slots=True)
+class Budget:
+    """How much may still be looked at. situations: nodes; outcomes: pairs of a step and a node to which it may lead."""
+
+    situations: int
+    outcomes: int
+
+    def spend(self, situations: int = 0, outcomes: int = 0) -> None:
+        self.situations -= situations
+        self.outcomes -= outcomes
+        if self.situations < 0 or self.outcomes < 0:
+            raise TooManyError
 
 
-class _TooManyError(Exception):
+class TooManyError(Exception):
     """There are more situations than the exploration is allowed to look at."""
 
 
@@ -89,12 +84,13 @@ class _Player:
 
 
 class Exploration:
-    """The knowledge that comes of it (`knowledge.Knowledge`)."""
+    """The knowledge that comes of it (`knowledge.Knowledge`). Raises TooManyError when the budget is spent."""
 
     exact = True
 
-    def __init__(self, space: StateSpace) -> None:
+    def __init__(self, space: StateSpace, budget: Budget) -> None:
         self._space = space
+        self._budget = budget
         self._players = {skill.name: _Player(skill, space) for skill in space.skillset.skills}
         self._events = [
             (_Test(space, space.guard(event.guard)), _Effect(space, space.event(event)))
@@ -107,7 +103,6 @@ class Exploration:
             if edge.extern
         ]
         self._settled: dict[tuple[_Node, str | None], frozenset[_Node]] = {}
-        self._outcomes = 0
         self._visited: set[Row] = set()
         self._entered: dict[str, set[Row]] = defaultdict(set)
         self._started: dict[str, set[Row]] = defaultdict(set)
@@ -163,8 +158,7 @@ class Exploration:
             node = frontier.pop()
             for successor in self._successors(node):
                 if successor not in self._predecessors:
-                    if len(self._predecessors) >= MOST_SITUATIONS:
-                        raise _TooManyError
+                    self._budget.spend(situations=1)
                     self._predecessors[successor] = set()
                     frontier.append(successor)
                 self._predecessors[successor].add(node)
@@ -221,9 +215,7 @@ class Exploration:
             self._visited.add(row)
             outcomes = frozenset(self._judged(row, running, fresh))
             self._settled[key] = outcomes
-            self._outcomes += len(outcomes)
-            if self._outcomes > _MOST_OUTCOMES:
-                raise _TooManyError
+            self._budget.spend(outcomes=len(outcomes))
         return self._settled[key]
 
     def _judged(self, row: Row, running: tuple[str, ...], fresh: str | None) -> Iterator[_Node]:

@@ -63,6 +63,13 @@ class Situations:
         factor = _Factor(names, frozenset(rows))
         return cls(dict.fromkeys(names, factor), empty=not factor.rows)
 
+    @classmethod
+    def side_by_side(cls, parts: Iterable[Situations]) -> Situations:
+        """Every combination of a situation of each of the parts, which have no resource in common."""
+        listed = list(parts)
+        factors = {name: factor for part in listed for name, factor in part._factors.items()}
+        return cls(factors, any(part.empty for part in listed), any(part.loose for part in listed))
+
     def states(self, name: str) -> frozenset[str]:
         """The states that a resource has in any of the situations."""
         return frozenset() if self.empty else self._factors[name].states(name)

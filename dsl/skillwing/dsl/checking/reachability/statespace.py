@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+import copy
+from collections.abc import Collection, Iterable, Iterator
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from skillwing.dsl.checking.reachability.relations import Relation, Relations
@@ -40,6 +41,10 @@ class Behaviour:
     def judged_invariants(self) -> list[Relation]:
         return [guard for guard, _ in self.invariants if guard is not None]
 
+    @property
+    def changes_nothing(self) -> bool:
+        return not any(self.effects())
+
     def effects(self) -> Iterator[Changes]:
         yield from (self.start, self.refusal, self.interrupt, self.lost)
         yield from (effect for _, effect in self.invariants)
@@ -47,10 +52,14 @@ class Behaviour:
 
 
 class StateSpace:
-    """The resources of a skillset, its effects and its predicates. names: of all resources, in declaration order."""
+    """The resources of a skillset, its effects and its predicates. names: of all resources, in declaration order.
 
-    def __init__(self, skillset: Skillset) -> None:
+    unruly: resources that something unknown may move at any time, by any of their transitions.
+    """
+
+    def __init__(self, skillset: Skillset, unruly: Collection[str] = ()) -> None:
         self.skillset = skillset
+        self.unruly = frozenset(unruly)
         self.relations = Relations(skillset.resources)
         self.names = tuple(resource.name for resource in skillset.resources)
         self._resources = {resource.name: resource for resource in skillset.resources}
@@ -64,6 +73,14 @@ class StateSpace:
                     self._sources[resource.name, target, extern] = sources
         self._changes: dict[tuple[tuple[tuple[str, str], ...], bool], Changes] = {}
         self._behaviours = {skill.name: self._behaviour(skill) for skill in skillset.skills}
+
+    def part(self, names: Collection[str], skills: Iterable[Skill], events: Iterable[Event]) -> StateSpace:
+        """The same with some of the resources and those of the skills and events that speak of no others."""
+        resources = tuple(resource for resource in self.skillset.resources if resource.name in names)
+        part = copy.copy(self)
+        part.names = tuple(resource.name for resource in resources)
+        part.skillset = replace(self.skillset, resources=resources, skills=tuple(skills), events=tuple(events))
+        return part
 
     def resource(self, name: str) -> Resource:
         return self._resources[name]

@@ -1,0 +1,115 @@
+"""Knowledge of a skillset, part by part: played through where possible, followed resource by resource elsewhere.
+
+Resources that no skill and no event names together know nothing of each other, so each group of those that are tied is
+looked at for itself. Within a group, a skill that changes nothing is no concern of the others: each of them is played
+beside those that do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from functools import cache
+from math import prod
+
+from skillwing.dsl.checking.reachability.approximation import Approximation
+from skillwing.dsl.checking.reachability.exploration import Budget, Exploration, TooManyError
+from skillwing.dsl.checking.reachability.knowledge import Knowledge, SkillSituations
+from skillwing.dsl.checking.reachability.situations import Situations
+from skillwing.dsl.checking.reachability.statespace import Behaviour, StateSpace
+from skillwing.dsl.expressions import names_used
+from skillwing.dsl.model import Event, Skill
+
+MOST_SKILLS = 16
+"""Of one group that change something."""
+MOST_STATES = 8192
+"""Of combinations of the declared states of the resources of one group."""
+MOST_SITUATIONS = 4000
+"""Of a whole file, so that an editor may check it at every keystroke."""
+_MOST_OUTCOMES = 40_000
+
+
+class PartByPart:
+    """The knowledge that comes of it (`knowledge.Knowledge`)."""
+
+    def __init__(self, space: StateSpace) -> None:
+        self._budget = Budget(MOST_SITUATIONS, _MOST_OUTCOMES)
+        self._of: dict[str, tuple[Knowledge, Skill]] = {}
+        """By skill, what is known of it, or of another one that behaves alike."""
+        # The small ones first: a large one may spend all that is left.
+        parts = sorted(_parts(space), key=lambda part: len(part.skillset.skills))
+        known = [self._understand(part) for part in parts]
+        self.exact = all(each.exact for each in (*known, *(each for each, _ in self._of.values())))
+        self.always = Situations.side_by_side(each.always for each in known)
+        self.resting = Situations.side_by_side(each.resting for each in known)
+
+    def of(self, skill: Skill) -> SkillSituations:
+        known, like = self._of[skill.name]
+        return known.of(like)
+
+    def stuck(self, skill: Skill, name: str, origins: frozenset[str]) -> list[frozenset[str]]:
+        known, like = self._of[skill.name]
+        return known.stuck(like, name, origins)
+
+    def _understand(self, part: StateSpace) -> Knowledge:
+        """What is known of the resources of a part; note for each of its skills where to find what concerns it."""
+        movers = [skill for skill in part.skillset.skills if not part.behaviour(skill).changes_nothing]
+        played = self._played(part, movers) if _may_be_played(part, len(movers)) else None
+        roughly = cache(lambda: Approximation(part))
+        known = played or roughly()
+        watching: dict[Behaviour, tuple[Knowledge, Skill]] = {}
+        for skill in part.skillset.skills:
+            behaviour = part.behaviour(skill)
+            if played is None or not behaviour.changes_nothing:
+                self._of[skill.name] = known, skill
+                continue
+            if behaviour not in watching:
+                watching[behaviour] = self._played(part, [*movers, skill]) or roughly(), skill
+            self._of[skill.name] = watching[behaviour]
+        return known
+
+    def _played(self, part: StateSpace, skills: Iterable[Skill]) -> Exploration | None:
+        try:
+            self._budget.spend(situations=1)
+            return Exploration(part.part(part.names, skills, part.skillset.events), self._budget)
+        except TooManyError:
+            return None
+
+
+def _may_be_played(part: StateSpace, movers: int) -> bool:
+    combinations = prod(len(resource.states) for resource in part.skillset.resources)
+    return movers <= MOST_SKILLS and combinations <= MOST_STATES and part.unruly.isdisjoint(part.names)
+
+
+def _parts(space: StateSpace) -> Iterator[StateSpace]:
+    """Each group of resources that something ties together, with the skills and events that speak of them.
+
+    What speaks of no resource at all is a part of its own.
+    """
+    skills = [(skill, space.behaviour(skill).names) for skill in space.skillset.skills]
+    events = [(event, _names_of(event)) for event in space.skillset.events]
+    ties = {names for _, names in (*skills, *events)}
+    groups = _groups(space.names, ties)
+    for group in dict.fromkeys([*groups.values(), frozenset[str]()]):
+        yield space.part(
+            group,
+            [skill for skill, names in skills if _group_of(names, groups) == group],
+            [event for event, names in events if _group_of(names, groups) == group],
+        )
+
+
+def _names_of(event: Event) -> tuple[str, ...]:
+    guarded = names_used(event.guard, "resource") if event.guard is not None else ()
+    return tuple(sorted({*guarded, *(name for name, _ in event.effect.transitions)}))
+
+
+def _groups(names: Iterable[str], ties: Iterable[tuple[str, ...]]) -> dict[str, frozenset[str]]:
+    """By name, the group that it belongs to: the least ones that leave no tie across two of them."""
+    groups = {name: frozenset((name,)) for name in names}
+    for tie in ties:
+        joined = frozenset[str]().union(*(groups[name] for name in tie))
+        groups |= dict.fromkeys(joined, joined)
+    return groups
+
+
+def _group_of(names: tuple[str, ...], groups: dict[str, frozenset[str]]) -> frozenset[str]:
+    return groups[names[0]] if names else frozenset()
