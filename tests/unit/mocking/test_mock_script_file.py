@@ -87,6 +87,13 @@ def test_scripts_add_to_one_another(tmp_path: Path) -> None:
     assert (script.seed, script.resources) == (7, {"power": "OFF"})
 
 
+@pytest.mark.parametrize("seed", [0, 5])
+def test_the_later_seed_counts(tmp_path: Path, seed: int) -> None:
+    more = tmp_path / "more.toml"
+    more.write_text(f"seed = {seed}\n", encoding="utf-8")
+    assert load_scripts([write(tmp_path, GOOD), more], ARM).seed == seed
+
+
 PROBLEMS = [
     ("sed = 1", "There is no `sed` at the top; did you mean `seed`?"),
     ('seed = "x"', "it takes a whole number"),

@@ -15,6 +15,7 @@ from skillwing.services.mocking import MockRun, MockScript, MockWorld, Reaction,
 from skillwing.services.names import skill_process
 from skillwing.services.protocol import (
     DirectMock,
+    Ending,
     ErrorCode,
     GoalStatus,
     Keys,
@@ -199,6 +200,18 @@ def test_the_goal_that_runs_is_directed() -> None:
     refused = direct(stage, "now", result="STUCK")
     assert isinstance(refused, Refused)
     assert refused.error.code is ErrorCode.NOT_ALLOWED
+
+
+@pytest.mark.parametrize("run", [{"forever": True}, {"result": "STUCK", "delay": 5.0}])
+def test_a_goal_that_is_directed_while_it_stops_still_stops(run: dict[str, Any]) -> None:
+    stage = Stage(None, MockRun(forever=True, stop_delay=1.0))
+    goal = stage.running()
+    stage.client.interrupt(goal)
+    assert stage.network.run_until(lambda: goal.state is State.INTERRUPTING, 5.0)
+    assert isinstance(direct(stage, "now", **run), Answered)
+    stage.end(goal)
+    assert goal.terminal is not None
+    assert (goal.terminal.ending, goal.terminal.forced) == (Ending.INTERRUPTED, False)
 
 
 def test_a_slip_changes_nothing() -> None:

@@ -138,7 +138,7 @@ def _fit(script: MockScript, skillset: Skillset, report: Report) -> FittedScript
         _check_trigger(skillset, name, state, "resources", report, from_initial=True)
     return FittedScript(
         skills=skills,
-        seed=script.seed,
+        seed=script.seed or 0,
         data={name: signal for name, signal in signals.items() if signal is not None},
         resources=script.resources,
         reactions=tuple(

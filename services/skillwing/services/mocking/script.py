@@ -97,12 +97,12 @@ class MockScript(msgspec.Struct, frozen=True, kw_only=True):
     """A whole script.
 
     skills: for each skill its runs, one after the other, the last of which repeats, or `Choices`; a skill that is not
-    named does what `MockRun()` says. seed: of choices and random delays. data: signals by name; others keep a valid
-    value. resources: the states to which extern transitions bring resources at the beginning.
+    named does what `MockRun()` says. seed: of choices and random delays, 0 unless given. data: signals by name; others
+    keep a valid value. resources: the states to which extern transitions bring resources at the beginning.
     """
 
     skills: Mapping[str, Sequence[MockRun]] = {}
-    seed: int = 0
+    seed: int | None = None
     data: dict[str, Any] = {}
     resources: dict[str, str] = {}
     reactions: tuple[Reaction, ...] = ()

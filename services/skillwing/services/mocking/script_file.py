@@ -74,7 +74,7 @@ def load_scripts(paths: Iterable[str | Path], skillset: Skillset) -> MockScript:
         more = load_script(path, skillset)
         script = MockScript(
             skills={**script.skills, **more.skills},
-            seed=more.seed or script.seed,
+            seed=script.seed if more.seed is None else more.seed,
             data=script.data | more.data,
             resources=script.resources | more.resources,
             reactions=script.reactions + more.reactions,
@@ -87,10 +87,10 @@ def read_script(table: Mapping[str, Any], report: Report) -> MockScript:
     for name in table:
         if name not in PARTS:
             report(f"There is no `{name}` at the top{_hint(name, PARTS)}")
-    seed = table.get("seed", 0)
-    if not isinstance(seed, int) or isinstance(seed, bool):
+    seed = table.get("seed")
+    if seed is not None and (not isinstance(seed, int) or isinstance(seed, bool)):
         report(f"seed is `{seed}`; it takes a whole number.")
-        seed = 0
+        seed = None
     skills = _table(table, "skill", report)
     data = _table(table, "data", report)
     resources = _table(table, "resources", report)

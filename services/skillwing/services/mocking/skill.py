@@ -57,7 +57,9 @@ class MockHooks(SkillHooks[dict[str, Any], dict[str, Any], dict[str, Any]]):
         self._planned: PlannedRun | None = None
         self._dispatched_at = 0.0
         self._feedbacks = 0
-        self._timer: Handle | None = None
+        # Apart from one another: a goal that is directed while it stops still stops.
+        self._ending: Handle | None = None
+        self._stopping: Handle | None = None
 
     def setup(self) -> None:
         self._goals: Publisher = self.bus.advertise(self._keys.mocked_goal(self.skill), events=True)
@@ -85,26 +87,32 @@ class MockHooks(SkillHooks[dict[str, Any], dict[str, Any], dict[str, Any]]):
         return feedback
 
     def on_interrupt(self, goal: Goal[dict[str, Any]]) -> None:
-        self._forget_timer()
+        self._forget_ending()
         stop_delay = None if self._planned is None else self._planned.run.stop_delay
         if stop_delay is not None:
-            self._timer = self.bus.after(stop_delay, lambda: self.interrupted(goal.id))
+            self._stopping = self.bus.after(stop_delay, lambda: self.interrupted(goal.id))
 
     def on_ended(self, goal: Goal[dict[str, Any]], terminal: Terminal) -> None:
-        self._forget_timer()
+        self._forget_ending()
+        if self._stopping is not None:
+            self._stopping.cancel()
+            self._stopping = None
         self._planned = None
 
     def end_now(self, run: FittedRun) -> None:
-        """Let the running goal end as a run says, after the run's delay. Refuses if none is running."""
+        """Let the running goal end as a run says, after the run's delay, unless it has stopped by then.
+
+        Refuses if none is running.
+        """
         goal = self.current
         if goal is None or self._planned is None:
             raise RefusedError(ErrorCode.NOT_ALLOWED, f"No goal of `{self.skill}` is running.", help="Start one.")
-        self._forget_timer()
+        self._forget_ending()
         self._end_after(goal, run, run.delay[0])
 
     def _end_after(self, goal: Goal[dict[str, Any]], run: FittedRun, delay: float) -> None:
         if run.how != "forever":
-            self._timer = self.bus.after(delay, lambda: self._end(goal, run))
+            self._ending = self.bus.after(delay, lambda: self._end(goal, run))
 
     def _end(self, goal: Goal[dict[str, Any]], run: FittedRun) -> None:
         match run.how:
@@ -119,10 +127,10 @@ class MockHooks(SkillHooks[dict[str, Any], dict[str, Any], dict[str, Any]]):
             case _:
                 self.failed(goal.id, run.text)
 
-    def _forget_timer(self) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
+    def _forget_ending(self) -> None:
+        if self._ending is not None:
+            self._ending.cancel()
+            self._ending = None
 
 
 class MockSkillNode(SkillManagerNode):
