@@ -86,6 +86,54 @@ def test_cancelling_once_more_leaves_the_goal_alone(generated: Generated) -> Non
     play(generated, scenario, MockRun(forever=True, stop_delay="never"))
 
 
+def test_a_cancelled_task_is_cancelled_even_if_the_connection_closes_meanwhile(generated: Generated) -> None:
+    async def main() -> None:
+        system = MockedLift(MockScript())
+        client = Client(system.bus, system.interface)
+        lift, types = generated("aio").Lift(client), generated("types")
+        waiting = asyncio.ensure_future(lift.go(place=types.Place(floor=3)).wait())
+        await asyncio.sleep(0)
+        waiting.cancel()
+        await asyncio.sleep(0)
+        assert not waiting.done()
+        client.close()
+        with pytest.raises(asyncio.CancelledError):
+            await waiting
+
+    asyncio.run(main())
+
+
+def test_cancelling_one_of_two_waiters_interrupts_the_goal_of_both(generated: Generated) -> None:
+    async def scenario(lift: Any, types: Any) -> None:
+        goal = lift.go(place=types.Place(floor=3))
+        one, other = asyncio.ensure_future(goal.wait()), asyncio.ensure_future(goal.wait())
+        await lift.resources.motor.wait_for("USED")
+        one.cancel()
+        assert (await other).ending is Ending.INTERRUPTED
+        with pytest.raises(asyncio.CancelledError):
+            await one
+
+    play(generated, scenario, MockRun(forever=True))
+
+
+def test_cancelling_one_who_only_looks_on_leaves_the_goal_running(generated: Generated) -> None:
+    async def scenario(lift: Any, types: Any) -> None:
+        goal = lift.go(place=types.Place(floor=3))
+
+        async def look_on() -> None:
+            async for _ in goal.feedback():
+                pass
+
+        looking = asyncio.ensure_future(look_on())
+        await lift.resources.motor.wait_for("USED")
+        looking.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await looking
+        assert (await goal).succeeded
+
+    play(generated, scenario, MockRun(delay=2.0))
+
+
 def test_feedback_is_an_asynchronous_iterator(generated: Generated) -> None:
     async def scenario(lift: Any, types: Any) -> None:
         goal = lift.go(place=types.Place(floor=3))

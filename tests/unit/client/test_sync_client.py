@@ -81,6 +81,24 @@ def test_ctrl_c_interrupts_the_goal(generated: Generated, monkeypatch: pytest.Mo
     assert rig.lift.resources.motor.state == "FREE"
 
 
+def test_ctrl_c_counts_even_if_the_connection_is_lost_meanwhile(
+    generated: Generated, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rig = Rig(generated, MockRun(forever=True))
+    goal = rig.go()
+
+    def closed(done: Callable[[], bool], timeout: float | None = None) -> bool:
+        return False
+
+    def pressed(done: Callable[[], bool], timeout: float | None = None) -> bool:
+        monkeypatch.setattr(rig.system.bus, "run_until", closed)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(rig.system.bus, "run_until", pressed)
+    with pytest.raises(KeyboardInterrupt):
+        goal.wait()
+
+
 def test_feedback_comes_typed_until_the_end(generated: Generated) -> None:
     types, mocks = generated("types"), generated("mocks")
     rig = Rig(generated, mocks.GoMock.ended_ARRIVED(feedback=types.GoFeedback(level=1.5), delay=1.9))

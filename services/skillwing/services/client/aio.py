@@ -219,13 +219,15 @@ class Goal(Generic[R, O, F]):
         """Wait for the end of the goal, whatever it is. Raises ProtocolError for inputs too large to be sent.
 
         A task that is cancelled here, be it by `asyncio.timeout`, interrupts the goal and is cancelled once the goal
-        has stopped, so that what it held is free again; cancelled once more it leaves the goal alone.
+        has stopped, so that what it held is free again; cancelled once more it leaves the goal alone. That holds for
+        each task that waits here: cancelling one of several interrupts the goal, and the others get that for its end.
         """
         try:
             await self._client.until(lambda: self.done)
         except asyncio.CancelledError:
             self.interrupt()
-            await self._client.until(lambda: self.done)
+            with contextlib.suppress(SkillwingError):  # a connection that closes tells no more, and is no new ending
+                await self._client.until(lambda: self.done)
             raise
         if self._error is not None:
             raise self._error
@@ -237,7 +239,10 @@ class Goal(Generic[R, O, F]):
         self._client.bus.post(self._interrupt)
 
     async def feedback(self) -> AsyncIterator[F]:
-        """Feedback as it comes, until the end of the goal; while nobody asks for it only the latest is kept."""
+        """Feedback as it comes, until the end of the goal; while nobody asks for it only the latest is kept.
+
+        Whoever only looks on interrupts nothing: a task that is cancelled here leaves the goal running.
+        """
         seen = None
         while not self.done:
             await self._client.until(lambda latest=seen: self.done or self._progress is not latest)

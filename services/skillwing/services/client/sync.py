@@ -6,6 +6,7 @@ that a script can be tested in virtual time.
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, Generic, TypeVar
@@ -134,7 +135,8 @@ class Goal(Generic[R, O, F]):
             self._client.wait_until(lambda: self.handle.done, awaited, timeout)
         except KeyboardInterrupt:
             self.interrupt()
-            self._client.wait_until(lambda: self.handle.done, awaited)
+            with contextlib.suppress(SkillwingError):  # the connection is closed
+                self._client.wait_until(lambda: self.handle.done, awaited)
             raise
         return self._outcome()
 
