@@ -88,6 +88,74 @@ def test_any_white_space_comes_to_an_idempotent_form(path: Path) -> None:
         assert format_source(once) == once
 
 
+EVERY_SHAPE = """\
+skillset s {
+    data { a: float64 [m] period=0.1 }
+    resource r {
+        initial A
+        extern A -> B
+    }
+    skill k {
+        input { x: float64 in 0..1 = 0.5 }
+        effect { go: r -> B  none {} }
+        precondition { free: resource=(r == A and not r == B) }
+        result { failure LATE: apply=go }
+    }
+}
+"""
+EDGES = [0, *(lexeme.end for lexeme in lex(EVERY_SHAPE, "edges.skillset"))]
+COMMENTS = [
+    "/* why */",
+    " // why  \n",
+    "\n\n// why\n",
+    "/* why\n so */",
+    "\n  /* why  \r\n\n so */ ",
+    "/* a */ /* b */ // c\n",
+]
+
+
+@pytest.mark.parametrize("comment", COMMENTS, ids=repr)
+def test_a_comment_anywhere_is_kept_and_formatted_once_for_all(comment: str) -> None:
+    for edge in EDGES:
+        text = EVERY_SHAPE[:edge] + comment + EVERY_SHAPE[edge:]
+        once = format_source(text)
+        assert contents(once) == contents(text)
+        assert format_source(once) == once
+
+
+def test_comments_everywhere_at_once_are_formatted_once_for_all() -> None:
+    for seed in range(40):
+        chance = random.Random(seed)
+        text = EVERY_SHAPE
+        for edge in sorted(chance.sample(EDGES, 8), reverse=True):
+            text = text[:edge] + chance.choice([*COMMENTS, "\r\n", "\n\n\n", "\t"]) + text[edge:]
+        once = format_source(text)
+        assert contents(once) == contents(text)
+        assert format_source(once) == once
+
+
+def test_a_statement_behind_a_comment_of_several_lines_stands_on_a_line_of_its_own() -> None:
+    source = "skillset s {\n  /* why\n     so */ skill k {\n  // which?\n  }\n}\n"
+    assert (
+        format_source(source)
+        == """\
+skillset s {
+    /* why
+       so */
+    skill k {
+        // which?
+    }
+}
+"""
+    )
+
+
+def test_line_ends_of_other_systems_become_one_kind() -> None:
+    assert format_source("skillset s { // a\r skill k {}\r\n\r\n // b  \r\n }") == (
+        "skillset s {   // a\n    skill k {}\n\n    // b\n}\n"
+    )
+
+
 @pytest.mark.parametrize("path", DAMAGED, ids=lambda path: path.name)
 def test_a_text_with_syntax_errors_is_refused(path: Path) -> None:
     with pytest.raises(UnformattableError) as caught:

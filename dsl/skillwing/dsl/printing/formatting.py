@@ -6,6 +6,7 @@ empty line. A block that stands on one line stays there if it fits. Comments sta
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic
@@ -36,9 +37,15 @@ def format_source(text: str, file: str = "<text>") -> str:
     """
     if problems := parse_file(text, file).diagnostics:
         raise UnformattableError(file, problems)
+    text = _tidied(text)
     lines = list(_lines(read_statements(text, lex(text, file)), 0))
     physical = "\n".join(printed(lines, INDENT)).split("\n")
     return "".join(f"{line.rstrip()}\n" for line in physical)
+
+
+def _tidied(text: str) -> str:
+    """The text with one kind of line end and no space before it: what is measured is what will be written."""
+    return "\n".join(line.rstrip() for line in re.split(r"\r\n?|\n", text))
 
 
 def _lines(statements: Sequence[Statement], depth: int, in_effect: bool = False) -> Iterator[Line]:

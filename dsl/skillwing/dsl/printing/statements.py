@@ -108,8 +108,8 @@ class _Reader:
         if self._kind(following) == "CLOSE":
             return True
         words = [lexeme.kind for lexeme in self._lexemes[first : self._at] if lexeme.kind != COMMENT]
-        if not words:  # a comment: on the line of a statement it belongs to it
-            return any(self._breaks[self._at : following + 1])
+        if not words:  # a comment: on the line of a statement it belongs to it, unless it takes lines of its own
+            return "\n" in self._lexemes[self._at - 1].text or any(self._breaks[self._at : following + 1])
         if words.count("OPEN_PAREN") > words.count("CLOSE_PAREN"):
             return False
         kind, previous = self._kind(following), words[-1]
