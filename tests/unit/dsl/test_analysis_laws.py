@@ -8,12 +8,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from random import Random
 
 from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
 from playing import Playthrough, TooLargeError, about_resources, holds, play
 from small_skillsets import Source, sources
 
 from skillwing.dsl.checking.analysis import report_on
+from skillwing.dsl.checking.checker import check as check_text
 from skillwing.dsl.checking.reachability.approximation import Approximation
 from skillwing.dsl.checking.reachability.parts import PartByPart
 from skillwing.dsl.checking.reachability.statespace import StateSpace
@@ -82,6 +85,22 @@ def test_reasoning_resource_by_resource_never_invents_an_error(source: Source) -
     report = Report()
     report_on(Approximation(space), space, report)
     _nothing_is_invented(skillset, seen, Findings(report.diagnostics, source))
+
+
+@SMALL
+@given(sources(), st.randoms(use_true_random=False))
+def test_what_is_reported_beside_damage_is_so_whatever_was_meant(source: Source, chance: Random) -> None:
+    """The file as it was before one of its elements was damaged is one of those that may have been meant."""
+    skillset = resolved(source)
+    seen = played(skillset)
+    line = chance.choice(list(source.lines.values())) - 1
+    damaged = Source([*source.text], source.lines)
+    damaged.text[line] = chance.choice(
+        [re.sub(r"\b([ABC])\b", "NOWHERE", damaged.text[line]), f"{damaged.text[line]} $", damaged.text[line] + " }"]
+    )
+    found = check_text(str(damaged), "random").diagnostics
+    assume(has_errors(found))
+    _nothing_is_invented(skillset, seen, Findings(list(found), source))
 
 
 # --- what is reported is so

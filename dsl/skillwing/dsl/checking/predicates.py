@@ -58,7 +58,10 @@ class Predicates:
             message = f"This predicate is nested more than {_DEEPEST} levels deep."
             self._report.add("SW029", predicate.span, message, "Split it into several.")
             return None
-        return self._expression(predicate.expression, predicate.kind == "resource")
+        resolved = self._expression(predicate.expression, predicate.kind == "resource")
+        if resolved is None:
+            self._report.lost.append(predicate.span)
+        return resolved
 
     def _expression(self, expression: Expression, on_resources: bool) -> Expression | None:
         match expression:

@@ -12,10 +12,11 @@ from skillwing.dsl.suggest import closest, listed
 
 
 class Report:
-    """The problems found so far."""
+    """The problems found so far. lost: where something was left out because of what is reported elsewhere."""
 
     def __init__(self) -> None:
         self.diagnostics: list[Diagnostic] = []
+        self.lost: list[Span] = []
 
     def add(
         self,

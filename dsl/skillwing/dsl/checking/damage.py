@@ -1,0 +1,108 @@
+"""What is left to judge of a file with errors: the sound elements, beside others of which nothing is known.
+
+An element is damaged if an error stands in it that leaves its behaviour open, or if it speaks of a damaged resource.
+Whatever a damaged skill may turn out to do, the resources that it can move count as moved at any time
+(`StateSpace.unruly`), so what is called impossible of the sound elements stays so when the damage is mended.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+from skillwing.dsl.diagnostics.diagnostic import Diagnostic
+from skillwing.dsl.expressions import names_used
+from skillwing.dsl.model import Event, Skill, Skillset
+from skillwing.dsl.reading import syntax
+from skillwing.dsl.spans import Span
+
+_LEAVES_BEHAVIOUR = frozenset(
+    {"SW013", "SW018", "SW019", "SW021", "SW022", "SW023", "SW024", "SW025", "SW026", "SW044", "SW062"}
+)
+"""Errors of types, values and names alone. What they cost a predicate is in `Report.lost`."""
+_LEAVES_RESOURCES_OPEN = frozenset({"SW010", "SW092"})
+"""Errors after which a skill may mean any resource."""
+
+_Place: TypeAlias = tuple[int, int]
+
+
+class Places:
+    """The elements of a file by where they stand."""
+
+    def __init__(self, root: syntax.SkillsetSyntax) -> None:
+        self._starts = {_place(word.span): element for word, element in _named(root)}
+
+    def at(self, span: Span) -> syntax.Element | None:
+        """The last element whose name begins before the place."""
+        start = max((start for start in self._starts if start <= _place(span)), default=None)
+        return None if start is None else self._starts[start]
+
+
+@dataclass(frozen=True, slots=True)
+class Remainder:
+    """The sound part of a skillset, and the resources that the rest may move at any time."""
+
+    skillset: Skillset
+    unruly: frozenset[str]
+
+
+def remainder(
+    skillset: Skillset, places: Places, misread: Iterable[Diagnostic], wrong: Iterable[Diagnostic], lost: Iterable[Span]
+) -> Remainder:
+    """Return what can be judged.
+
+    misread: the syntax errors. wrong: what was found in names and types. lost: where something was left out because of
+    what is reported elsewhere.
+    """
+    misread, wrong = tuple(misread), tuple(item for item in wrong if item.severity == "error")
+    spans = [item.span for item in (*misread, *wrong) if item.code not in _LEAVES_BEHAVIOUR]
+    hurt = [element for element in map(places.at, (*spans, *lost)) if element is not None]
+    gone = {element.name.text for element in hurt if isinstance(element, syntax.ResourceSyntax)}
+    named = {element.name.text for element in hurt if isinstance(element, syntax.SkillSyntax)}
+    silent = {element.name.text for element in hurt if isinstance(element, syntax.EventSyntax)}
+    sound = [skill for skill in skillset.skills if skill.name not in named and gone.isdisjoint(_speaks_of(skill))]
+    damaged = {skill.name for skill in skillset.skills} - {skill.name for skill in sound}
+    resources = tuple(resource for resource in skillset.resources if resource.name not in gone)
+    if misread or any(item.code in _LEAVES_RESOURCES_OPEN for item in wrong):
+        unruly = {resource.name for resource in resources}
+    else:
+        unruly = {name for skill in skillset.skills if skill.name in damaged for name in _may_move(skill, places)}
+    events = tuple(
+        event for event in skillset.events if event.name not in silent and gone.isdisjoint(_event_speaks_of(event))
+    )
+    left = replace(skillset, resources=resources, events=events, skills=tuple(sound))
+    return Remainder(left, frozenset(unruly))
+
+
+def _speaks_of(skill: Skill) -> set[str]:
+    guards = [item.expression for item in (*skill.preconditions.checks, *skill.invariants)]
+    guards += [result.post for result in skill.results if result.post is not None]
+    names = {name for guard in guards for name in names_used(guard, "resource")}
+    return names.union(name for effect in skill.effects for name, _ in effect.transitions)
+
+
+def _event_speaks_of(event: Event) -> set[str]:
+    guarded = names_used(event.guard, "resource") if event.guard is not None else ()
+    return {*guarded, *(name for name, _ in event.effect.transitions)}
+
+
+def _may_move(skill: Skill, places: Places) -> Iterator[str]:
+    """The resources that the effects of a skill name, those that could not be resolved included."""
+    declaration = places.at(skill.span) if skill.span else None
+    if isinstance(declaration, syntax.SkillSyntax):
+        for section in declaration.sections:
+            if isinstance(section, syntax.EffectSection):
+                yield from (change.resource.text for effect in section.effects for change in effect.changes)
+
+
+def _named(root: syntax.SkillsetSyntax) -> Iterator[tuple[syntax.Word, syntax.Element]]:
+    for element in root.elements:
+        if not isinstance(element, syntax.DataSyntax):
+            yield element.name, element
+        elif element.items:
+            yield element.items[0].name, element
+
+
+def _place(span: Span) -> _Place:
+    return span.line, span.column

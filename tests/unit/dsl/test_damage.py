@@ -1,0 +1,86 @@
+"""Files with errors: what is sound in them is judged, and what is damaged may be anything."""
+
+from __future__ import annotations
+
+import random
+import re
+from pathlib import Path
+
+import pytest
+
+from skillwing.dsl.checking.checker import check
+from skillwing.dsl.reading.lexer import lex
+
+HERE = Path(__file__).parent
+FILES = sorted(
+    [*HERE.glob("cases/valid/*.skillset"), HERE.parents[2] / "services" / "skillwing" / "m600" / "m600.skillset"]
+)
+SYNTAX = {f"SW00{digit}" for digit in range(1, 7)}
+REASONED = re.compile(r"SW(031|04[0124]|05\d|061)")
+
+IMPOSSIBLE = """
+    resource lamp { initial OFF  extern OFF -> ON }
+    skill glow {
+        precondition { never: resource=(lamp == ON and lamp == OFF) }
+        result { DONE }
+    }
+"""
+PUSHED = """
+    resource arm { initial IDLE  IDLE -> BUSY  BUSY -> IDLE }
+    skill wait_for_arm { precondition { busy: resource=(arm == BUSY) } result { DONE } }
+"""
+
+
+def codes(elements: str) -> list[str]:
+    return [diagnostic.code for diagnostic in check(f"skillset s {{ {elements} }}", "f").diagnostics]
+
+
+@pytest.mark.parametrize(
+    ("damage", "code"),
+    [
+        ("skill k { input { x: flot64 } result { DONE } }", "SW013"),
+        ("skill k { precondition { p: resource=(lump == ON) } result { DONE } }", "SW010"),
+        ("skill k { precondition { p: resource=(lamp == OM) } result { DONE } }", "SW011"),
+        ("skill k { effect { go: lamp -> ON } result { A: apply=go B } }", "SW060"),
+        ("resource broken { A -> B  B -> A }", "SW030"),
+        ("skill k { precondition p: resource=(lamp == ON) } result { DONE } }", "SW005"),
+    ],
+)
+def test_an_error_hides_none_elsewhere(damage: str, code: str) -> None:
+    found = codes(damage + IMPOSSIBLE)
+    assert {code, "SW050"} <= set(found)
+
+
+@pytest.mark.parametrize("use", ["apply=bak", "apply=back"])
+def test_what_a_damaged_skill_may_do_counts_as_done(use: str) -> None:
+    damaged = f"skill k {{ effect {{ go: arm -> BUSY  back: arm -> IDLE }} result {{ DONE: {use} }} precondition {{"
+    assert set(codes(f"{PUSHED} {damaged} p: resource=(arn == IDLE) success go }} }}")) == {"SW010"} | (
+        {"SW012"} if use == "apply=bak" else set()
+    )
+
+
+def test_what_no_damaged_skill_names_is_judged_as_ever() -> None:
+    unrelated = "resource leg { initial A  A -> B } skill k { effect { go: leg -> C } precondition { success go } }"
+    assert {"SW011", "SW050"} <= set(codes(PUSHED + unrelated))
+
+
+def test_a_skill_that_names_a_damaged_resource_is_not_judged() -> None:
+    assert codes("resource r { A -> B } skill k { precondition { p: resource=(r == A and r == B) } result { D } }") == [
+        "SW030"
+    ]
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_broken_syntax_raises_no_false_alarm(path: Path) -> None:
+    """These files have no error but the one that is put in."""
+    text = path.read_text(encoding="utf-8")
+    words = [word for word in lex(text, path.name) if word.text]
+    chance = random.Random(path.name)
+    for _ in range(40):
+        word = chance.choice(words)
+        sign = chance.choice(["$ ", "{ ", "} ", "-> "])
+        end = word.end if word.text in "{}()" and chance.random() < 0.5 else word.start
+        broken = text[: word.start] + ("" if end > word.start else sign) + text[end:]
+        found = check(broken, path.name).diagnostics
+        if SYNTAX & {diagnostic.code for diagnostic in found}:
+            assert not [item for item in found if REASONED.fullmatch(item.code)], broken
