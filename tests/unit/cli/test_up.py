@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,6 @@ from typer.main import get_command
 
 from skillwing.m600.robot import SKILLSET
 from skillwing.services import cli
-from skillwing.services.commands.ending import ended_by_signals
 from skillwing.services.commands.exit_codes import USAGE
 
 
@@ -108,14 +106,3 @@ def test_a_directory_that_cannot_be_made_gets_a_sentence(
     assert ended.value.code == USAGE
     assert directory in said
     assert len(said.splitlines()) == 1
-
-
-def test_a_process_that_was_told_to_ignore_the_end_of_its_terminal_does() -> None:
-    previous = signal.signal(signal.SIGHUP, signal.SIG_IGN)
-    try:
-        with ended_by_signals():
-            assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
-            assert signal.getsignal(signal.SIGTERM) is signal.default_int_handler
-        assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
-    finally:
-        signal.signal(signal.SIGHUP, previous)
