@@ -46,8 +46,8 @@ from skillwing.services.protocol import Ending as End
 
 GOALS_REMEMBERED = 1000
 SILENCES_UNTIL_ERROR = 10
-"""Unanswered questions to the resource manager (5.6 s, so that it may be restarted meanwhile) after which a goal gets its
-terminal answer all the same."""
+"""Unanswered questions to the resource manager after which a goal gets its terminal answer all the same: 5.6 s, so that
+the manager may be started again meanwhile."""
 SILENCES_UNTIL_SETTLED = 600
 """Then the manager goes on trying, about this often, to give back what the goal may hold."""
 RENEWAL_PERIOD = 0.5
