@@ -85,14 +85,16 @@ def packages(tmp_path_factory: pytest.TempPathFactory) -> Path:
     copied.write_text((M600 / "m600.skillset").read_text("utf-8"), encoding="utf-8")
     for source in (CASE, copied, *EXAMPLES):
         make(source, root / source.stem)
-    awkward = root / "awkward.skillset"
-    awkward.write_text(AWKWARD, encoding="utf-8")
-    make(awkward, root / "awkward")
+    for name, text in AWKWARD.items():
+        source = root / f"{name}.skillset"
+        source.write_text(text, encoding="utf-8")
+        make(source, root / name)
     return root
 
 
-AWKWARD = """
-// Names that the generated modules use themselves.
+# Names that the generated modules use themselves, or that differ in capitals and numbers only.
+AWKWARD = {
+    "awkward": """
 skillset awkward {
     enum Literal { A B }
     type Goal { client: Literal = A  inputs: int8 }
@@ -115,7 +117,45 @@ skillset awkward {
     skill seed { }
     skill signature { input { cause: Literal = B } result { DONE } }
 }
-"""
+""",
+    "goal": """
+skillset goal {
+    type TABLE { x: bool }
+    type Mode { x: bool }
+    type Types { x: bool }
+    data { table: TABLE  mode: Mode  types: Types }
+    resource goal { initial A  A -> B  extern B -> A }
+    skill skill {
+        input { table: TABLE  mode: Mode  types: Types }
+        progress=1.0 { table: TABLE }
+        output { mode: Mode }
+        effect { take: goal -> B }
+        result { DONE: apply=take }
+    }
+    skill hooks { }
+    skill skill_hooks { }
+    skill scripted { input { x: int8 }  output { y: int8 }  result { DONE } }
+    skill annotations { }
+}
+""",
+    "client": "skillset client { data { goal: bool }  skill abstract { input { client: bool } } }",
+    "datum": "skillset datum { data { datum: float64 }  skill connect { } }",
+    "generator": "skillset generator { type Generator { x: bool }  data { generator: Generator }  skill runs { } }",
+    "f": """
+skillset F {
+    type F { x: bool }
+    type FData { f: F }
+    type FSkills { f: F }
+    type f10 { x: bool }
+    type f9 { x: bool }
+    type f09 { x: bool }
+    data { a: F  b: FData  c: FSkills  d: f10  e: f9  f: f09 }
+    resource r { initial A  extern A -> B }
+    skill goto_ { result { DONE } }
+    skill go_to { progress=1.0 { x: bool }  result { DONE } }
+}
+""",
+}
 
 
 def test_generated_code_passes_the_linter_and_the_type_checker_at_its_strictest(packages: Path) -> None:
@@ -154,6 +194,15 @@ def test_an_input_named_like_an_option_hides_it() -> None:
     assert "cause: str," in text
     assert "cause=cause" not in text
     assert "goal_id=goal_id" in text
+
+
+def test_a_type_that_a_skill_hides_in_its_class_is_taken_from_the_module() -> None:
+    source = (
+        "skillset s { type Mode { x: bool }  skill Mode { input { mode: Mode } }  skill other { input { m: Mode } } }"
+    )
+    text = from_text(source)["interface.py"]
+    assert "m: _types.Mode," in text
+    assert "from . import types as _types\n" in text
 
 
 # --- what happens on the disk ----------------------------------------------------------------------------------------

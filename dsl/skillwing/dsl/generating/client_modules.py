@@ -22,7 +22,6 @@ from skillwing.dsl.model import DataItem, Field, Skill, Skillset
 from skillwing.dsl.naming import class_name
 
 _OPTIONS = ("goal_id", "cause")
-_IMPORTED = ("Client", "Datum", "Goal", "Resource")
 _OWN = ("Skills", "Resources", "Data", "Events")
 _CONNECT = '''\
 
@@ -33,7 +32,7 @@ _CONNECT = '''\
     *,
     endpoint: str | None = None,
     owns_goals: bool = True,
-) -> {generator}[{robot}{sends}]:
+) -> _{generator}[{robot}{sends}]:
     """Connect to a running `{skillset}`.
 
     owns_goals: goals that still run at the end of the context, or of the script, are interrupted, unless their skill
@@ -42,18 +41,22 @@ _CONNECT = '''\
     runs elsewhere. Raises NoSystemError, UnansweredError, and a SkillwingError where the system runs another skillset
     than this code was made from.
     """
-    {asynchronous}with _connect(robot, endpoint=endpoint, owns_goals=owns_goals, table=TABLE, schema=SCHEMA_HASH) \
-as client:
+    {asynchronous}with {runtime}.connect(
+        robot, endpoint=endpoint, owns_goals=owns_goals, table=_processes.TABLE, schema=_SCHEMA_HASH
+    ) as client:
         yield {robot}(client)'''
 
 
 @dataclass(frozen=True)
 class Manner:
-    """How a client waits: what its module is called, what it imports, and the words in which it differs."""
+    """How a client waits: what its module is called, what it imports, and the words in which it differs.
+
+    library: the module of `skillwing.services.client` that it stands on, `_` and the same here.
+    """
 
     module: str
     summary: str
-    runtime: str
+    library: str
     generator: str
     sends: str
     decorator: str
@@ -61,11 +64,16 @@ class Manner:
     awaited: str
     goal: str
 
+    @property
+    def runtime(self) -> str:
+        """What the library is called in the module."""
+        return f"_{self.library}"
+
 
 WAITING = Manner(
     "interface.py",
     "for scripts that wait",
-    "skillwing.services.client.sync",
+    "sync",
     "Generator",
     ", None, None",
     "contextmanager",
@@ -76,7 +84,7 @@ WAITING = Manner(
 ASYNCHRONOUS = Manner(
     "aio.py",
     "for asyncio",
-    "skillwing.services.client.aio",
+    "aio",
     "AsyncGenerator",
     ", None",
     "asynccontextmanager",
@@ -88,13 +96,14 @@ ASYNCHRONOUS = Manner(
 
 def signatures(skillset: Skillset) -> Iterator[str]:
     """The lines of `signatures.py`."""
-    names = TypeNames({"Signature"})
+    names = TypeNames(skill.name for skill in skillset.skills)
     body = [line for skill in skillset.skills for line in _signature(skill, names)]
     yield f'"""What a client of `{skillset.name}` knows of each skill: its results, outputs and feedback."""'
     yield ""
     yield "from __future__ import annotations"
     if body:
-        yield from ("", "from skillwing.services.client.outcome import Signature", "")
+        yield from ("", "from skillwing.services.client.outcome import Signature as _Signature", "")
+        yield from names.module_import()
         yield from names.imports()
         yield ""
         yield from body
@@ -102,7 +111,7 @@ def signatures(skillset: Skillset) -> Iterator[str]:
 
 def _signature(skill: Skill, names: TypeNames) -> Iterator[str]:
     outputs, feedback = answer_classes(skill, names)
-    kind = f"Signature[{names(class_name(skill.name) + 'Result')}, {outputs}, {feedback}]"
+    kind = f"_Signature[{names(class_name(skill.name) + 'Result')}, {outputs}, {feedback}]"
     one_line = f'{skill.name} = {kind}("{skill.name}", {outputs}, {feedback})'
     if len(one_line) <= LINE_LENGTH:
         yield one_line
@@ -113,21 +122,22 @@ def _signature(skill: Skill, names: TypeNames) -> Iterator[str]:
 def lines(skillset: Skillset, manner: Manner) -> Iterator[str]:
     """The lines of the client's module."""
     robot = class_name(skillset.name)
-    names = TypeNames({*_IMPORTED, manner.generator, robot, *(robot + suffix for suffix in _OWN)})
+    # The methods that start skills hide types in the rest of their class.
+    hidden = {skill.name for skill in skillset.skills}
+    names = TypeNames({robot, *(robot + suffix for suffix in _OWN), *hidden})
     views = [
         ("resources", "Resources", skillset.resources, _resources),
         ("data", "Data", skillset.data, _data),
         ("events", "Events", skillset.events, _events),
     ]
     present = [(view, suffix, write) for view, suffix, declared, write in views if declared]
-    body = list(_skills(skillset, names))
+    body = list(_skills(skillset, names, manner))
     for _, suffix, write in present:
         body += ["", "", f"class {robot}{suffix}:", *write(skillset, names, manner)]
     # A skill called like a view hides it: `M600Data(client)` still makes one.
-    hidden = {skill.name for skill in skillset.skills}
-    body += _robot(robot, [(view, suffix) for view, suffix, _ in present if view not in hidden])
-    body += _CONNECT.format(skillset=skillset.name, robot=robot, **vars(manner)).splitlines()
-    used = [name for name in _IMPORTED if any(f"{name}[" in line or f": {name})" in line for line in body)]
+    body += _robot(robot, manner, [(view, suffix) for view, suffix, _ in present if view not in hidden])
+    connect = _CONNECT.format(skillset=skillset.name, robot=robot, runtime=manner.runtime, **vars(manner))
+    body += connect.splitlines()
     yield f'"""Typed access to `{skillset.name}`, {manner.summary}: {manner.goal}.'
     yield ""
     yield f"{manner.asynchronous}with connect() as {skillset.name}:"
@@ -136,16 +146,16 @@ def lines(skillset: Skillset, manner: Manner) -> Iterator[str]:
     yield ""
     yield "from __future__ import annotations"
     yield ""
-    yield f"from collections.abc import {manner.generator}"
+    yield f"from collections.abc import {manner.generator} as _{manner.generator}"
     yield f"from contextlib import {manner.decorator}"
     yield ""
-    yield f"from {manner.runtime} import {', '.join(used)}"
-    yield f"from {manner.runtime} import connect as _connect"
+    yield f"from skillwing.services.client import {manner.library} as {manner.runtime}"
     yield ""
-    yield "from . import SCHEMA_HASH"
+    yield "from . import SCHEMA_HASH as _SCHEMA_HASH"
+    yield "from . import processes as _processes"
     if skillset.skills:
         yield "from . import signatures as _signatures"
-    yield "from .processes import TABLE"
+    yield from names.module_import()
     yield from names.imports()
     yield from body
 
@@ -160,7 +170,7 @@ def _example(skillset: Skillset, manner: Manner) -> str:
 # --- skills
 
 
-def _skills(skillset: Skillset, names: TypeNames) -> Iterator[str]:
+def _skills(skillset: Skillset, names: TypeNames, manner: Manner) -> Iterator[str]:
     yield from ("", "", f"class {class_name(skillset.name)}Skills:")
     yield f'{INDENT}"""Starts skills.'
     yield ""
@@ -168,14 +178,14 @@ def _skills(skillset: Skillset, names: TypeNames) -> Iterator[str]:
     yield f"{INDENT}Raises InvalidInputError for a value of a wrong type."
     yield f'{INDENT}"""'
     yield ""
-    yield f"{INDENT}def __init__(self, client: Client) -> None:"
+    yield f"{INDENT}def __init__(self, client: {manner.runtime}.Client) -> None:"
     yield f"{INDENT * 2}self._client = client"
     for skill in skillset.skills:
         yield ""
-        yield from _starter(skill, names)
+        yield from _starter(skill, names, manner)
 
 
-def _starter(skill: Skill, names: TypeNames) -> Iterator[str]:
+def _starter(skill: Skill, names: TypeNames, manner: Manner) -> Iterator[str]:
     taken = {field.name for field in skill.inputs}
     options = [option for option in _OPTIONS if option not in taken]
     parameters = [
@@ -183,7 +193,7 @@ def _starter(skill: Skill, names: TypeNames) -> Iterator[str]:
         *(f"{option}: str | None = None" for option in options),
     ]
     outputs, feedback = answer_classes(skill, names)
-    goal = f"Goal[{names(class_name(skill.name) + 'Result')}, {outputs}, {feedback}]"
+    goal = f"{manner.runtime}.Goal[{names(class_name(skill.name) + 'Result')}, {outputs}, {feedback}]"
     yield from method(f"def {skill.name}", parameters, goal)
     yield from _starter_docstring(skill)
     inputs = [f'"{field.name}": {field.name}' for field in skill.inputs]
@@ -218,23 +228,21 @@ def _starter_docstring(skill: Skill) -> Iterator[str]:
 
 
 def _resources(skillset: Skillset, names: TypeNames, manner: Manner) -> Iterator[str]:
-    del manner
     yield f'{INDENT}"""The resources of `{skillset.name}`."""'
     yield ""
-    yield f"{INDENT}def __init__(self, client: Client) -> None:"
+    yield f"{INDENT}def __init__(self, client: {manner.runtime}.Client) -> None:"
     for resource in skillset.resources:
         states = names(f"{class_name(resource.name)}State")
-        yield f'{INDENT * 2}self.{resource.name} = Resource[{states}](client, "{resource.name}")'
+        yield f'{INDENT * 2}self.{resource.name} = {manner.runtime}.Resource[{states}](client, "{resource.name}")'
 
 
 def _data(skillset: Skillset, names: TypeNames, manner: Manner) -> Iterator[str]:
-    del manner
     yield f'{INDENT}"""The data of `{skillset.name}`."""'
     yield ""
-    yield f"{INDENT}def __init__(self, client: Client) -> None:"
+    yield f"{INDENT}def __init__(self, client: {manner.runtime}.Client) -> None:"
     for item in skillset.data:
         kind = annotation(item.type, names)
-        yield f'{INDENT * 2}self.{item.name} = Datum[{kind}](client, "{item.name}", {kind})'
+        yield f'{INDENT * 2}self.{item.name} = {manner.runtime}.Datum[{kind}](client, "{item.name}", {kind})'
         if told := _data_remark(item):
             yield f'{INDENT * 2}"""{told}"""'
 
@@ -251,7 +259,7 @@ def _events(skillset: Skillset, names: TypeNames, manner: Manner) -> Iterator[st
     yield f"{INDENT}Raises RefusedError where the guard of one says no, UnansweredError."
     yield f'{INDENT}"""'
     yield ""
-    yield f"{INDENT}def __init__(self, client: Client) -> None:"
+    yield f"{INDENT}def __init__(self, client: {manner.runtime}.Client) -> None:"
     yield f"{INDENT * 2}self._client = client"
     for event in skillset.events:
         yield ""
@@ -262,10 +270,10 @@ def _events(skillset: Skillset, names: TypeNames, manner: Manner) -> Iterator[st
 # --- the robot
 
 
-def _robot(robot: str, views: list[tuple[str, str]]) -> Iterator[str]:
+def _robot(robot: str, manner: Manner, views: list[tuple[str, str]]) -> Iterator[str]:
     yield from ("", "", f"class {robot}({robot}Skills):")
     yield f'{INDENT}"""The robot: its skills, and what is known of it."""'
     yield ""
-    yield f"{INDENT}def __init__(self, client: Client) -> None:"
+    yield f"{INDENT}def __init__(self, client: {manner.runtime}.Client) -> None:"
     yield f"{INDENT * 2}super().__init__(client)"
     yield from (f"{INDENT * 2}self.{view} = {robot}{suffix}(client)" for view, suffix in views)

@@ -22,21 +22,21 @@ def abstract_manager(skill: str) -> str:
 
 
 def lines(skillset: Skillset) -> Iterator[str]:
-    names = TypeNames({"SkillHooks", *(abstract_manager(skill.name) for skill in skillset.skills)})
+    names = TypeNames()
     body = [line for skill in skillset.skills for line in _manager(skill, names)]
     yield from exemptions(skillset)
     yield f'"""What the managers of `{skillset.name}` derive from: one class for each skill, its results as methods."""'
     yield ""
     yield "from __future__ import annotations"
     if body:
-        yield from ("", "from skillwing.services.managers.hooks import SkillHooks", "")
+        yield from ("", "from skillwing.services.managers.hooks import SkillHooks as _SkillHooks", "")
     yield from names.imports()
     yield from body
 
 
 def _manager(skill: Skill, names: TypeNames) -> Iterator[str]:
     inputs, (outputs, feedback) = inputs_class(skill, names), answer_classes(skill, names)
-    yield from ("", "", f"class {abstract_manager(skill.name)}(SkillHooks[{inputs}, {outputs}, {feedback}]):")
+    yield from ("", "", f"class {abstract_manager(skill.name)}(_SkillHooks[{inputs}, {outputs}, {feedback}]):")
     yield f'{INDENT}"""Hooks of the skill `{skill.name}`: {_endings(skill)}."""'
     yield ""
     yield f'{INDENT}skill = "{skill.name}"'

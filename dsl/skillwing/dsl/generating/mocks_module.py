@@ -10,8 +10,7 @@ from skillwing.dsl.naming import class_name
 
 
 def lines(skillset: Skillset) -> Iterator[str]:
-    classes = [f"{class_name(skill.name)}Mock" for skill in skillset.skills]
-    names = TypeNames({"Delay", "MockRun", "MockScript", "Runs", "SkillMock", "StopDelay", *classes})
+    names = TypeNames()
     body = [line for skill in skillset.skills for line in _mock(skill, names)]
     yield from exemptions(skillset)
     yield f'"""How goals of mocked skills of `{skillset.name}` go, for tests and for missions without a robot.'
@@ -22,11 +21,12 @@ def lines(skillset: Skillset) -> Iterator[str]:
     yield "from __future__ import annotations"
     yield ""
     ending = any(skill.results for skill in skillset.skills)
-    yield f"from skillwing.services.mocking import {'MockRun, ' if ending else ''}MockScript"
+    runs = ["MockRun"] * ending + ["MockScript"]
     typed = ["Delay"] * ending + ["Runs", "SkillMock"] * bool(skillset.skills) + ["StopDelay"] * ending + ["scripted"]
-    yield f"from skillwing.services.mocking.typed import {', '.join(typed)}"
-    yield ""
-    yield from names.imports()
+    yield from (f"from skillwing.services.mocking import {name} as _{name}" for name in runs)
+    yield from (f"from skillwing.services.mocking.typed import {name} as _{name}" for name in typed)
+    if imports := list(names.imports()):
+        yield from ("", *imports)
     yield from body
     yield from _script(skillset)
 
@@ -40,7 +40,7 @@ def _example(skillset: Skillset) -> str:
 
 def _mock(skill: Skill, names: TypeNames) -> Iterator[str]:
     outputs, feedback = answer_classes(skill, names)
-    yield from ("", "", f"class {class_name(skill.name)}Mock(SkillMock[{outputs}, {feedback}]):")
+    yield from ("", "", f"class {class_name(skill.name)}Mock(_SkillMock[{outputs}, {feedback}]):")
     yield f'{INDENT}"""How one goal of a mocked `{skill.name}` goes."""'
     for result in skill.results:
         yield ""
@@ -57,10 +57,10 @@ def _ending(result: Result, outputs: str, feedback: str) -> Iterator[str]:
     if feedback != "None":
         parameters.append(f"feedback: {feedback} | None = None")
         passed.append("feedback=feedback")
-    parameters += ["delay: Delay = 1.0", "stop_delay: StopDelay = 0.0"]
+    parameters += ["delay: _Delay = 1.0", "stop_delay: _StopDelay = 0.0"]
     passed += ["delay=delay", "stop_delay=stop_delay"]
     yield f"{INDENT}@classmethod"
-    yield from (INDENT + line for line in bracketed(f"def ended_{result.name}(", parameters, ") -> MockRun:"))
+    yield from (INDENT + line for line in bracketed(f"def ended_{result.name}(", parameters, ") -> _MockRun:"))
     ending = "success" if result.success else "failure"
     yield f'{INDENT * 2}"""End as a {ending}, `delay` seconds after the dispatch."""'
     yield f"{INDENT * 2}return cls.ended({', '.join(passed)})"
@@ -70,8 +70,8 @@ def _script(skillset: Skillset) -> Iterator[str]:
     skills = [skill.name for skill in skillset.skills]
     seed = "" if "seed" in skills else "seed"
     yield from ("", "")
-    parameters = [f"{name}: Runs = ()" for name in skills] + (["seed: int = 0"] if seed else [])
-    yield from bracketed("def script(", ["*", *parameters], ") -> MockScript:")
+    parameters = [f"{name}: _Runs = ()" for name in skills] + (["seed: int = 0"] if seed else [])
+    yield from bracketed("def script(", ["*", *parameters], ") -> _MockScript:")
     yield f'{INDENT}"""For each skill the runs of its goals, one after the other; the last one repeats.'
     yield ""
     yield f"{INDENT}`Choices` of runs are drawn with the seed. A skill without runs does what it does unscripted."
@@ -79,11 +79,11 @@ def _script(skillset: Skillset) -> Iterator[str]:
     pairs = [f'"{name}": {name}' for name in skills]
     passed = ["seed"] if seed else []
     runs = "{" + ", ".join(pairs) + "}"
-    one_line = f"{INDENT}return scripted({', '.join([runs, *passed])})"
+    one_line = f"{INDENT}return _scripted({', '.join([runs, *passed])})"
     if len(one_line) <= LINE_LENGTH:
         yield one_line
         return
-    yield f"{INDENT}return scripted("
+    yield f"{INDENT}return _scripted("
     yield from (INDENT * 2 + line for line in bracketed("{", pairs, "},"))
     yield from (f"{INDENT * 2}{argument}," for argument in passed)
     yield f"{INDENT})"

@@ -55,9 +55,7 @@ def refusal(skill: str) -> str:
 
 
 def _manager(skill: Skill) -> Iterator[str]:
-    names = TypeNames(
-        {"Goal", "Terminal", abstract_manager(skill.name), manager_class(skill.name)}, "..generated.types"
-    )
+    names = TypeNames(origin="..generated.types")
     inputs = inputs_class(skill, names)
     feedback = names(f"{class_name(skill.name)}Feedback") if skill.feedback else None
     yield f'"""The manager of `{skill.name}`. Written once by `skillwing generate`, and yours from then on."""'

@@ -17,37 +17,50 @@ LINE_LENGTH = 120
 class TypeNames:
     """The names of the skillset's own types, and of what is made from it, in one module.
 
-    reserved: what the module names so already. A type of the same name is imported under an underscore. origin: the
-    module that they come from.
+    What a module takes from the runtime has an underscore before it, which no type has. reserved: what else the module
+    or a class in it names; a type of the same name is taken from `_types`. origin: the module that types come from.
     """
 
-    def __init__(self, reserved: Iterable[str], origin: str = ".types") -> None:
+    def __init__(self, reserved: Iterable[str] = (), origin: str = ".types") -> None:
         self._reserved = frozenset(reserved)
         self._origin = origin
         self._used: set[str] = set()
+        self._hidden = False
 
     def __call__(self, name: str) -> str:
         """What a type from `types.py` is called here."""
+        if name in self._reserved:
+            self._hidden = True
+            return f"_types.{name}"
         self._used.add(name)
-        return f"_{name}" if name in self._reserved else name
+        return name
+
+    def module_import(self) -> Iterator[str]:
+        """The import of the module itself, if a type was used so far whose name is reserved."""
+        if self._hidden:
+            yield "from . import types as _types"
 
     def imports(self) -> Iterator[str]:
-        """The import of all that was used so far, in one line if it fits."""
-        plain = sorted(self._used - self._reserved, key=_import_order)
-        statements = [(name, [f"from {self._origin} import {name} as _{name}"]) for name in self._used & self._reserved]
-        if plain:
-            opening = f"from {self._origin} import"
-            one_line = f"{opening} {', '.join(plain)}"
-            fits = len(one_line) <= LINE_LENGTH
-            statements.append((plain[0], [one_line] if fits else list(bracketed(f"{opening} (", plain, ")"))))
-        for _, lines in sorted(statements, key=lambda statement: _import_order(statement[0])):
-            yield from lines
+        """The import of all the others, in one line if it fits."""
+        if not self._used:
+            return
+        opening, used = f"from {self._origin} import", sorted(self._used, key=_import_order)
+        one_line = f"{opening} {', '.join(used)}"
+        yield from [one_line] if len(one_line) <= LINE_LENGTH else bracketed(f"{opening} (", used, ")")
 
 
-def _import_order(name: str) -> tuple[bool, list[str | int]]:
-    """The order in which ruff and isort have classes: those in capitals first, then by letter, numbers by value."""
-    pieces = re.split(r"(\d+)", name.lower())
-    return not name.isupper() or len(name) == 1, [int(piece) if piece.isdigit() else piece for piece in pieces]
+def _import_order(name: str) -> tuple[object, ...]:
+    """The order in which ruff and isort have classes: those in capitals first, then by letter, then capitals first."""
+    return not name.isupper() or len(name) == 1, _natural_order(name.lower()), _natural_order(name)
+
+
+def _natural_order(text: str) -> list[str | tuple[int, str]]:
+    """Numbers by value, but those with a leading zero as fractions, before the others."""
+    pieces = re.split(r"(\d+)", text)
+    return [
+        (0 if piece.startswith("0") else len(piece), piece) if place % 2 else piece
+        for place, piece in enumerate(pieces)
+    ]
 
 
 def annotation(declared: Type, names: TypeNames | None = None) -> str:

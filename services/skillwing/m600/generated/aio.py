@@ -7,15 +7,14 @@ async with connect() as m600:
 
 from __future__ import annotations
 
-from collections.abc import AsyncGenerator
+from collections.abc import AsyncGenerator as _AsyncGenerator
 from contextlib import asynccontextmanager
 
-from skillwing.services.client.aio import Client, Datum, Goal, Resource
-from skillwing.services.client.aio import connect as _connect
+from skillwing.services.client import aio as _aio
 
-from . import SCHEMA_HASH
+from . import SCHEMA_HASH as _SCHEMA_HASH
+from . import processes as _processes
 from . import signatures as _signatures
-from .processes import TABLE
 from .types import (
     AxesAuthorityState,
     BatteryStatusState,
@@ -69,7 +68,7 @@ class M600Skills:
     Raises InvalidInputError for a value of a wrong type.
     """
 
-    def __init__(self, client: Client) -> None:
+    def __init__(self, client: _aio.Client) -> None:
         self._client = client
 
     def takeoff(
@@ -79,7 +78,7 @@ class M600Skills:
         speed: float = 1.0,
         goal_id: str | None = None,
         cause: str | None = None,
-    ) -> Goal[TakeoffResult, None, TakeoffFeedback]:
+    ) -> _aio.Goal[TakeoffResult, None, TakeoffFeedback]:
         """Start `takeoff`. height: [m] in 1.0..50.0; speed: [m/s] in 0.1..3.0."""
         return self._client.start(_signatures.takeoff, {"height": height, "speed": speed}, goal_id=goal_id, cause=cause)
 
@@ -89,7 +88,7 @@ class M600Skills:
         speed: float = 0.7,
         goal_id: str | None = None,
         cause: str | None = None,
-    ) -> Goal[LandResult, None, LandFeedback]:
+    ) -> _aio.Goal[LandResult, None, LandFeedback]:
         """Start `land`. speed: [m/s] in 0.1..2.0."""
         return self._client.start(_signatures.land, {"speed": speed}, goal_id=goal_id, cause=cause)
 
@@ -99,7 +98,7 @@ class M600Skills:
         duration: float = 5.0,
         goal_id: str | None = None,
         cause: str | None = None,
-    ) -> Goal[HoverResult, None, HoverFeedback]:
+    ) -> _aio.Goal[HoverResult, None, HoverFeedback]:
         """Start `hover`. duration: [s] in 0.0..3600.0."""
         return self._client.start(_signatures.hover, {"duration": duration}, goal_id=goal_id, cause=cause)
 
@@ -110,7 +109,7 @@ class M600Skills:
         speed: float = 2.0,
         goal_id: str | None = None,
         cause: str | None = None,
-    ) -> Goal[GotoResult, GotoOutputs, GotoFeedback]:
+    ) -> _aio.Goal[GotoResult, GotoOutputs, GotoFeedback]:
         """Start `goto`. speed: [m/s] in 0.1..5.0."""
         return self._client.start(_signatures.goto, {"target": target, "speed": speed}, goal_id=goal_id, cause=cause)
 
@@ -121,7 +120,7 @@ class M600Skills:
         speed: float = 2.0,
         goal_id: str | None = None,
         cause: str | None = None,
-    ) -> Goal[GotoStraightResult, GotoStraightOutputs, GotoStraightFeedback]:
+    ) -> _aio.Goal[GotoStraightResult, GotoStraightOutputs, GotoStraightFeedback]:
         """Start `goto_straight`. speed: [m/s] in 0.1..5.0."""
         return self._client.start(
             _signatures.goto_straight,
@@ -137,7 +136,7 @@ class M600Skills:
         speed: float = 2.0,
         goal_id: str | None = None,
         cause: str | None = None,
-    ) -> Goal[ReturnHomeResult, None, ReturnHomeFeedback]:
+    ) -> _aio.Goal[ReturnHomeResult, None, ReturnHomeFeedback]:
         """Start `return_home`. height: [m] in 1.0..50.0; speed: [m/s] in 0.1..5.0."""
         return self._client.start(
             _signatures.return_home,
@@ -152,7 +151,7 @@ class M600Skills:
         heading: float,
         goal_id: str | None = None,
         cause: str | None = None,
-    ) -> Goal[RotateHeadResult, None, RotateHeadFeedback]:
+    ) -> _aio.Goal[RotateHeadResult, None, RotateHeadFeedback]:
         """Start `rotate_head`. heading: [rad] in -6.3..6.3."""
         return self._client.start(_signatures.rotate_head, {"heading": heading}, goal_id=goal_id, cause=cause)
 
@@ -162,7 +161,7 @@ class M600Skills:
         heading: float,
         goal_id: str | None = None,
         cause: str | None = None,
-    ) -> Goal[LockHeadResult, None, LockHeadFeedback]:
+    ) -> _aio.Goal[LockHeadResult, None, LockHeadFeedback]:
         """Start `lock_head`. heading: [rad] in -6.3..6.3."""
         return self._client.start(_signatures.lock_head, {"heading": heading}, goal_id=goal_id, cause=cause)
 
@@ -171,7 +170,7 @@ class M600Skills:
         *,
         goal_id: str | None = None,
         cause: str | None = None,
-    ) -> Goal[ZedDepthmapResult, None, ZedDepthmapFeedback]:
+    ) -> _aio.Goal[ZedDepthmapResult, None, ZedDepthmapFeedback]:
         """Start `zed_depthmap`."""
         return self._client.start(_signatures.zed_depthmap, {}, goal_id=goal_id, cause=cause)
 
@@ -180,7 +179,7 @@ class M600Skills:
         *,
         goal_id: str | None = None,
         cause: str | None = None,
-    ) -> Goal[LidarDepthmapResult, None, LidarDepthmapFeedback]:
+    ) -> _aio.Goal[LidarDepthmapResult, None, LidarDepthmapFeedback]:
         """Start `lidar_depthmap`."""
         return self._client.start(_signatures.lidar_depthmap, {}, goal_id=goal_id, cause=cause)
 
@@ -189,7 +188,7 @@ class M600Skills:
         *,
         goal_id: str | None = None,
         cause: str | None = None,
-    ) -> Goal[LidarMappingResult, None, LidarMappingFeedback]:
+    ) -> _aio.Goal[LidarMappingResult, None, LidarMappingFeedback]:
         """Start `lidar_mapping`."""
         return self._client.start(_signatures.lidar_mapping, {}, goal_id=goal_id, cause=cause)
 
@@ -203,7 +202,7 @@ class M600Skills:
         speed: float = 2.0,
         goal_id: str | None = None,
         cause: str | None = None,
-    ) -> Goal[InspectResult, None, InspectFeedback]:
+    ) -> _aio.Goal[InspectResult, None, InspectFeedback]:
         """Start `inspect`.
 
         radius: [m] in 2.0..100.0.
@@ -225,7 +224,7 @@ class M600Skills:
         min_quality: float = 0.7,
         goal_id: str | None = None,
         cause: str | None = None,
-    ) -> Goal[StreamResult, None, StreamFeedback]:
+    ) -> _aio.Goal[StreamResult, None, StreamFeedback]:
         """Start `stream`. min_fps: [1/s] in 1.0..60.0; min_quality: in 0.0..1.0."""
         return self._client.start(
             _signatures.stream,
@@ -238,46 +237,46 @@ class M600Skills:
 class M600Resources:
     """The resources of `m600`."""
 
-    def __init__(self, client: Client) -> None:
-        self.SDK_authority = Resource[SDKAuthorityState](client, "SDK_authority")
-        self.flight_status = Resource[FlightStatusState](client, "flight_status")
-        self.homepoint_status = Resource[HomepointStatusState](client, "homepoint_status")
-        self.zed_status = Resource[ZedStatusState](client, "zed_status")
-        self.lidar_status = Resource[LidarStatusState](client, "lidar_status")
-        self.battery_status = Resource[BatteryStatusState](client, "battery_status")
-        self.link_status = Resource[LinkStatusState](client, "link_status")
-        self.axes_authority = Resource[AxesAuthorityState](client, "axes_authority")
-        self.heading_authority = Resource[HeadingAuthorityState](client, "heading_authority")
-        self.depthmap_source = Resource[DepthmapSourceState](client, "depthmap_source")
-        self.slam_status = Resource[SlamStatusState](client, "slam_status")
+    def __init__(self, client: _aio.Client) -> None:
+        self.SDK_authority = _aio.Resource[SDKAuthorityState](client, "SDK_authority")
+        self.flight_status = _aio.Resource[FlightStatusState](client, "flight_status")
+        self.homepoint_status = _aio.Resource[HomepointStatusState](client, "homepoint_status")
+        self.zed_status = _aio.Resource[ZedStatusState](client, "zed_status")
+        self.lidar_status = _aio.Resource[LidarStatusState](client, "lidar_status")
+        self.battery_status = _aio.Resource[BatteryStatusState](client, "battery_status")
+        self.link_status = _aio.Resource[LinkStatusState](client, "link_status")
+        self.axes_authority = _aio.Resource[AxesAuthorityState](client, "axes_authority")
+        self.heading_authority = _aio.Resource[HeadingAuthorityState](client, "heading_authority")
+        self.depthmap_source = _aio.Resource[DepthmapSourceState](client, "depthmap_source")
+        self.slam_status = _aio.Resource[SlamStatusState](client, "slam_status")
 
 
 class M600Data:
     """The data of `m600`."""
 
-    def __init__(self, client: Client) -> None:
-        self.position = Datum[Position](client, "position", Position)
+    def __init__(self, client: _aio.Client) -> None:
+        self.position = _aio.Datum[Position](client, "position", Position)
         """every 0.1 s"""
-        self.velocity = Datum[Velocity](client, "velocity", Velocity)
+        self.velocity = _aio.Datum[Velocity](client, "velocity", Velocity)
         """every 0.1 s"""
-        self.heading = Datum[float](client, "heading", float)
+        self.heading = _aio.Datum[float](client, "heading", float)
         """[rad] every 0.1 s"""
-        self.battery = Datum[float](client, "battery", float)
+        self.battery = _aio.Datum[float](client, "battery", float)
         """[%] every 1.0 s"""
-        self.link_bandwidth = Datum[float](client, "link_bandwidth", float)
+        self.link_bandwidth = _aio.Datum[float](client, "link_bandwidth", float)
         """[Mbit/s] every 1.0 s"""
-        self.video_quality = Datum[float](client, "video_quality", float)
+        self.video_quality = _aio.Datum[float](client, "video_quality", float)
         """every 1.0 s"""
-        self.obstacle_distance = Datum[float](client, "obstacle_distance", float)
+        self.obstacle_distance = _aio.Datum[float](client, "obstacle_distance", float)
         """[m] every 0.2 s"""
-        self.map_statistics = Datum[MapStatistics](client, "map_statistics", MapStatistics)
+        self.map_statistics = _aio.Datum[MapStatistics](client, "map_statistics", MapStatistics)
         """every 1.0 s"""
 
 
 class M600(M600Skills):
     """The robot: its skills, and what is known of it."""
 
-    def __init__(self, client: Client) -> None:
+    def __init__(self, client: _aio.Client) -> None:
         super().__init__(client)
         self.resources = M600Resources(client)
         self.data = M600Data(client)
@@ -289,7 +288,7 @@ async def connect(
     *,
     endpoint: str | None = None,
     owns_goals: bool = True,
-) -> AsyncGenerator[M600, None]:
+) -> _AsyncGenerator[M600, None]:
     """Connect to a running `m600`.
 
     owns_goals: goals that still run at the end of the context, or of the script, are interrupted, unless their skill
@@ -298,5 +297,7 @@ async def connect(
     runs elsewhere. Raises NoSystemError, UnansweredError, and a SkillwingError where the system runs another skillset
     than this code was made from.
     """
-    async with _connect(robot, endpoint=endpoint, owns_goals=owns_goals, table=TABLE, schema=SCHEMA_HASH) as client:
+    async with _aio.connect(
+        robot, endpoint=endpoint, owns_goals=owns_goals, table=_processes.TABLE, schema=_SCHEMA_HASH
+    ) as client:
         yield M600(client)

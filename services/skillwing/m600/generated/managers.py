@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from skillwing.services.managers.hooks import SkillHooks
+from skillwing.services.managers.hooks import SkillHooks as _SkillHooks
 
 from .types import (
     GotoFeedback,
@@ -38,7 +38,7 @@ from .types import (
 )
 
 
-class AbstractTakeoffManager(SkillHooks[TakeoffInputs, None, TakeoffFeedback]):
+class AbstractTakeoffManager(_SkillHooks[TakeoffInputs, None, TakeoffFeedback]):
     """Hooks of the skill `takeoff`: ends AT_ALTITUDE, BLOCKED or ABORTED."""
 
     skill = "takeoff"
@@ -58,7 +58,7 @@ class AbstractTakeoffManager(SkillHooks[TakeoffInputs, None, TakeoffFeedback]):
         self.terminated(goal_id, "ABORTED")
 
 
-class AbstractLandManager(SkillHooks[LandInputs, None, LandFeedback]):
+class AbstractLandManager(_SkillHooks[LandInputs, None, LandFeedback]):
     """Hooks of the skill `land`: ends LANDED or BLOCKED."""
 
     skill = "land"
@@ -74,7 +74,7 @@ class AbstractLandManager(SkillHooks[LandInputs, None, LandFeedback]):
         self.terminated(goal_id, "BLOCKED")
 
 
-class AbstractHoverManager(SkillHooks[HoverInputs, None, HoverFeedback]):
+class AbstractHoverManager(_SkillHooks[HoverInputs, None, HoverFeedback]):
     """Hooks of the skill `hover`: ends DONE."""
 
     skill = "hover"
@@ -86,7 +86,7 @@ class AbstractHoverManager(SkillHooks[HoverInputs, None, HoverFeedback]):
         self.terminated(goal_id, "DONE")
 
 
-class AbstractGotoManager(SkillHooks[GotoInputs, GotoOutputs, GotoFeedback]):
+class AbstractGotoManager(_SkillHooks[GotoInputs, GotoOutputs, GotoFeedback]):
     """Hooks of the skill `goto`: ends ARRIVED, BLOCKED or ABORTED."""
 
     skill = "goto"
@@ -107,7 +107,7 @@ class AbstractGotoManager(SkillHooks[GotoInputs, GotoOutputs, GotoFeedback]):
         self.terminated(goal_id, "ABORTED", output)
 
 
-class AbstractGotoStraightManager(SkillHooks[GotoStraightInputs, GotoStraightOutputs, GotoStraightFeedback]):
+class AbstractGotoStraightManager(_SkillHooks[GotoStraightInputs, GotoStraightOutputs, GotoStraightFeedback]):
     """Hooks of the skill `goto_straight`: ends ARRIVED, BLOCKED or ABORTED."""
 
     skill = "goto_straight"
@@ -128,7 +128,7 @@ class AbstractGotoStraightManager(SkillHooks[GotoStraightInputs, GotoStraightOut
         self.terminated(goal_id, "ABORTED", output)
 
 
-class AbstractReturnHomeManager(SkillHooks[ReturnHomeInputs, None, ReturnHomeFeedback]):
+class AbstractReturnHomeManager(_SkillHooks[ReturnHomeInputs, None, ReturnHomeFeedback]):
     """Hooks of the skill `return_home`: ends ARRIVED or ABORTED."""
 
     skill = "return_home"
@@ -144,7 +144,7 @@ class AbstractReturnHomeManager(SkillHooks[ReturnHomeInputs, None, ReturnHomeFee
         self.terminated(goal_id, "ABORTED")
 
 
-class AbstractRotateHeadManager(SkillHooks[RotateHeadInputs, None, RotateHeadFeedback]):
+class AbstractRotateHeadManager(_SkillHooks[RotateHeadInputs, None, RotateHeadFeedback]):
     """Hooks of the skill `rotate_head`: ends ALIGNED."""
 
     skill = "rotate_head"
@@ -156,7 +156,7 @@ class AbstractRotateHeadManager(SkillHooks[RotateHeadInputs, None, RotateHeadFee
         self.terminated(goal_id, "ALIGNED")
 
 
-class AbstractLockHeadManager(SkillHooks[LockHeadInputs, None, LockHeadFeedback]):
+class AbstractLockHeadManager(_SkillHooks[LockHeadInputs, None, LockHeadFeedback]):
     """Hooks of the skill `lock_head`: runs until it is interrupted."""
 
     skill = "lock_head"
@@ -164,7 +164,7 @@ class AbstractLockHeadManager(SkillHooks[LockHeadInputs, None, LockHeadFeedback]
     Feedback = LockHeadFeedback
 
 
-class AbstractZedDepthmapManager(SkillHooks[ZedDepthmapInputs, None, ZedDepthmapFeedback]):
+class AbstractZedDepthmapManager(_SkillHooks[ZedDepthmapInputs, None, ZedDepthmapFeedback]):
     """Hooks of the skill `zed_depthmap`: ends NO_DATA."""
 
     skill = "zed_depthmap"
@@ -176,7 +176,7 @@ class AbstractZedDepthmapManager(SkillHooks[ZedDepthmapInputs, None, ZedDepthmap
         self.terminated(goal_id, "NO_DATA")
 
 
-class AbstractLidarDepthmapManager(SkillHooks[LidarDepthmapInputs, None, LidarDepthmapFeedback]):
+class AbstractLidarDepthmapManager(_SkillHooks[LidarDepthmapInputs, None, LidarDepthmapFeedback]):
     """Hooks of the skill `lidar_depthmap`: ends NO_DATA."""
 
     skill = "lidar_depthmap"
@@ -188,7 +188,7 @@ class AbstractLidarDepthmapManager(SkillHooks[LidarDepthmapInputs, None, LidarDe
         self.terminated(goal_id, "NO_DATA")
 
 
-class AbstractLidarMappingManager(SkillHooks[LidarMappingInputs, None, LidarMappingFeedback]):
+class AbstractLidarMappingManager(_SkillHooks[LidarMappingInputs, None, LidarMappingFeedback]):
     """Hooks of the skill `lidar_mapping`: ends DIVERGED."""
 
     skill = "lidar_mapping"
@@ -200,7 +200,7 @@ class AbstractLidarMappingManager(SkillHooks[LidarMappingInputs, None, LidarMapp
         self.terminated(goal_id, "DIVERGED")
 
 
-class AbstractInspectManager(SkillHooks[InspectInputs, None, InspectFeedback]):
+class AbstractInspectManager(_SkillHooks[InspectInputs, None, InspectFeedback]):
     """Hooks of the skill `inspect`: ends COMPLETED, BLOCKED or ABORTED."""
 
     skill = "inspect"
@@ -220,7 +220,7 @@ class AbstractInspectManager(SkillHooks[InspectInputs, None, InspectFeedback]):
         self.terminated(goal_id, "ABORTED")
 
 
-class AbstractStreamManager(SkillHooks[StreamInputs, None, StreamFeedback]):
+class AbstractStreamManager(_SkillHooks[StreamInputs, None, StreamFeedback]):
     """Hooks of the skill `stream`: ends FPS_LOST."""
 
     skill = "stream"

@@ -7,8 +7,13 @@ script(takeoff=[TakeoffMock.ended_AT_ALTITUDE(delay=0.5)])
 
 from __future__ import annotations
 
-from skillwing.services.mocking import MockRun, MockScript
-from skillwing.services.mocking.typed import Delay, Runs, SkillMock, StopDelay, scripted
+from skillwing.services.mocking import MockRun as _MockRun
+from skillwing.services.mocking import MockScript as _MockScript
+from skillwing.services.mocking.typed import Delay as _Delay
+from skillwing.services.mocking.typed import Runs as _Runs
+from skillwing.services.mocking.typed import SkillMock as _SkillMock
+from skillwing.services.mocking.typed import StopDelay as _StopDelay
+from skillwing.services.mocking.typed import scripted as _scripted
 
 from .types import (
     GotoFeedback,
@@ -29,7 +34,7 @@ from .types import (
 )
 
 
-class TakeoffMock(SkillMock[None, TakeoffFeedback]):
+class TakeoffMock(_SkillMock[None, TakeoffFeedback]):
     """How one goal of a mocked `takeoff` goes."""
 
     @classmethod
@@ -37,9 +42,9 @@ class TakeoffMock(SkillMock[None, TakeoffFeedback]):
         cls,
         *,
         feedback: TakeoffFeedback | None = None,
-        delay: Delay = 1.0,
-        stop_delay: StopDelay = 0.0,
-    ) -> MockRun:
+        delay: _Delay = 1.0,
+        stop_delay: _StopDelay = 0.0,
+    ) -> _MockRun:
         """End as a success, `delay` seconds after the dispatch."""
         return cls.ended("AT_ALTITUDE", feedback=feedback, delay=delay, stop_delay=stop_delay)
 
@@ -48,9 +53,9 @@ class TakeoffMock(SkillMock[None, TakeoffFeedback]):
         cls,
         *,
         feedback: TakeoffFeedback | None = None,
-        delay: Delay = 1.0,
-        stop_delay: StopDelay = 0.0,
-    ) -> MockRun:
+        delay: _Delay = 1.0,
+        stop_delay: _StopDelay = 0.0,
+    ) -> _MockRun:
         """End as a failure, `delay` seconds after the dispatch."""
         return cls.ended("BLOCKED", feedback=feedback, delay=delay, stop_delay=stop_delay)
 
@@ -59,14 +64,14 @@ class TakeoffMock(SkillMock[None, TakeoffFeedback]):
         cls,
         *,
         feedback: TakeoffFeedback | None = None,
-        delay: Delay = 1.0,
-        stop_delay: StopDelay = 0.0,
-    ) -> MockRun:
+        delay: _Delay = 1.0,
+        stop_delay: _StopDelay = 0.0,
+    ) -> _MockRun:
         """End as a failure, `delay` seconds after the dispatch."""
         return cls.ended("ABORTED", feedback=feedback, delay=delay, stop_delay=stop_delay)
 
 
-class LandMock(SkillMock[None, LandFeedback]):
+class LandMock(_SkillMock[None, LandFeedback]):
     """How one goal of a mocked `land` goes."""
 
     @classmethod
@@ -74,9 +79,9 @@ class LandMock(SkillMock[None, LandFeedback]):
         cls,
         *,
         feedback: LandFeedback | None = None,
-        delay: Delay = 1.0,
-        stop_delay: StopDelay = 0.0,
-    ) -> MockRun:
+        delay: _Delay = 1.0,
+        stop_delay: _StopDelay = 0.0,
+    ) -> _MockRun:
         """End as a success, `delay` seconds after the dispatch."""
         return cls.ended("LANDED", feedback=feedback, delay=delay, stop_delay=stop_delay)
 
@@ -85,14 +90,14 @@ class LandMock(SkillMock[None, LandFeedback]):
         cls,
         *,
         feedback: LandFeedback | None = None,
-        delay: Delay = 1.0,
-        stop_delay: StopDelay = 0.0,
-    ) -> MockRun:
+        delay: _Delay = 1.0,
+        stop_delay: _StopDelay = 0.0,
+    ) -> _MockRun:
         """End as a failure, `delay` seconds after the dispatch."""
         return cls.ended("BLOCKED", feedback=feedback, delay=delay, stop_delay=stop_delay)
 
 
-class HoverMock(SkillMock[None, HoverFeedback]):
+class HoverMock(_SkillMock[None, HoverFeedback]):
     """How one goal of a mocked `hover` goes."""
 
     @classmethod
@@ -100,14 +105,14 @@ class HoverMock(SkillMock[None, HoverFeedback]):
         cls,
         *,
         feedback: HoverFeedback | None = None,
-        delay: Delay = 1.0,
-        stop_delay: StopDelay = 0.0,
-    ) -> MockRun:
+        delay: _Delay = 1.0,
+        stop_delay: _StopDelay = 0.0,
+    ) -> _MockRun:
         """End as a success, `delay` seconds after the dispatch."""
         return cls.ended("DONE", feedback=feedback, delay=delay, stop_delay=stop_delay)
 
 
-class GotoMock(SkillMock[GotoOutputs, GotoFeedback]):
+class GotoMock(_SkillMock[GotoOutputs, GotoFeedback]):
     """How one goal of a mocked `goto` goes."""
 
     @classmethod
@@ -116,9 +121,9 @@ class GotoMock(SkillMock[GotoOutputs, GotoFeedback]):
         output: GotoOutputs | None = None,
         *,
         feedback: GotoFeedback | None = None,
-        delay: Delay = 1.0,
-        stop_delay: StopDelay = 0.0,
-    ) -> MockRun:
+        delay: _Delay = 1.0,
+        stop_delay: _StopDelay = 0.0,
+    ) -> _MockRun:
         """End as a success, `delay` seconds after the dispatch."""
         return cls.ended("ARRIVED", output=output, feedback=feedback, delay=delay, stop_delay=stop_delay)
 
@@ -128,9 +133,9 @@ class GotoMock(SkillMock[GotoOutputs, GotoFeedback]):
         output: GotoOutputs | None = None,
         *,
         feedback: GotoFeedback | None = None,
-        delay: Delay = 1.0,
-        stop_delay: StopDelay = 0.0,
-    ) -> MockRun:
+        delay: _Delay = 1.0,
+        stop_delay: _StopDelay = 0.0,
+    ) -> _MockRun:
         """End as a failure, `delay` seconds after the dispatch."""
         return cls.ended("BLOCKED", output=output, feedback=feedback, delay=delay, stop_delay=stop_delay)
 
@@ -140,14 +145,14 @@ class GotoMock(SkillMock[GotoOutputs, GotoFeedback]):
         output: GotoOutputs | None = None,
         *,
         feedback: GotoFeedback | None = None,
-        delay: Delay = 1.0,
-        stop_delay: StopDelay = 0.0,
-    ) -> MockRun:
+        delay: _Delay = 1.0,
+        stop_delay: _StopDelay = 0.0,
+    ) -> _MockRun:
         """End as a failure, `delay` seconds after the dispatch."""
         return cls.ended("ABORTED", output=output, feedback=feedback, delay=delay, stop_delay=stop_delay)
 
 
-class GotoStraightMock(SkillMock[GotoStraightOutputs, GotoStraightFeedback]):
+class GotoStraightMock(_SkillMock[GotoStraightOutputs, GotoStraightFeedback]):
     """How one goal of a mocked `goto_straight` goes."""
 
     @classmethod
@@ -156,9 +161,9 @@ class GotoStraightMock(SkillMock[GotoStraightOutputs, GotoStraightFeedback]):
         output: GotoStraightOutputs | None = None,
         *,
         feedback: GotoStraightFeedback | None = None,
-        delay: Delay = 1.0,
-        stop_delay: StopDelay = 0.0,
-    ) -> MockRun:
+        delay: _Delay = 1.0,
+        stop_delay: _StopDelay = 0.0,
+    ) -> _MockRun:
         """End as a success, `delay` seconds after the dispatch."""
         return cls.ended("ARRIVED", output=output, feedback=feedback, delay=delay, stop_delay=stop_delay)
 
@@ -168,9 +173,9 @@ class GotoStraightMock(SkillMock[GotoStraightOutputs, GotoStraightFeedback]):
         output: GotoStraightOutputs | None = None,
         *,
         feedback: GotoStraightFeedback | None = None,
-        delay: Delay = 1.0,
-        stop_delay: StopDelay = 0.0,
-    ) -> MockRun:
+        delay: _Delay = 1.0,
+        stop_delay: _StopDelay = 0.0,
+    ) -> _MockRun:
         """End as a failure, `delay` seconds after the dispatch."""
         return cls.ended("BLOCKED", output=output, feedback=feedback, delay=delay, stop_delay=stop_delay)
 
@@ -180,14 +185,14 @@ class GotoStraightMock(SkillMock[GotoStraightOutputs, GotoStraightFeedback]):
         output: GotoStraightOutputs | None = None,
         *,
         feedback: GotoStraightFeedback | None = None,
-        delay: Delay = 1.0,
-        stop_delay: StopDelay = 0.0,
-    ) -> MockRun:
+        delay: _Delay = 1.0,
+        stop_delay: _StopDelay = 0.0,
+    ) -> _MockRun:
         """End as a failure, `delay` seconds after the dispatch."""
         return cls.ended("ABORTED", output=output, feedback=feedback, delay=delay, stop_delay=stop_delay)
 
 
-class ReturnHomeMock(SkillMock[None, ReturnHomeFeedback]):
+class ReturnHomeMock(_SkillMock[None, ReturnHomeFeedback]):
     """How one goal of a mocked `return_home` goes."""
 
     @classmethod
@@ -195,9 +200,9 @@ class ReturnHomeMock(SkillMock[None, ReturnHomeFeedback]):
         cls,
         *,
         feedback: ReturnHomeFeedback | None = None,
-        delay: Delay = 1.0,
-        stop_delay: StopDelay = 0.0,
-    ) -> MockRun:
+        delay: _Delay = 1.0,
+        stop_delay: _StopDelay = 0.0,
+    ) -> _MockRun:
         """End as a success, `delay` seconds after the dispatch."""
         return cls.ended("ARRIVED", feedback=feedback, delay=delay, stop_delay=stop_delay)
 
@@ -206,14 +211,14 @@ class ReturnHomeMock(SkillMock[None, ReturnHomeFeedback]):
         cls,
         *,
         feedback: ReturnHomeFeedback | None = None,
-        delay: Delay = 1.0,
-        stop_delay: StopDelay = 0.0,
-    ) -> MockRun:
+        delay: _Delay = 1.0,
+        stop_delay: _StopDelay = 0.0,
+    ) -> _MockRun:
         """End as a failure, `delay` seconds after the dispatch."""
         return cls.ended("ABORTED", feedback=feedback, delay=delay, stop_delay=stop_delay)
 
 
-class RotateHeadMock(SkillMock[None, RotateHeadFeedback]):
+class RotateHeadMock(_SkillMock[None, RotateHeadFeedback]):
     """How one goal of a mocked `rotate_head` goes."""
 
     @classmethod
@@ -221,18 +226,18 @@ class RotateHeadMock(SkillMock[None, RotateHeadFeedback]):
         cls,
         *,
         feedback: RotateHeadFeedback | None = None,
-        delay: Delay = 1.0,
-        stop_delay: StopDelay = 0.0,
-    ) -> MockRun:
+        delay: _Delay = 1.0,
+        stop_delay: _StopDelay = 0.0,
+    ) -> _MockRun:
         """End as a success, `delay` seconds after the dispatch."""
         return cls.ended("ALIGNED", feedback=feedback, delay=delay, stop_delay=stop_delay)
 
 
-class LockHeadMock(SkillMock[None, LockHeadFeedback]):
+class LockHeadMock(_SkillMock[None, LockHeadFeedback]):
     """How one goal of a mocked `lock_head` goes."""
 
 
-class ZedDepthmapMock(SkillMock[None, ZedDepthmapFeedback]):
+class ZedDepthmapMock(_SkillMock[None, ZedDepthmapFeedback]):
     """How one goal of a mocked `zed_depthmap` goes."""
 
     @classmethod
@@ -240,14 +245,14 @@ class ZedDepthmapMock(SkillMock[None, ZedDepthmapFeedback]):
         cls,
         *,
         feedback: ZedDepthmapFeedback | None = None,
-        delay: Delay = 1.0,
-        stop_delay: StopDelay = 0.0,
-    ) -> MockRun:
+        delay: _Delay = 1.0,
+        stop_delay: _StopDelay = 0.0,
+    ) -> _MockRun:
         """End as a failure, `delay` seconds after the dispatch."""
         return cls.ended("NO_DATA", feedback=feedback, delay=delay, stop_delay=stop_delay)
 
 
-class LidarDepthmapMock(SkillMock[None, LidarDepthmapFeedback]):
+class LidarDepthmapMock(_SkillMock[None, LidarDepthmapFeedback]):
     """How one goal of a mocked `lidar_depthmap` goes."""
 
     @classmethod
@@ -255,14 +260,14 @@ class LidarDepthmapMock(SkillMock[None, LidarDepthmapFeedback]):
         cls,
         *,
         feedback: LidarDepthmapFeedback | None = None,
-        delay: Delay = 1.0,
-        stop_delay: StopDelay = 0.0,
-    ) -> MockRun:
+        delay: _Delay = 1.0,
+        stop_delay: _StopDelay = 0.0,
+    ) -> _MockRun:
         """End as a failure, `delay` seconds after the dispatch."""
         return cls.ended("NO_DATA", feedback=feedback, delay=delay, stop_delay=stop_delay)
 
 
-class LidarMappingMock(SkillMock[None, LidarMappingFeedback]):
+class LidarMappingMock(_SkillMock[None, LidarMappingFeedback]):
     """How one goal of a mocked `lidar_mapping` goes."""
 
     @classmethod
@@ -270,14 +275,14 @@ class LidarMappingMock(SkillMock[None, LidarMappingFeedback]):
         cls,
         *,
         feedback: LidarMappingFeedback | None = None,
-        delay: Delay = 1.0,
-        stop_delay: StopDelay = 0.0,
-    ) -> MockRun:
+        delay: _Delay = 1.0,
+        stop_delay: _StopDelay = 0.0,
+    ) -> _MockRun:
         """End as a failure, `delay` seconds after the dispatch."""
         return cls.ended("DIVERGED", feedback=feedback, delay=delay, stop_delay=stop_delay)
 
 
-class InspectMock(SkillMock[None, InspectFeedback]):
+class InspectMock(_SkillMock[None, InspectFeedback]):
     """How one goal of a mocked `inspect` goes."""
 
     @classmethod
@@ -285,9 +290,9 @@ class InspectMock(SkillMock[None, InspectFeedback]):
         cls,
         *,
         feedback: InspectFeedback | None = None,
-        delay: Delay = 1.0,
-        stop_delay: StopDelay = 0.0,
-    ) -> MockRun:
+        delay: _Delay = 1.0,
+        stop_delay: _StopDelay = 0.0,
+    ) -> _MockRun:
         """End as a success, `delay` seconds after the dispatch."""
         return cls.ended("COMPLETED", feedback=feedback, delay=delay, stop_delay=stop_delay)
 
@@ -296,9 +301,9 @@ class InspectMock(SkillMock[None, InspectFeedback]):
         cls,
         *,
         feedback: InspectFeedback | None = None,
-        delay: Delay = 1.0,
-        stop_delay: StopDelay = 0.0,
-    ) -> MockRun:
+        delay: _Delay = 1.0,
+        stop_delay: _StopDelay = 0.0,
+    ) -> _MockRun:
         """End as a failure, `delay` seconds after the dispatch."""
         return cls.ended("BLOCKED", feedback=feedback, delay=delay, stop_delay=stop_delay)
 
@@ -307,14 +312,14 @@ class InspectMock(SkillMock[None, InspectFeedback]):
         cls,
         *,
         feedback: InspectFeedback | None = None,
-        delay: Delay = 1.0,
-        stop_delay: StopDelay = 0.0,
-    ) -> MockRun:
+        delay: _Delay = 1.0,
+        stop_delay: _StopDelay = 0.0,
+    ) -> _MockRun:
         """End as a failure, `delay` seconds after the dispatch."""
         return cls.ended("ABORTED", feedback=feedback, delay=delay, stop_delay=stop_delay)
 
 
-class StreamMock(SkillMock[None, StreamFeedback]):
+class StreamMock(_SkillMock[None, StreamFeedback]):
     """How one goal of a mocked `stream` goes."""
 
     @classmethod
@@ -322,35 +327,35 @@ class StreamMock(SkillMock[None, StreamFeedback]):
         cls,
         *,
         feedback: StreamFeedback | None = None,
-        delay: Delay = 1.0,
-        stop_delay: StopDelay = 0.0,
-    ) -> MockRun:
+        delay: _Delay = 1.0,
+        stop_delay: _StopDelay = 0.0,
+    ) -> _MockRun:
         """End as a failure, `delay` seconds after the dispatch."""
         return cls.ended("FPS_LOST", feedback=feedback, delay=delay, stop_delay=stop_delay)
 
 
 def script(
     *,
-    takeoff: Runs = (),
-    land: Runs = (),
-    hover: Runs = (),
-    goto: Runs = (),
-    goto_straight: Runs = (),
-    return_home: Runs = (),
-    rotate_head: Runs = (),
-    lock_head: Runs = (),
-    zed_depthmap: Runs = (),
-    lidar_depthmap: Runs = (),
-    lidar_mapping: Runs = (),
-    inspect: Runs = (),
-    stream: Runs = (),
+    takeoff: _Runs = (),
+    land: _Runs = (),
+    hover: _Runs = (),
+    goto: _Runs = (),
+    goto_straight: _Runs = (),
+    return_home: _Runs = (),
+    rotate_head: _Runs = (),
+    lock_head: _Runs = (),
+    zed_depthmap: _Runs = (),
+    lidar_depthmap: _Runs = (),
+    lidar_mapping: _Runs = (),
+    inspect: _Runs = (),
+    stream: _Runs = (),
     seed: int = 0,
-) -> MockScript:
+) -> _MockScript:
     """For each skill the runs of its goals, one after the other; the last one repeats.
 
     `Choices` of runs are drawn with the seed. A skill without runs does what it does unscripted.
     """
-    return scripted(
+    return _scripted(
         {
             "takeoff": takeoff,
             "land": land,

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from skillwing.services.client.outcome import Signature
+from skillwing.services.client.outcome import Signature as _Signature
 
 from .types import (
     GotoFeedback,
@@ -36,20 +36,20 @@ from .types import (
     ZedDepthmapResult,
 )
 
-takeoff = Signature[TakeoffResult, None, TakeoffFeedback]("takeoff", None, TakeoffFeedback)
-land = Signature[LandResult, None, LandFeedback]("land", None, LandFeedback)
-hover = Signature[HoverResult, None, HoverFeedback]("hover", None, HoverFeedback)
-goto = Signature[GotoResult, GotoOutputs, GotoFeedback]("goto", GotoOutputs, GotoFeedback)
-goto_straight = Signature[GotoStraightResult, GotoStraightOutputs, GotoStraightFeedback](
+takeoff = _Signature[TakeoffResult, None, TakeoffFeedback]("takeoff", None, TakeoffFeedback)
+land = _Signature[LandResult, None, LandFeedback]("land", None, LandFeedback)
+hover = _Signature[HoverResult, None, HoverFeedback]("hover", None, HoverFeedback)
+goto = _Signature[GotoResult, GotoOutputs, GotoFeedback]("goto", GotoOutputs, GotoFeedback)
+goto_straight = _Signature[GotoStraightResult, GotoStraightOutputs, GotoStraightFeedback](
     "goto_straight", GotoStraightOutputs, GotoStraightFeedback
 )
-return_home = Signature[ReturnHomeResult, None, ReturnHomeFeedback]("return_home", None, ReturnHomeFeedback)
-rotate_head = Signature[RotateHeadResult, None, RotateHeadFeedback]("rotate_head", None, RotateHeadFeedback)
-lock_head = Signature[LockHeadResult, None, LockHeadFeedback]("lock_head", None, LockHeadFeedback)
-zed_depthmap = Signature[ZedDepthmapResult, None, ZedDepthmapFeedback]("zed_depthmap", None, ZedDepthmapFeedback)
-lidar_depthmap = Signature[LidarDepthmapResult, None, LidarDepthmapFeedback](
+return_home = _Signature[ReturnHomeResult, None, ReturnHomeFeedback]("return_home", None, ReturnHomeFeedback)
+rotate_head = _Signature[RotateHeadResult, None, RotateHeadFeedback]("rotate_head", None, RotateHeadFeedback)
+lock_head = _Signature[LockHeadResult, None, LockHeadFeedback]("lock_head", None, LockHeadFeedback)
+zed_depthmap = _Signature[ZedDepthmapResult, None, ZedDepthmapFeedback]("zed_depthmap", None, ZedDepthmapFeedback)
+lidar_depthmap = _Signature[LidarDepthmapResult, None, LidarDepthmapFeedback](
     "lidar_depthmap", None, LidarDepthmapFeedback
 )
-lidar_mapping = Signature[LidarMappingResult, None, LidarMappingFeedback]("lidar_mapping", None, LidarMappingFeedback)
-inspect = Signature[InspectResult, None, InspectFeedback]("inspect", None, InspectFeedback)
-stream = Signature[StreamResult, None, StreamFeedback]("stream", None, StreamFeedback)
+lidar_mapping = _Signature[LidarMappingResult, None, LidarMappingFeedback]("lidar_mapping", None, LidarMappingFeedback)
+inspect = _Signature[InspectResult, None, InspectFeedback]("inspect", None, InspectFeedback)
+stream = _Signature[StreamResult, None, StreamFeedback]("stream", None, StreamFeedback)
