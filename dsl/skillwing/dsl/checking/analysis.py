@@ -7,7 +7,7 @@ situations for possible that are not.
 So an error is always right, whatever the size: what the checker calls impossible is impossible. Where all was played
 through nothing impossible is passed over, either; elsewhere an impossible *combination* of states of several resources
 may be, and a warning of what may happen may speak of one. Data and inputs are not looked at: a predicate on them may be
-true or false at any time.
+true or false at any time, unless no number satisfies it (`ranges.py`).
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from skillwing.dsl.checking.leaks import report_leaks
+from skillwing.dsl.checking.ranges import report_ranges
 from skillwing.dsl.checking.reachability.knowledge import Knowledge
 from skillwing.dsl.checking.reachability.parts import PartByPart
 from skillwing.dsl.checking.reachability.relations import MOST_COMBINATIONS
@@ -33,6 +34,7 @@ def analyse(skillset: Skillset, report: Report, unruly: Collection[str] = ()) ->
     unruly: resources that something unknown may move at any time. Return whether everything was played through.
     """
     space = StateSpace(skillset, unruly)
+    report_ranges(skillset, report)
     knowledge = PartByPart(space)
     report_on(knowledge, space, report)
     return knowledge.exact

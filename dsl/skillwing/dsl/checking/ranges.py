@@ -1,0 +1,124 @@
+"""Predicates on numbers that can never hold: outside a declared range, or at odds with themselves.
+
+Data and inputs may be anything that their types admit, so only this is looked at: what a conjunction of comparisons of
+one name with numbers leaves of its range. The inputs have one, declared or that of their integer type; a datum may be
+any number.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from skillwing.dsl.checking.types import bounds_text
+from skillwing.dsl.checking.wording import span_of
+from skillwing.dsl.diagnostics.report import Report
+from skillwing.dsl.expressions import And, Comparison, Expression, Literal, Name, Operator, Or
+from skillwing.dsl.model import Field, ScalarType, Skill, Skillset
+
+_MIRRORED: Mapping[str, Operator] = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "=="}
+
+
+@dataclass(slots=True)
+class _Interval:
+    """The numbers from low to high. open: the bound itself is left out."""
+
+    low: float = -math.inf
+    high: float = math.inf
+    low_open: bool = False
+    high_open: bool = False
+
+    def narrow(self, operator: Operator, value: float) -> None:
+        if operator in {">", ">=", "=="} and (value, operator == ">") > (self.low, self.low_open):
+            self.low, self.low_open = value, operator == ">"
+        if operator in {"<", "<=", "=="} and (value, operator != "<") < (self.high, not self.high_open):
+            self.high, self.high_open = value, operator == "<"
+
+    def is_empty(self, whole: bool) -> bool:
+        """whole: only whole numbers count."""
+        if self.low > self.high or (self.low == self.high and (self.low_open or self.high_open)):
+            return True
+        if not whole or math.isinf(self.low) or math.isinf(self.high):
+            return False
+        least = math.floor(self.low) + 1 if self.low_open else math.ceil(self.low)
+        return least > (math.ceil(self.high) - 1 if self.high_open else math.floor(self.high))
+
+
+def report_ranges(skillset: Skillset, report: Report) -> None:
+    """Report guards, preconditions and invariants that no number satisfies."""
+    for event in skillset.events:
+        if event.guard is not None:
+            _judge("SW055", event.guard, f"The guard of `{event.name}`", {}, report)
+    for skill in skillset.skills:
+        inputs = {field.name: field for field in skill.inputs}
+        for code, subject, expression in _predicates(skill):
+            _judge(code, expression, subject, inputs, report)
+
+
+def _predicates(skill: Skill) -> Iterator[tuple[str, str, Expression]]:
+    for check in skill.preconditions.checks:
+        yield "SW050", f"The precondition `{check.name}` of `{skill.name}`", check.expression
+    for item in skill.invariants:
+        yield "SW051", f"The invariant `{item.name}` of `{skill.name}`", item.expression
+
+
+def _judge(code: str, expression: Expression, subject: str, inputs: Mapping[str, Field], report: Report) -> None:
+    name = _impossible(expression, inputs)
+    if name is None:
+        return
+    interval, _ = _range(name, inputs)
+    if math.isinf(interval.low) and math.isinf(interval.high):
+        advice = f"It asks for a number less than another and greater than it at once: mend what it says of `{name}`."
+    else:
+        advice = f"Ask for what `{name}` can be: {bounds_text(interval.low, interval.high)}."
+    report.add(code, span_of(expression), f"{subject} can never hold.", advice)
+
+
+def _impossible(expression: Expression, inputs: Mapping[str, Field]) -> str | None:
+    """The name of which the expression asks for what cannot be, if it can never hold for such a reason."""
+    if isinstance(expression, Or):
+        left, right = _impossible(expression.left, inputs), _impossible(expression.right, inputs)
+        return left if right is not None else None
+    intervals: dict[str, tuple[_Interval, bool]] = {}
+    for part in _conjuncts(expression):
+        if isinstance(part, Or) and (name := _impossible(part, inputs)) is not None:
+            return name
+        for name, operator, value in _bound(part):
+            interval, whole = intervals.setdefault(name, _range(name, inputs))
+            interval.narrow(operator, value)
+            if interval.is_empty(whole):
+                return name
+    return None
+
+
+def _conjuncts(expression: Expression) -> Iterator[Expression]:
+    if isinstance(expression, And):
+        yield from _conjuncts(expression.left)
+        yield from _conjuncts(expression.right)
+    else:
+        yield expression
+
+
+def _bound(expression: Expression) -> Iterator[tuple[str, Operator, float]]:
+    """What a comparison of a name with a number says of the name."""
+    match expression:
+        case Comparison(operator, Name() as name, Literal(value)):
+            pass
+        case Comparison(operator, Literal(value), Name() as name) if operator in _MIRRORED:
+            operator = _MIRRORED[operator]
+        case _:
+            return
+    if operator in _MIRRORED and isinstance(value, int | float) and not isinstance(value, bool):
+        yield name.path, operator, value
+
+
+def _range(name: str, inputs: Mapping[str, Field]) -> tuple[_Interval, bool]:
+    """What a name can be, and whether it is a whole number. Only inputs are held to their range and type."""
+    field = inputs.get(name)
+    if field is None or not isinstance(field.type, ScalarType):
+        return _Interval(), False
+    interval = _Interval(*(field.type.bounds or (-math.inf, math.inf)))
+    if field.low is not None and field.high is not None:
+        interval = _Interval(field.low, field.high)
+    return interval, field.type.is_integer
