@@ -124,7 +124,7 @@ class Predicates:
         if operand.root in self._known.data or operand.root in self._known.inputs:
             kind = "an input" if operand.root in self._known.inputs else "a datum"
             message = f"`{operand.root}` is {kind}, not a resource."
-            self._report.add("SW027", operand.span, message, "Write `data=(...)` for what speaks of data or inputs.")
+            self._report.add("SW027", operand.span, message, _data_advice(operand))
             return None
         self._report.unknown("SW010", _word(operand), "resource", self._known.resources)
         return None
@@ -220,7 +220,13 @@ class Predicates:
             return None
         declared = source.type
         for field in name.fields:
-            members: Iterable[Field] = declared.fields if isinstance(declared, StructType) else ()
+            if not isinstance(declared, StructType):
+                if not quiet:
+                    whole = name.path.partition(f".{field}")[0]
+                    message = f"`{whole}` is a {type_text(declared)}, which has no fields."
+                    self._report.add("SW015", name.span, message, f"Compare `{whole}` itself.")
+                return None
+            members: Iterable[Field] = declared.fields
             types = {member.name: member.type for member in members}
             if field not in types:
                 if not quiet:
@@ -274,6 +280,15 @@ def _comparison_advice(left: Type, right: Type) -> str:
         if isinstance(declared, EnumType):
             return f"Compare with one of {', '.join(f'`{value}`' for value in declared.values)}."
     return "Compare a number with a number, a text with a text, a bool with `true` or `false`."
+
+
+def _data_advice(operand: Operand) -> str:
+    """How to speak of data or inputs, which ONERA's robot language cannot."""
+    if _span(operand).file.endswith(".rl"):
+        return (
+            "Predicates of this language speak of resources only: rewrite it by `skillwing convert`, or use a resource."
+        )
+    return "Write `data=(...)` for what speaks of data or inputs."
 
 
 def _states(resource: Resource) -> str:

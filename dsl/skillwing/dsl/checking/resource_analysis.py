@@ -5,7 +5,7 @@ from __future__ import annotations
 from skillwing.dsl.checking.reachability.knowledge import Knowledge
 from skillwing.dsl.checking.reachability.situations import Situations
 from skillwing.dsl.checking.reachability.statespace import StateSpace, closure
-from skillwing.dsl.checking.wording import alternatives, possible_states, span_of, transitions_of
+from skillwing.dsl.checking.wording import alternatives, ask_for_possible, possible_states, span_of, transitions_of
 from skillwing.dsl.diagnostics.diagnostic import has_errors
 from skillwing.dsl.diagnostics.report import Report
 from skillwing.dsl.expressions import names_used
@@ -69,7 +69,7 @@ def report_event(event: Event, knowledge: Knowledge, space: StateSpace, report: 
     enabled = knowledge.resting if guard is None else knowledge.resting.where(guard)
     if event.guard is not None and guard is not None and enabled.empty:
         message = f"The guard of `{event.name}` can never hold."
-        advice = f"Ask for states that come about: {possible_states(guard.names, knowledge.resting)}."
+        advice = ask_for_possible(guard.names, knowledge.resting)
         report.add("SW055", span_of(event.guard), message, advice)
     wrong = False
     for (name, target), span in zip(event.effect.transitions, event.effect.spans, strict=True):

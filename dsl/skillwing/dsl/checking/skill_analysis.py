@@ -6,7 +6,15 @@ from skillwing.dsl.checking.reachability.knowledge import Knowledge, SkillSituat
 from skillwing.dsl.checking.reachability.relations import Relation
 from skillwing.dsl.checking.reachability.situations import Situations
 from skillwing.dsl.checking.reachability.statespace import StateSpace
-from skillwing.dsl.checking.wording import alternatives, described, possible_states, span_of, transitions_of
+from skillwing.dsl.checking.wording import (
+    alternatives,
+    ask_for_possible,
+    described,
+    possible_states,
+    possible_together,
+    span_of,
+    transitions_of,
+)
 from skillwing.dsl.diagnostics.report import Report
 from skillwing.dsl.expressions import to_text
 from skillwing.dsl.model import Effect, Invariant, Skill
@@ -46,7 +54,7 @@ class SkillAnalysis:
             if relation is not None and idle.where(relation).empty:
                 impossible = True
                 message = f"The precondition `{check.name}` of `{skill.name}` can never hold."
-                advice = f"Ask for states that come about: {possible_states(relation.names, idle)} when it is judged."
+                advice = ask_for_possible(relation.names, idle, " when it is judged")
                 self._report.add("SW050", span_of(check.expression) or check.span, message, advice)
         if impossible:
             return
@@ -56,7 +64,7 @@ class SkillAnalysis:
             culprits = listed(check.name for check in judged)
             message = f"The preconditions {culprits} of `{skill.name}` can never hold together."
             names = {name for relation in self._behaviour.judged_checks for name in relation.names}
-            advice = f"Drop or change one of them. Each for itself, {possible_states(names, idle)}."
+            advice = f"Drop or change one of them: {possible_together(names, idle)}."
             self._report.add("SW054", judged[0].span, message, advice)
         elif not self.startable.empty:
             self._blocked_start()
@@ -99,8 +107,7 @@ class SkillAnalysis:
         started = self._known.started
         if self._knowledge.always.where(relation).empty:
             message = f"The invariant `{invariant.name}` of `{name}` can never hold."
-            possible = possible_states(relation.names, self._knowledge.always)
-            self._report.add("SW051", span, message, f"Ask for states that come about: {possible}.")
+            self._report.add("SW051", span, message, ask_for_possible(relation.names, self._knowledge.always))
             return True
         if not started.empty and started.where(relation).empty:
             message = f"The invariant `{invariant.name}` of `{name}` is false as soon as the skill starts."
@@ -199,7 +206,7 @@ class SkillAnalysis:
             anywhere, here = self._knowledge.always.after(changes), self._known.running.after(changes)
             if not anywhere.empty and anywhere.where(relation).empty:
                 message = f"The postcondition of `{result.name}` can never hold when `{name}` ends so."
-                advice = f"After its effect, {possible_states(relation.names, anywhere)}: ask for that."
+                advice = f"After its effect, {possible_together(relation.names, anywhere)}: ask for that."
                 self._report.add("SW052", span, message, advice)
             elif not here.empty and here.where(relation).empty:
                 message = (

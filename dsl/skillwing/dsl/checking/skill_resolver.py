@@ -22,6 +22,8 @@ from skillwing.dsl.model import (
 from skillwing.dsl.reading import syntax
 from skillwing.dsl.reading.syntax import Word
 
+_NO_RELEASE = "Declare an effect that gives back what the start takes, and write `interrupt { apply=EFFECT }` with it."
+
 _OWNER_POLICIES: Mapping[str, OwnerPolicy] = {policy: policy for policy in get_args(OwnerPolicy)}
 
 
@@ -212,5 +214,8 @@ class _SkillResolver:
         if differ or (takes and not skill.results):
             reason = "its results apply different effects" if differ else "it takes resources and has no result"
             message = f"`{skill.name}` does not say what an interruption applies, and {reason}."
-            choices = " or ".join(f"`interrupt {{ apply={name} }}`" for name in self._effects)
-            self._report.add("SW060", skill.span, message, f"Write {choices}.")
+            # The start effect would keep what the interrupted goal held.
+            releasing = [name for name in self._effects if name != skill.preconditions.success]
+            choices = " or ".join(f"`interrupt {{ apply={name} }}`" for name in releasing)
+            advice = f"Write {choices}." if releasing else _NO_RELEASE
+            self._report.add("SW060", skill.span, message, advice)

@@ -35,6 +35,21 @@ def possible_states(names: Collection[str], situations: Situations) -> str:
     return ", ".join(f"`{name}` can be {alternatives(situations.states(name))}" for name in sorted(names)) or "none"
 
 
+def possible_together(names: Collection[str], situations: Situations) -> str:
+    """The same; of several resources also that not all of it comes about together, with a combination that does."""
+    apart = possible_states(names, situations)
+    if len(names) < 2 or situations.empty:
+        return apart
+    return f"{apart}, but not in every combination; one that comes about is {described(situations.example(names))}"
+
+
+def ask_for_possible(names: Collection[str], situations: Situations, when: str = "") -> str:
+    """What to do about a predicate on these resources that holds in none of the situations."""
+    if not names:
+        return "It names nothing that could make it true: write what is meant, or remove it."
+    return f"Ask for states that come about: {possible_together(names, situations)}{when}."
+
+
 def alternatives(states: Collection[str]) -> str:
     return " or ".join(sorted(states)) or "nothing"
 
