@@ -97,8 +97,7 @@ class Audit:
                 handle = client.node.goals.get(run.goal_id)
                 if run.goal_id in client.node.unwanted and run.state is not State.INTERRUPTING:
                     self._note("interrupts count", f"{run.goal_id} runs on, {client.name} has interrupted it")
-                given_up = run.goal_id in self._witness.given_up_by_replaced
-                if handle is not None and handle.done and not given_up and run.state is not State.INTERRUPTING:
+                if handle is not None and handle.done and run.state is not State.INTERRUPTING:
                     text = f"{run.goal_id} runs on, its client was told {handle.terminal.label}"
                     self._note("what is lost stops", text)
             policy = process.skill_core.skill.owner_lost

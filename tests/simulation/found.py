@@ -51,4 +51,20 @@ FOUND: Mapping[str, Plan] = {
             Act(0.38230463, "skill/look", Deed.TWIN, {"for": 0.5}),
         ),
     ),
+    "a replaced manager that woke up ended a goal as lost that it was never granted and its successor ran": Plan(
+        580,
+        "leak",
+        Weather(latency=(0.0002, 0.2), slow=0.0, slowest=3.0, loss=0.3, duplication=0.0),
+        True,
+        (
+            Act(3.4370224656250725, "operator", Deed.START, _goal(1, "wash")),
+            Act(3.4380224656250724, "operator", Deed.INTERRUPT, _goal(1, "wash")),
+            Act(3.6, "operator", Deed.START, _goal(0, "grasp")),
+            Act(3.801, "skill/grasp", Deed.TWIN, {"for": 2.5}),
+            Act(4.9927835493683945, "robot", Deed.TRIGGER, {"resource": "lid", "target": "JAMMED"}),
+            Act(5.301, "mission", Deed.START, _goal(2, "grasp")),
+            Act(5.306, "mission", Deed.INTERRUPT, _goal(2, "grasp")),
+            Act(6.028041733624765, "robot", Deed.TRIGGER, {"resource": "lid", "target": "OPEN"}),
+        ),
+    ),
 }

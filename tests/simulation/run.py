@@ -41,7 +41,7 @@ class Run:
     def __init__(self, plan: Plan, on_message: Callable[[Utterance], None] | None = None) -> None:
         self.plan = plan
         self.world = World(plan)
-        self.witness = Witness(plan, self.world.replaced)
+        self.witness = Witness(plan)
         self._audit = Audit(self.world, self.witness)
         self._on_message = on_message
         self._messages = 0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Set
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -40,11 +40,9 @@ class Problem:
 
 
 class Witness:
-    """Hears everything at its source, also what gets lost on the way. replaced: processes that others stand in for."""
+    """Hears everything at its source, also what gets lost on the way."""
 
-    def __init__(self, plan: Plan, replaced: Set[Bus]) -> None:
-        self._replaced = replaced
-        self.given_up_by_replaced: set[str] = set()
+    def __init__(self, plan: Plan) -> None:
         skillset = plan.subject.skillset
         self._keys = keys = Keys(skillset.name)
         self.problems: list[Problem] = []
@@ -117,10 +115,6 @@ class Witness:
             return
         self._told[said.source, goal] = terminal
         self.answers.setdefault(goal, set()).add(terminal.label)
-        if said.source in self._replaced and terminal.ending is Ending.LOST:
-            # Its successor may have been asked for the same goal meanwhile, and run it (docs/reliability.md).
-            self.given_up_by_replaced.add(goal)
-            return
         # A process that has replaced another knows of its goals what the resource manager knows: those that were
         # granted. For others it may find another answer, for whoever asks again because none has arrived.
         known = told or self._binding.get(goal)

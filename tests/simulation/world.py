@@ -164,8 +164,6 @@ class World:
         self.running: dict[str, Process] = {}
         self.zombies: list[Process] = []
         self.fallen: list[Process] = []
-        self.replaced: set[Bus] = set()
-        """Of processes in whose place others were started while they were stopped."""
         self.on_new_books: Callable[[], None] = lambda: None
         self._router_up = True
         self._books = self._new_journal()
@@ -260,7 +258,6 @@ class World:
             return
         self._stop(process)
         self.zombies.append(process)
-        self.replaced.add(process.bus)
         self.launch(name)
         self.network.schedule(after, lambda: self._wake(process))
         self.network.schedule(after + WAKES_FOR, lambda: self._end_zombie(process))

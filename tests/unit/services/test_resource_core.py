@@ -267,7 +267,7 @@ def test_the_begin_of_a_later_incarnation_takes_what_the_earlier_one_held(bench:
     assert [each.goal_id for each in bench.of(Lost)] == ["g"]
     with pytest.raises(RefusedError) as refusal:
         bench.begin("move", "late", incarnation="first")
-    assert refusal.value.code is ErrorCode.STALE_TOKEN
+    assert refusal.value.code is ErrorCode.REPLACED
     assert [grant.goal_id for grant in bench.core.grants] == ["next"]
 
 

@@ -29,7 +29,7 @@ class Incarnations:
         """Refuse one that has been replaced: its messages were under way for long, or it hung and woke up."""
         if (manager, incarnation) in self._replaced:
             text = f"Another process has taken the place of this `{manager}`."
-            raise RefusedError(ErrorCode.STALE_TOKEN, text, help="End this process.")
+            raise RefusedError(ErrorCode.REPLACED, text, help="End this process.")
 
     def note(self, manager: str, incarnation: str) -> None:
         """Take it for the latest."""

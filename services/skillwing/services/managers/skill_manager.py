@@ -141,16 +141,19 @@ class SkillManagerNode:
 
     def _on_attached(self, answer: Answered | Refused) -> None:
         match answer:
-            case Refused(ErrorReply(code=ErrorCode.STALE_TOKEN, message=message)):
-                log.error("%s This one ends.", message)
-                self._bus.post(self._make_way)
+            case Refused(error) if error.code is ErrorCode.REPLACED:
+                self._make_way(error)
             case Refused(error):
                 log.warning("the resource manager does not take us for %s: %s", self.name, error.message)
             case Answered():
                 pass
 
-    def _make_way(self) -> None:
+    def _make_way(self, refusal: ErrorReply) -> None:
         """Leave to the successor: nothing that we ask for is granted any more. Supervision may start us anew."""
+        log.error("%s This one ends.", refusal.message)
+        self._bus.post(self._end)
+
+    def _end(self) -> None:
         self.detach()
         self._bus.close()
 
@@ -165,6 +168,10 @@ class SkillManagerNode:
             self._bus.after(CUT_OFF_DELAY, lambda: self._ask(asked), wall=True)
             return
         verdict = _verdict(answer)
+        if isinstance(verdict, ErrorReply) and verdict.code is ErrorCode.REPLACED:
+            # No word on the goal, which was not granted here: the successor may have been asked for it, too.
+            self._make_way(verdict)
+            return
         self._perform(self._core.answered(asked, verdict, self._bus.now()))
         self._look_for_successor(verdict)
 

@@ -254,6 +254,7 @@ CHANNELS = (
             ErrorCode.UNKNOWN_NAME,
             ErrorCode.UNKNOWN_GOAL,
             ErrorCode.STALE_TOKEN,
+            ErrorCode.REPLACED,
             ErrorCode.UNAVAILABLE,
         ),
         internal=True,
@@ -266,7 +267,7 @@ CHANNELS = (
         "A manager has started; what an earlier process of its name holds is lost.",
         message=protocol.AttachManager,
         reply=protocol.ResourceStates,
-        refusals=(ErrorCode.STALE_TOKEN, ErrorCode.UNAVAILABLE),
+        refusals=(ErrorCode.REPLACED, ErrorCode.UNAVAILABLE),
         internal=True,
     ),
     Channel(

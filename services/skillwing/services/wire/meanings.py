@@ -46,6 +46,10 @@ REFUSALS: dict[ErrorCode, tuple[str, str]] = {
     ),
     ErrorCode.NOT_ALLOWED: ("The model or the present states forbid it.", "Look at the states; ask again later."),
     ErrorCode.STALE_TOKEN: ("The sender's grant was taken from it.", "Stop at once; the goal is somebody else's."),
+    ErrorCode.REPLACED: (
+        "Another process of the sender's name has attached after it.",
+        "End, and say nothing of goals that were not granted: they are the other's to judge.",
+    ),
     ErrorCode.TOO_LATE: ("The request came after its `deadline`.", "Start anew with another id if still wanted."),
     ErrorCode.UNAVAILABLE: ("It cannot be judged or written down just now; nothing has changed.", "Ask again."),
     ErrorCode.INTERNAL: ("The process failed on this request, and lives on.", "Read its log."),
