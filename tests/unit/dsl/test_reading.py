@@ -10,6 +10,7 @@ from skillwing.dsl.checking.checker import check
 from skillwing.dsl.reading.layout import unclosed_by_layout
 from skillwing.dsl.reading.lexemes import COMMENT
 from skillwing.dsl.reading.lexer import lex
+from skillwing.dsl.reading.parser import parse_file
 
 GRIPPER = """skillset gripper {
     data { battery: float64 [%] period=1.0  mode: string }
@@ -85,6 +86,36 @@ def test_layout_and_line_ends_mean_nothing(text: str) -> None:
 
 
 # --- slips
+
+
+@pytest.mark.parametrize(
+    "element",
+    [
+        "resource r { state { initial B } initial B }",
+        "resource r { state { A extern state } initial state  extern initial -> state  A -> lost  lost -> A }",
+        "enum e { skill resource data }",
+        "resource r { initial A  A -> data  data -> A } skill k { effect { go: r -> data  back: r -> A } }",
+        "resource r { initial A  A -> post } skill k { result { success success: apply=post post resource=(r == A) } }",
+        "skill skill { effect { effect: state -> initial  go { state -> initial  r -> X } } }",
+    ],
+)
+def test_a_word_of_the_language_is_a_name_where_it_cannot_stand_itself(element: str) -> None:
+    outcome = parse_file(f"skillset s {{ {element} }}", "words.skillset")
+    assert outcome.root is not None
+    assert outcome.diagnostics == ()
+
+
+@pytest.mark.parametrize(
+    "element", ["resource r { initial A  initial -> A }", "skill k { precondition { success: resource=(r == A) } }"]
+)
+def test_a_word_of_the_language_is_no_name_where_it_can_stand_itself(element: str) -> None:
+    assert parse_file(f"skillset s {{ {element} }}", "words.skillset").diagnostics
+
+
+def test_a_state_list_left_open_still_ends_before_the_initial_state() -> None:
+    text = "skillset s {\n resource r {\n state { A B\n initial A  A -> B }\n skill k {} }"
+    (problem,) = parse_file(text, "open.skillset").diagnostics
+    assert problem.message == "Missing `}` of `state`, opened at line 3."
 
 
 @pytest.mark.parametrize(

@@ -288,7 +288,22 @@ def test_broken_files_are_not_converted(app: typer.Typer, tmp_path: Path) -> Non
     assert not target.exists()
 
 
-def test_a_name_that_the_skillset_language_cannot_tell_from_its_words_is_said(app: typer.Typer) -> None:
+def test_words_of_the_language_that_are_names_are_converted(app: typer.Typer) -> None:
     outcome = CliRunner().invoke(app, ["convert", str(CASES / "valid" / "words_as_names.rl")])
+    assert outcome.exit_code == 0
+    assert "        extern all -> in\n        extern in -> None\n" in outcome.output
+
+
+def test_a_name_that_the_skillset_language_cannot_tell_from_its_words_is_said(app: typer.Typer, tmp_path: Path) -> None:
+    path = tmp_path / "initial.rl"
+    path.write_text(
+        """
+        skillset s {
+            resource door { state { initial Open } initial initial transition { initial -> Open } }
+            skill open { start door -> Open success done {} interrupt { interrupting true } }
+        }
+        """
+    )
+    outcome = CliRunner().invoke(app, ["convert", str(path)])
     assert outcome.exit_code == 2
     assert "as a name" in outcome.output

@@ -112,7 +112,7 @@ class _Reader:
             return "\n" in self._lexemes[self._at - 1].text or any(self._breaks[self._at : following + 1])
         if words.count("OPEN_PAREN") > words.count("CLOSE_PAREN"):
             return False
-        kind, previous = self._kind(following), words[-1]
+        kind, previous = self._kind(following), "NAME" if words[-2:-1] == ["ARROW"] else words[-1]
         option = kind in _OPTIONS and self._kind(following + 1) != "COLON"
         return not (previous in _PREFIXES or kind in _SUFFIXES or option or (len(words) == 1 and previous in _HEADINGS))
 

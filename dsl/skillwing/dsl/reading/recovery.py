@@ -43,6 +43,7 @@ class Recovery:
         read = list(lexemes)
         end = read[-1].end if read else 0
         self._is_empty = not read
+        self._is_balanced = True  # each block of the file, as it is written, has its bracket
         self._cursor = Cursor(dialect, [*read, Lexeme(END, "", end, end, source)])
 
     def run(self) -> object:
@@ -53,6 +54,7 @@ class Recovery:
             return None
         if not cursor.run():
             self._mend_characters()
+            self._is_balanced = self._balance() == 0
             self._mend_layout()
         while not cursor.run():
             if len(self.diagnostics) >= _MOST_PROBLEMS or not self._mend(cursor.next):
@@ -119,7 +121,9 @@ class Recovery:
         """A word of the language may also be a name, where only a name fits."""
         cursor = self._cursor
         fitting = cursor.machine.actions[cursor.machine.states[-1]]
-        if not self._words.may_be_name(lexeme.kind, cursor.kind_at(1), fitting) or not cursor.reads(["NAME"]):
+        follower = cursor.kind_at(1)
+        is_listed = self._is_balanced and follower != "OPEN" and self._words.may_be_listed(lexeme.kind, fitting)
+        if not (is_listed or self._words.may_be_name(lexeme.kind, follower, fitting)) or not cursor.reads(["NAME"]):
             return False
         self._replace(lexeme.supposed("NAME", lexeme.text))
         return True

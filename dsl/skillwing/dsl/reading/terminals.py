@@ -16,6 +16,9 @@ _UNREADABLE = frozenset(
     }
 )
 _NO_WORDS = _UNREADABLE | {BROKEN, END}
+_BEHIND_A_HEADING = frozenset({"NAME", "OPEN"})
+_NAMES = frozenset({"NAME", "STAR"})
+_NAMES_OF_A_LIST = frozenset({"NAME", "CLOSE", BROKEN})
 CLOSERS = {"OPEN": "CLOSE", "OPEN_PAREN": "CLOSE_PAREN"}
 
 
@@ -46,10 +49,14 @@ class Vocabulary:
     def may_be_name(self, kind: str, follower: str, fitting: Iterable[str]) -> bool:
         """Tell whether a word of the language may stand for a name, where one fits: if it does not begin a block.
 
-        So it seems to do before a name or a bracket; before a bracket it is a name where nothing else fits. fitting:
-        the terminals that the parser knows at the place.
+        So it seems to do before a name or a bracket; there it is a name where the parser cannot go on without one.
+        fitting: the terminals that the parser knows at the place.
         """
-        return self.is_word(kind) and follower != "NAME" and (follower != "OPEN" or set(fitting) == {"NAME"})
+        return self.is_word(kind) and (follower not in _BEHIND_A_HEADING or _NAMES.issuperset(fitting))
+
+    def may_be_listed(self, kind: str, fitting: Iterable[str]) -> bool:
+        """Tell whether a word may stand for a name in a list of names: in one whose `}` is known not to be missing."""
+        return self.is_word(kind) and _NAMES_OF_A_LIST.issuperset(fitting)
 
     def block_title(self, heading: Sequence[object]) -> str:
         """Name a block by the words in front of its bracket."""
