@@ -15,7 +15,7 @@ from skillwing.dsl.checking.types import bounds_text
 from skillwing.dsl.checking.wording import span_of
 from skillwing.dsl.diagnostics.report import Report
 from skillwing.dsl.expressions import And, Comparison, Expression, Literal, Name, Operator, Or
-from skillwing.dsl.model import Field, ScalarType, Skill, Skillset
+from skillwing.dsl.model import Field, Invariant, Predicate, ScalarType, Skill, Skillset
 
 _MIRRORED: Mapping[str, Operator] = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "=="}
 
@@ -52,15 +52,13 @@ def report_ranges(skillset: Skillset, report: Report) -> None:
             _judge("SW055", event.guard, f"The guard of `{event.name}`", {}, report)
     for skill in skillset.skills:
         inputs = {field.name: field for field in skill.inputs}
-        for code, subject, expression in _predicates(skill):
-            _judge(code, expression, subject, inputs, report)
+        for code, kind, item in _on_data(skill):
+            _judge(code, item.expression, f"The {kind} `{item.name}` of `{skill.name}`", inputs, report)
 
 
-def _predicates(skill: Skill) -> Iterator[tuple[str, str, Expression]]:
-    for check in skill.preconditions.checks:
-        yield "SW050", f"The precondition `{check.name}` of `{skill.name}`", check.expression
-    for item in skill.invariants:
-        yield "SW051", f"The invariant `{item.name}` of `{skill.name}`", item.expression
+def _on_data(skill: Skill) -> Iterator[tuple[str, str, Predicate | Invariant]]:
+    yield from (("SW050", "precondition", check) for check in skill.preconditions.checks if check.kind == "data")
+    yield from (("SW051", "invariant", item) for item in skill.invariants if item.kind == "data")
 
 
 def _judge(code: str, expression: Expression, subject: str, inputs: Mapping[str, Field], report: Report) -> None:
