@@ -53,6 +53,17 @@ def test_a_missing_file_is_one_sentence(app: typer.Typer) -> None:
     assert result.output.strip() == "`nowhere.skillset` cannot be read: No such file or directory."
 
 
+def test_a_missing_file_hides_nothing_in_the_others(app: typer.Typer) -> None:
+    result = CliRunner().invoke(app, ["check", GOOD, "nowhere.skillset", str(CASES), BAD])
+    assert result.exit_code == 2
+    assert f"{GOOD}: no problem" in result.output
+    assert f"{BAD}: 9 errors" in result.output
+    assert result.stderr.splitlines() == [
+        "`nowhere.skillset` cannot be read: No such file or directory.",
+        f"`{CASES}` is a folder. Name a file in it.",
+    ]
+
+
 def test_a_binary_file_is_one_sentence(app: typer.Typer, tmp_path: Path) -> None:
     (tmp_path / "x.skillset").write_bytes(b"\xff\xfe\x00")
     result = CliRunner().invoke(app, ["check", str(tmp_path / "x.skillset")])

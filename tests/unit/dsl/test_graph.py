@@ -57,6 +57,13 @@ def test_a_resource_is_drawn_as_the_paper_does() -> None:
     assert resource_diagram(load(M600).resource("axes_authority")).legend == ""
 
 
+def test_the_map_has_what_touches_nothing() -> None:
+    skillset = parse("skillset s { resource r { initial A  A -> B } skill wait { result { success OVER } } }")
+    diagram = map_diagram(skillset)
+    assert [node.label for node in diagram.nodes] == ["wait", "r"]
+    assert diagram.arrows == ()
+
+
 def test_a_skill_is_drawn_with_its_own_names() -> None:
     diagram = skill_diagram(load(EVERYTHING).skill("move"))
     written = {(arrow.target): arrow.lines for arrow in diagram.arrows}
@@ -207,6 +214,17 @@ def test_the_extension_of_the_file_chooses_the_format(app: typer.Typer, tmp_path
     for name, printer in (("a.dot", to_dot), ("a.mmd", to_mermaid), ("a.svg", to_svg), ("a", to_svg)):
         assert run(app, "--skill", "land", "-o", str(tmp_path / name))[0] == 0
         assert (tmp_path / name).read_text() == printer(skill_diagram(load(M600).skill("land")))
+
+
+def test_an_extension_that_cannot_be_written_is_refused(app: typer.Typer, tmp_path: Path) -> None:
+    file = tmp_path / "map.png"
+    code, _, error = run(app, "-o", str(file))
+    assert (code, error) == (
+        2,
+        "`.png` cannot be written. Name a file in .svg, .dot, .gv, .mmd, or give `--format`.\n",
+    )
+    assert not file.exists()
+    assert run(app, "-o", str(tmp_path / "map.txt"), "--format", "dot")[0] == 0
 
 
 def test_all_pictures_fill_a_directory(app: typer.Typer, tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.markdown import Markdown
 
 from skillwing.dsl.checking.checker import check as check_source
-from skillwing.dsl.commands.source import MISUSE, PROBLEMS, STANDARD_INPUT, misuse, read, show
+from skillwing.dsl.commands.source import MISUSE, PROBLEMS, STANDARD_INPUT, UnreadableError, misuse, show, text_of
 from skillwing.dsl.diagnostics.codes import CODES
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic, summary
 from skillwing.dsl.diagnostics.pages import page_on
@@ -49,7 +49,7 @@ def check(
         return
     if not files:
         misuse("Name the files to check, or `-` for standard input.")
-    sources = {_name(file): read(file) for file in files}
+    sources, unreadable = _read(files)
     checked = {name: check_source(text, name) for name, text in sources.items()}
     found = [diagnostic for outcome in checked.values() for diagnostic in outcome.diagnostics]
     match Format.JSON if as_json else form:
@@ -64,11 +64,25 @@ def check(
                 if not outcome.exact:
                     typer.echo(f"{name}: {_NOT_EXACT}")
             _point_to_pages(found)
+    for sentence in unreadable:
+        typer.echo(sentence, err=True)
     failed = any(outcome.skillset is None or (strict and outcome.diagnostics) for outcome in checked.values())
-    raise typer.Exit(PROBLEMS if failed else 0)
+    raise typer.Exit(MISUSE if unreadable else PROBLEMS if failed else 0)
 
 
 _NOT_EXACT = "too large to be played through: states of *several* resources that never come together may be missed."
+
+
+def _read(files: Sequence[Path]) -> tuple[dict[str, str], list[str]]:
+    """The texts of the files that can be read, by name, and a sentence on each other one."""
+    sources: dict[str, str] = {}
+    unreadable: list[str] = []
+    for file in files:
+        try:
+            sources[_name(file)] = text_of(file)
+        except UnreadableError as error:
+            unreadable.append(str(error))
+    return sources, unreadable
 
 
 def _name(file: Path) -> str:

@@ -49,9 +49,11 @@ def graph(
         misuse("Choose one of `--resource`, `--skill` and `--all`.")
     if everything and output is None:
         misuse("`--all` draws many pictures. Name a directory for them: `--all -o pictures`.")
-    skillset = parse(read(file), str(file))
     extension = output.suffix.lower() if output is not None and not everything else ""
+    if extension and written_as is None and extension not in _EXTENSIONS:
+        misuse(f"`{extension}` cannot be written. Name a file in {', '.join(_EXTENSIONS)}, or give `--format`.")
     form = written_as or _EXTENSIONS.get(extension, Format.SVG)
+    skillset = parse(read(file), str(file))
     try:
         if everything and output is not None:
             _draw_all(skillset, form, output)

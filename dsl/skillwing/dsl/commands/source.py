@@ -21,16 +21,30 @@ MISUSE = 2
 STANDARD_INPUT = Path("-")
 
 
+class UnreadableError(Exception):
+    """A file cannot be read; `str()` is the sentence that says so."""
+
+
 def read(file: Path) -> str:
-    """The text of a file, or of standard input for `-`; line ends become line feeds."""
+    """The text of a file, or of standard input for `-`; line ends become line feeds. Ends the command if it fails."""
+    try:
+        return text_of(file)
+    except UnreadableError as error:
+        misuse(str(error))
+
+
+def text_of(file: Path) -> str:
+    """As `read`, for a command that goes on with other files; raises UnreadableError."""
     try:
         if file == STANDARD_INPUT:
             return sys.stdin.buffer.read().decode("utf-8").replace("\r\n", "\n")
         return file.read_text(encoding="utf-8")
     except UnicodeDecodeError:
-        misuse(f"`{file}` is not a text file in UTF-8.")
+        raise UnreadableError(f"`{file}` is not a text file in UTF-8.") from None
+    except IsADirectoryError:
+        raise UnreadableError(f"`{file}` is a folder. Name a file in it.") from None
     except OSError as error:
-        misuse(f"`{file}` cannot be read: {error.strerror}.")
+        raise UnreadableError(f"`{file}` cannot be read: {error.strerror}.") from error
 
 
 def misuse(sentence: str) -> NoReturn:

@@ -25,14 +25,13 @@ def resource_diagram(resource: Resource) -> Diagram:
 
 
 def map_diagram(skillset: Skillset) -> Diagram:
-    """Which skill changes which resource (solid), and which it only asks for (dashed). Unused ones are left out."""
+    """Which skill changes which resource (solid), and which it only asks for (dashed). All of them are there."""
     arrows = tuple(arrow for skill in skillset.skills for arrow in _uses(skill, skillset.resources))
-    touched = {end for arrow in arrows for end in (arrow.source, arrow.target)}
     skills = (Node(f"skill {skill.name}", skill.name, "skill") for skill in skillset.skills)
     resources = (Node(f"resource {resource.name}", resource.name, "resource") for resource in skillset.resources)
     return Diagram(
         title=f"skillset {skillset.name}",
-        nodes=tuple(node for node in (*skills, *resources) if node.id in touched),
+        nodes=(*skills, *resources),
         arrows=arrows,
         legend="solid: the skill changes the resource; dashed: it only asks for its state",
         gaps=(195.0, 25.0),
