@@ -88,6 +88,33 @@ def test_layout_and_line_ends_mean_nothing(text: str) -> None:
 # --- slips
 
 
+@pytest.mark.parametrize("file", ["a.skillset", "a.rl"])
+@pytest.mark.parametrize(
+    ("number", "is_number"),
+    [
+        ("-1e300", True),
+        ("1.7976931348623157e308", True),
+        ("1e-999", True),
+        ("100000000000000000000000", True),
+        ("0" * 5000 + "7", True),
+        ("1.8e308", False),
+        ("-1e+309", False),
+        ("9" * 400, False),
+    ],
+)
+def test_a_number_is_too_large_only_if_no_float_holds_it(file: str, number: str, is_number: bool) -> None:
+    (lexeme,) = lex(number, file)
+    assert lexeme.kind == ("NUMBER" if is_number else "OVERSIZED_NUMBER")
+
+
+def test_bounds_are_read_as_large_as_they_are_written() -> None:
+    bounds = f"-1e300..{'0' * 5000}100000000000000000000000"
+    outcome = check(f"skillset s {{ skill k {{ input {{ x: float64 in {bounds} }} }} }}", "bounds.skillset")
+    assert outcome.skillset is not None
+    field = outcome.skillset.skill("k").inputs[0]
+    assert (field.low, field.high) == (-1e300, 1e23)
+
+
 @pytest.mark.parametrize(
     "element",
     [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from decimal import Decimal
 from typing import cast
 
 from skillwing.dsl.expressions import And, Comparison, Expression, Implies, Literal, Name, Not, Operator, Or
@@ -82,7 +83,8 @@ def number(word: Lexeme) -> syntax.Number:
 
 
 def _numeric(text: str) -> int | float:
-    return float(text) if any(mark in text for mark in ".eE") else int(text)
+    """The value of a number that is finite as a float, be it written with thousands of zeros, which `int` refuses."""
+    return float(text) if any(mark in text for mark in ".eE") else int(Decimal(text))
 
 
 def _literal_value(word: Lexeme) -> bool | int | float | str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable
 
@@ -10,6 +11,7 @@ from lark.lexer import PatternStr, TerminalDef
 from skillwing.dsl.reading.lexemes import Lexeme, Source
 
 WHITE_SPACE = "WHITE_SPACE"
+_OVERSIZED = "OVERSIZED_NUMBER"
 BYTE_ORDER_MARK = "\ufeff"
 
 
@@ -52,9 +54,15 @@ class Scanner:
         """
         text = source.text
         kind_of = self._kinds.get
-        return tuple(
+        lexemes = tuple(
             [
                 Lexeme(kind_of(found := match[0]) or match.lastgroup or "", found, match.start(), match.end(), source)
                 for match in self._pattern.finditer(text, text.startswith(BYTE_ORDER_MARK))
             ]
         )
+        for lexeme in lexemes:
+            if lexeme.kind == _OVERSIZED and math.isfinite(
+                float(lexeme.text)
+            ):  # no expression can tell where 1.8e308 is
+                lexeme.kind = "NUMBER"
+        return lexemes

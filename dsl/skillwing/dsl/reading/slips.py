@@ -60,7 +60,7 @@ class _Slips:
             case "UNCLOSED_BRACKET":
                 self._report(lexeme.span, "This bracket is never closed.", f"Write `{lexeme.text}]`.")
             case "OVERSIZED_NUMBER":
-                self._report(lexeme.span, "This number is too large.", "Write one that a computer can count with.")
+                self._report(lexeme.span, "This number is too large.", "Write one of at most 1.79e308.")
                 self.mended.append(lexeme.supposed("NUMBER", "1"))
             case "HALF_NUMBER":
                 self._half_number(lexeme)
