@@ -100,7 +100,7 @@ class RlBuilder(NodeBuilder):
         return InterruptNode(keyword, _changes(items), _only(items, PostNode))
 
     def interrupting(self, _value: Lexeme) -> None:
-        """Nothing: a manager that stops at once confirms an interruption at once, which its base class does."""
+        """Nothing: one that stops at once confirms at once, as the managers' base class does (docs/onera.md says so)."""
 
     def results(self, keyword: Lexeme, *results: ResultNode) -> ResultsNode:
         return ResultsNode(keyword, results)
