@@ -3,5 +3,5 @@ type Float
 skillset periods {
     data x: Float period 0 ms
     data y: Float period -1.5
-    data z: Float period 99999999999999999999999 sec
+    data z: Float period 1e309 sec
 }
