@@ -100,7 +100,7 @@ class RlBuilder(NodeBuilder):
         return InterruptNode(keyword, _changes(items), _only(items, PostNode))
 
     def interrupting(self, _value: Lexeme) -> None:
-        """Nothing: one that stops at once confirms at once, as the managers' base class does (docs/onera.md says so)."""
+        """Nothing: one that stops at once confirms at once, as the base class of managers does (docs/onera.md)."""
 
     def results(self, keyword: Lexeme, *results: ResultNode) -> ResultsNode:
         return ResultsNode(keyword, results)
