@@ -39,4 +39,11 @@ class Dialect:
     @cached_property
     def _lark(self) -> Lark:
         grammar = files("skillwing.dsl.reading").joinpath(self.grammar).read_text(encoding="utf-8")
-        return Lark(grammar, parser="lalr", lexer="basic", start=["skillset", "_unreadable"], maybe_placeholders=True)
+        return Lark(
+            grammar,
+            source_path=__file__,  # the grammars import from one beside them
+            parser="lalr",
+            lexer="basic",
+            start=["skillset", "_unreadable"],
+            maybe_placeholders=True,
+        )
