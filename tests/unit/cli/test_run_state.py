@@ -4,8 +4,11 @@ import os
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
+from skillwing.dsl import load
 from skillwing.services.client.connection import find_target
+from skillwing.services.commands.running import require_not_running
 from skillwing.services.errors import NoSystemError, SkillwingError
 from skillwing.services.processes.run_state import (
     RunState,
@@ -69,11 +72,32 @@ def test_of_several_systems_one_has_to_be_chosen() -> None:
     assert find_target(None).robot == "a"
     write_run_state(state("b"))
     assert [each.robot for each in running_systems()] == ["a", "b"]
-    with pytest.raises(NoSystemError, match="--robot"):
+    with pytest.raises(NoSystemError, match=r'`--robot a` in a command, `connect\("a"\)` in a script'):
         find_target(None)
     assert find_target("b").robot == "b"
     with pytest.raises(NoSystemError, match="`c`"):
         find_target("c")
+
+
+def test_a_typed_client_finds_its_own_robot_among_several(tmp_path: Path) -> None:
+    hashes: dict[str, str] = {}
+    for name in ("rover", "sprayer"):
+        file = tmp_path / f"{name}.skillset"
+        file.write_text(f"skillset {name} {{ skill go {{ result {{ success DONE }} }} }}", encoding="utf-8")
+        hashes[name] = load(file).schema_hash
+        write_run_state(replace(state(name), skillset=str(file)))
+    write_run_state(replace(state("gone"), skillset=str(tmp_path / "gone.skillset")))
+    assert find_target(schema=hashes["sprayer"]).robot == "sprayer"
+    assert find_target("rover", schema=hashes["sprayer"]).robot == "rover"
+    write_run_state(replace(state("sprayer2"), skillset=str(tmp_path / "sprayer.skillset")))
+    with pytest.raises(NoSystemError, match=r'connect\("sprayer"\)'):
+        find_target(schema=hashes["sprayer"])
+
+
+def test_who_runs_already_is_named_with_what_stops_it() -> None:
+    write_run_state(state("rover"))
+    with pytest.raises(SkillwingError, match="`skillwing down --robot rover`, or take another name"):
+        require_not_running("rover", ", or take another name")
 
 
 def test_a_robot_is_run_by_one_process_at_a_time() -> None:

@@ -51,8 +51,9 @@ async def connect(
     network = NetworkThread()
 
     def live() -> None:
-        with open_connection(find_target(robot, endpoint=endpoint, table=table), client=client) as connection:
-            require_schema(connection.skillset.schema_hash, schema, connection.target.robot)
+        target = find_target(robot, endpoint=endpoint, table=table, schema=schema)
+        with open_connection(target, client=client) as connection:
+            require_schema(connection, schema)
             network.serve(connection.bus, connection.make_interface(client, owns_goals=owns_goals))
 
     try:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from itertools import count
 from pathlib import Path
 
-from skillwing.dsl import load
+from skillwing.dsl import SkillsetError, load
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Answer, Answered
 from skillwing.services.bus.clock import FollowedClock, WallClock
@@ -46,10 +46,13 @@ class Target:
     processes: tuple[ProcessState, ...] = ()
 
 
-def find_target(robot: str | None = None, *, endpoint: str | None = None, table: str | None = None) -> Target:
+def find_target(
+    robot: str | None = None, *, endpoint: str | None = None, table: str | None = None, schema: str | None = None
+) -> Target:
     """The system at an endpoint, else at SKILLWING_CONNECT, else the one that runs here.
 
-    robot: its name, which for a system that runs here may be left out if there is only one. table: of what robot the
+    robot: its name, which for a system that runs here may be left out if there is only one, or only one with the
+    skillset of that hash (schema). table: of what robot the
     system at an endpoint is, as `find_robot` takes it; SKILLWING_ROBOT unless given. Raises NoSystemError, and as
     `find_robot` does.
     """
@@ -65,8 +68,21 @@ def find_target(robot: str | None = None, *, endpoint: str | None = None, table:
         case (state,):
             return _target(state)
         case _:
+            fitting = [state for state in systems if schema is not None and _schema_of(state) == schema]
+            if len(fitting) == 1:
+                return _target(fitting[0])
             names = ", ".join(f"`{state.robot}`" for state in systems)
-            raise NoSystemError(f"Several systems are running: {names}. Choose one with --robot NAME.")
+            name = (fitting or systems)[0].robot
+            choice = f'Choose one: `--robot {name}` in a command, `connect("{name}")` in a script.'
+            raise NoSystemError(f"Several systems are running: {names}. {choice}")
+
+
+def _schema_of(state: RunState) -> str | None:
+    """The hash of a running system's skillset; None where its file cannot be read any more."""
+    try:
+        return load(state.skillset).schema_hash
+    except (OSError, SkillsetError):
+        return None
 
 
 def _target(state: RunState) -> Target:
@@ -132,8 +148,11 @@ def open_connection(target: Target, *, client: str, wait_for_clock: bool = True)
         bus.close()
 
 
-def require_schema(found: str, expected: str | None, robot: str) -> None:
+def require_schema(connection: Connection, expected: str | None) -> None:
     """Raise SkillwingError if a system's skillset is not the one that its client was generated from."""
-    if expected is not None and found != expected:
-        text = f"`{robot}` runs another skillset than this code was made from. `skillwing generate` it anew."
-        raise SkillwingError(text)
+    skillset = connection.skillset
+    if expected is not None and skillset.schema_hash != expected:
+        raise SkillwingError(
+            f"`{connection.target.robot}` runs another skillset than this code was made from: `{skillset.name}`, as it "
+            "is now. Connect to the robot that this code is for; if that is the one, `skillwing generate` it anew."
+        )

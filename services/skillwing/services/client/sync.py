@@ -46,8 +46,9 @@ def connect(
     skillset that the caller was written for. client: names who asks, in goals and in the timeline. Raises
     NoSystemError, UnansweredError, and a SkillwingError where the system's skillset is another one.
     """
-    with open_connection(find_target(robot, endpoint=endpoint, table=table), client=client) as connection:
-        require_schema(connection.skillset.schema_hash, schema, connection.target.robot)
+    target = find_target(robot, endpoint=endpoint, table=table, schema=schema)
+    with open_connection(target, client=client) as connection:
+        require_schema(connection, schema)
         yield Client(connection.bus, connection.make_interface(client, owns_goals=owns_goals))
 
 

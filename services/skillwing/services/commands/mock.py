@@ -63,7 +63,7 @@ def mock(
     name = robot_name or skillset.name
     if not NAME.fullmatch(name):
         raise InvalidOptionError("robot-name", f"A robot cannot be called `{name}`. Use letters, digits, `_` and `-`.")
-    require_not_running(name)
+    require_not_running(name, ", or give this one a name of its own with `--robot-name`")
     directory = make_run_dir(run_dir, "mock")
     if detach:
         words = ["mock", str(file.absolute()), "--robot-name", name, "--listen", listen]

@@ -83,7 +83,9 @@ def reserved(robot: str) -> Iterator[None]:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError as error:
-            raise SkillwingError(f"A system of `{robot}` runs already. Stop it first with `skillwing down`.") from error
+            raise SkillwingError(
+                f"A system of `{robot}` runs already. Stop it first: `down --robot {robot}`."
+            ) from error
         yield
 
 
