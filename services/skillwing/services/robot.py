@@ -109,6 +109,16 @@ class Robot:
         raise UnknownNameError(f"process of {self.name}", name, (spec.name for spec in specs))
 
 
+class UnknownRobotError(UnknownNameError):
+    """No robot of that name is installed. Besides what is, `str()` says what else a robot may be named by."""
+
+    def __init__(self, reference: str) -> None:
+        super().__init__("robot", reference, robot_names())
+
+    def __str__(self) -> str:
+        return f"{super().__str__()} The folder of a robot package may be named, too: `./{self.name}`."
+
+
 def robot_names() -> tuple[str, ...]:
     """The installed robots."""
     return tuple(sorted(entry_points(group=ROBOTS).names))
@@ -117,8 +127,9 @@ def robot_names() -> tuple[str, ...]:
 def find_robot(reference: str) -> Robot:
     """A robot by its name, if it is installed, by its package folder, or as `package.module:ROBOT`.
 
-    A folder is made importable, in this process and in those that it starts. Raises UnknownNameError, which says what
-    is installed, and InvalidOptionError where there is no table or it cannot be loaded.
+    A folder is made importable, in this process and in those that it starts, and so is a package in the current one.
+    Raises UnknownRobotError, which says what is installed, and InvalidOptionError where there is no table or it cannot
+    be loaded.
     """
     found = entry_points(group=ROBOTS, name=reference)
     if found:
@@ -127,10 +138,13 @@ def find_robot(reference: str) -> Robot:
     if folder.is_dir():
         return _in_folder(folder)
     if ":" in reference:
+        here, package = Path.cwd(), reference.partition(":")[0].partition(".")[0]
+        if (here / package).is_dir() or (here / f"{package}.py").is_file():
+            _make_importable(here)
         return _loaded(reference)
     if len(folder.parts) > 1:
         raise InvalidOptionError("robot", f"There is no folder `{reference}`. Name that of a robot package.")
-    raise UnknownNameError("robot", reference, robot_names())
+    raise UnknownRobotError(reference)
 
 
 def _in_folder(folder: Path) -> Robot:
@@ -140,16 +154,21 @@ def _in_folder(folder: Path) -> Robot:
     if problem := name_problem(folder):
         raise InvalidOptionError("robot", problem)
     package, root = import_name(folder)
-    if str(root) not in sys.path:
-        sys.path.append(str(root))
-        inherited = os.environ.get("PYTHONPATH")
-        os.environ["PYTHONPATH"] = os.pathsep.join([*([inherited] if inherited else []), str(root)])
+    _make_importable(root)
     robot = _loaded(f"{package}.{Path(TABLE).stem}:ROBOT")
     module = sys.modules[f"{package}.{Path(TABLE).stem}"]
     if Path(module.__file__ or "").resolve() != (folder / TABLE).resolve():
         sentence = f"`{package}` is imported from {module.__file__}, not from `{folder}`. Rename the folder."
         raise InvalidOptionError("robot", sentence)
     return robot
+
+
+def _make_importable(root: Path) -> None:
+    """Put a folder on the path, behind all others, of this process and of those that it starts."""
+    if str(root) not in sys.path:
+        sys.path.append(str(root))
+        inherited = os.environ.get("PYTHONPATH")
+        os.environ["PYTHONPATH"] = os.pathsep.join([*([inherited] if inherited else []), str(root)])
 
 
 def _loaded(path: str) -> Robot:

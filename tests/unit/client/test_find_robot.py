@@ -50,6 +50,12 @@ def test_processes_that_are_started_from_here_find_it_too(folder: Path, tmp_path
     assert subprocess.run(command, cwd=elsewhere, env=dict(os.environ), check=False).returncode == 0
 
 
+def test_a_package_in_the_current_folder_is_found_here_and_in_processes(folder: Path) -> None:
+    assert find_robot(f"{PACKAGE}.robot:ROBOT").name == "lift"
+    command = [sys.executable, "-c", f"import {PACKAGE}.skills.go"]
+    assert subprocess.run(command, cwd=folder, env=dict(os.environ), check=False).returncode == 0
+
+
 def test_a_part_of_a_namespace_package_keeps_its_name() -> None:
     import skillwing.m600 as package  # noqa: PLC0415
 
@@ -84,7 +90,7 @@ def test_a_folder_that_cannot_be_imported_says_so(folder: Path) -> None:
 
 
 def test_what_is_no_robot_at_all() -> None:
-    with pytest.raises(UnknownNameError, match="m600"):
+    with pytest.raises(UnknownNameError, match=r"`m600`. The folder of a robot package may be named, too: `./m60`\."):
         find_robot("m60")
     with pytest.raises(InvalidOptionError, match="no folder"):
         find_robot("robots/nowhere")
