@@ -12,6 +12,8 @@ from typer.main import get_command
 from skillwing.m600.robot import SKILLSET
 from skillwing.services import cli
 from skillwing.services.commands.exit_codes import USAGE
+from skillwing.services.commands.running import how_many_run
+from skillwing.services.processes.process_state import ProcessState
 
 
 class LaunchedError(Exception):
@@ -34,6 +36,12 @@ def launched(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Any:
         return caught.value.args[0]
 
     return call
+
+
+def test_up_counts_what_lives() -> None:
+    states = [ProcessState(name=name) for name in ("router", "data_manager", "skill/go")]
+    assert how_many_run(states) == "2"
+    assert how_many_run([*states, ProcessState(name="skill/refill", life="waits")]) == "2 of 3"
 
 
 def up_options(words: list[str]) -> dict[str, Any]:

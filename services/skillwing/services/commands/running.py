@@ -19,7 +19,8 @@ from skillwing.services.commands.exit_codes import OK
 from skillwing.services.commands.output import make_console
 from skillwing.services.errors import SkillwingError
 from skillwing.services.processes.ending import Ending, ended_by_signals
-from skillwing.services.processes.launcher import ROUTER_TIMEOUT, START_TIMEOUT, Death, Launcher
+from skillwing.services.processes.launcher import ROUTER, ROUTER_TIMEOUT, START_TIMEOUT, Death, Launcher
+from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.run_state import announced, read_run_state, reserved
 from skillwing.services.robot import ClockKind, ProcessSpec, Robot
 
@@ -35,11 +36,12 @@ def make_run_dir(given: Path | None, command: str) -> Path:
     return (given or Path("runs") / f"{datetime.now().astimezone():%Y%m%d-%H%M%S}-{command}").absolute()
 
 
-def require_not_running(robot: str) -> None:
-    """Raise SkillwingError if a system of the robot runs already."""
+def require_not_running(robot: str, otherwise: str = "") -> None:
+    """Raise SkillwingError if a system of the robot runs already. otherwise: what to do instead of stopping that."""
     running = read_run_state(robot)
     if running is not None:
-        raise SkillwingError(f"`{robot}` runs already (process {running.pid}). Stop it first with `skillwing down`.")
+        stop = f"Stop it first with `skillwing down --robot {robot}`{otherwise}."
+        raise SkillwingError(f"`{robot}` runs already (process {running.pid}). {stop}")
 
 
 def run_system(
@@ -72,7 +74,9 @@ def _run(
             with announced(
                 robot, launcher.endpoint, run_dir, clock=clock, mock=mock, processes=launcher.states
             ) as announcement:
-                console.print(f"{robot.name} runs: {len(specs)} processes, up in {time.monotonic() - begun:.1f} s.")
+                console.print(
+                    f"{robot.name} runs: {how_many_run(launcher.states)} processes, up in {time.monotonic() - begun:.1f} s."
+                )
                 console.print(f"Router at {launcher.endpoint}, logs in {run_dir}/logs.")
                 console.print("Start a skill with `skillwing start SKILL`; stop with Ctrl-C or `skillwing down`.")
                 with Attendance(console, launcher, announcement, deaths, skillset, ending) as attendance:
@@ -81,6 +85,12 @@ def _run(
         code = OK
     console.print(f"{robot.name} has stopped.")
     return code
+
+
+def how_many_run(states: Sequence[ProcessState]) -> str:
+    """`7`, or `6 of 7` where one has died; the router is none of them."""
+    lives = [state.life == "lives" for state in states if state.name != ROUTER]
+    return f"{len(lives)}" if all(lives) else f"{sum(lives)} of {len(lives)}"
 
 
 def run_detached(robot: str, words: Sequence[str], run_dir: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import signal
 import subprocess
 import sys
@@ -18,6 +19,8 @@ LOG_LINES = 8
 RESTARTED = "--- restarted"
 """What the line begins with that divides the lives of a process in its log."""
 STAMP = "%H:%M:%S"
+_PLACE = re.compile(r'^\s*File "(?P<file>[^"<>]+)", line (?P<line>\d+)')
+"""What a traceback says about where it happened."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,11 +115,11 @@ class Child:
             return f"It is started again in {pause:g} s."
         if self._restart == "never":
             return "It is not started again, for a new one could not go on where it ended."
-        words = f"its last words: {log[-1].strip()}" if log else "it logged nothing in its last life"
+        words = f"its last words: {_last_words(log)}" if log else "it logged nothing in its last life"
         if hopeless:
-            return f"It cannot do what it was told; {words}. It stays down."
+            return f"It cannot do what it was told; {words}. It stays down. Its log: {self.log}"
         policy = self._policy
-        return f"It died {policy.deaths} times in {policy.span:.0f} s; {words}; it stays down."
+        return f"It died {policy.deaths} times in {policy.span:.0f} s; {words}; it stays down. Its log: {self.log}"
 
     def last_lines(self) -> tuple[str, ...]:
         """What it has logged last, in this life."""
@@ -151,3 +154,14 @@ class Child:
         for pipe in (self.process.stdin, self.process.stdout):
             if pipe is not None:
                 pipe.close()
+
+
+def _last_words(log: Sequence[str]) -> str:
+    """The last line of a log, with file and line if it ends a traceback."""
+    *before, last = log
+    for line in reversed(before):
+        if place := _PLACE.match(line):
+            return f"{last.strip()} ({place['file']}:{place['line']})"
+        if not line.startswith(" "):
+            break
+    return last.strip()

@@ -1,0 +1,41 @@
+"""What is told of a process that died once too often."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from skillwing.services.processes.child import Child, Death
+from skillwing.services.processes.restart_policy import DEATHS_IN_A_ROW
+
+
+def given_up(log: Path) -> Death:
+    child = Child("skill/refill", ["refill"], log, restart="always")
+    for _ in range(DEATHS_IN_A_ROW):
+        child.start(0.0)
+        child.process.wait()
+        death = child.died(0.0)
+    child.kill()
+    assert death.final
+    return death
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("import sys\ncount = (1,\n", "SyntaxError: '(' was never closed ({file}:2)"),
+        ("def fill():\n    raise ValueError('dry')\n\nfill()\n", "ValueError: dry ({file}:2)"),
+        ("import sys\nsys.exit('no water')\n", "no water;"),
+    ],
+)
+def test_its_last_words_name_the_line_and_the_log(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str, words: str
+) -> None:
+    file = tmp_path / "refill.py"
+    file.write_text(text, encoding="utf-8")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    log = tmp_path / "logs" / "refill.log"
+    outlook = given_up(log).outlook
+    assert f"its last words: {words.format(file=file)}" in outlook
+    assert outlook.endswith(f"Its log: {log}")
