@@ -65,7 +65,8 @@ class Audit:
             return
         for process in self._world.skill_managers:
             run = process.skill_core.current
-            if process.bus is said.source and run is not None and run.status is not None:
+            asks_for_it = process.bus is said.source and run is not None and run.goal_id == goal_id
+            if asks_for_it and run is not None and run.status is not None:
                 patience = process.skill_core.skill.interrupt.timeout
                 if said.t < run.status.t + patience - SLACK:
                     self._note("resources are kept until the skill stands still", f"{goal_id} was still moving")
