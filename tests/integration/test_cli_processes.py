@@ -293,12 +293,15 @@ def test_a_manager_whose_place_was_taken_ends_and_is_started_anew(tmp_path: Path
     deaths: SimpleQueue[Death] = SimpleQueue()
     manager = ROBOT.process(skill_process("hover"), {})
     with Launcher("m600", "m600", tmp_path, clock="wall", restarts=True, on_death=deaths.put) as launcher:
-        launcher.start([*MANAGERS, manager])
+        launcher.start(MANAGERS)
+        launcher.start([manager])
         with closing(ZenohBus("test", "m600", launcher.endpoint)) as bus:
+            client = SkillsetInterface(bus, ROBOT.load_skillset(), client="test")
+            # The process has attached once the resource manager has judged a goal of it.
+            assert ending_of(bus, client.start("hover", {"duration": 1.0})) is Ending.NOT_READY
             rival = AttachManager(manager=manager.name, incarnation="one that comes and goes")
             key = Keys("m600").resource_attach
             wait_for_answer(bus, key, lambda take: bus.ask(key, encode(rival), take))
-            client = SkillsetInterface(bus, ROBOT.load_skillset(), client="test")
             assert ending_of(bus, client.start("hover", {"duration": 1.0})) is Ending.LOST
             death = deaths.get(timeout=PATIENCE)
             assert (death.process, death.exit_code, death.final) == (manager.name, EXIT_REPLACED, False)
