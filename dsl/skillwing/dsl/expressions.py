@@ -244,13 +244,14 @@ def _print(expression: Expression, place: int) -> str:
         case Not(operand):
             text, binding = f"not {_print(operand, _NOT)}", _NOT
         case Comparison(operator=sign, left=left, right=right):
-            text, binding = f"{_operand_text(left)} {sign} {_operand_text(right)}", _ATOM
+            text, binding = f"{operand_text(left)} {sign} {operand_text(right)}", _ATOM
         case Name() | Literal():
-            text, binding = _operand_text(expression), _ATOM
+            text, binding = operand_text(expression), _ATOM
     return f"({text})" if binding < place else text
 
 
-def _operand_text(operand: Operand) -> str:
+def operand_text(operand: Operand) -> str:
+    """Print one side of a comparison."""
     match operand:
         case Name(path=path):
             return path

@@ -20,7 +20,7 @@ from skillwing.dsl.expressions import (
     Scope,
     Symbol,
     depth,
-    literal_text,
+    operand_text,
 )
 from skillwing.dsl.model import DataItem, EnumType, Field, Resource, ScalarType, StructType, Type
 from skillwing.dsl.reading.syntax import CoinedWord, PredicateSyntax
@@ -86,11 +86,11 @@ class Predicates:
         subject, state = (left, right) if not self._names_resource(right) else (right, left)
         if self._names_resource(left) and self._names_resource(right):
             # A state may be called like a resource.
-            if _text(right) in self._known.resources[_text(left)].states:
+            if operand_text(right) in self._known.resources[operand_text(left)].states:
                 subject, state = left, right
-            elif _text(left) not in self._known.resources[_text(right)].states:
+            elif operand_text(left) not in self._known.resources[operand_text(right)].states:
                 message = "A resource is compared with a state, not with a resource."
-                advice = f"Compare it with one of {_states(self._known.resources[_text(left)])}."
+                advice = f"Compare it with one of {_states(self._known.resources[operand_text(left)])}."
                 self._report.add("SW020", comparison.span, message, advice)
                 return None
         resource = self._resource(subject)
@@ -101,7 +101,7 @@ class Predicates:
             self._report.add("SW020", comparison.span, message, "Use `==` or `!=`.")
             return None
         if not isinstance(state, Name) or state.fields:
-            message = f"`{_text(state)}` is not a state of `{resource.name}`."
+            message = f"`{operand_text(state)}` is not a state of `{resource.name}`."
             self._report.add("SW020", state.span, message, f"Compare with one of {_states(resource)}.")
             return None
         if state.path not in resource.states:
@@ -116,7 +116,7 @@ class Predicates:
 
     def _resource(self, operand: Operand) -> Resource | None:
         if not isinstance(operand, Name):
-            message = f"`{_text(operand)}` is not a resource."
+            message = f"`{operand_text(operand)}` is not a resource."
             self._report.add("SW020", operand.span, message, "Write `RESOURCE == STATE`.")
             return None
         if operand.path in self._known.resources:
@@ -145,8 +145,8 @@ class Predicates:
         (resolved_left, left_type), (resolved_right, right_type) = typed_left, typed_right
         if not _comparable(left_type, right_type):
             message = (
-                f"`{_text(left)}` is a {type_text(left_type)}, `{_text(right)}` a {type_text(right_type)}: "
-                "they cannot be compared."
+                f"`{operand_text(left)}` is a {type_text(left_type)}, "
+                f"`{operand_text(right)}` a {type_text(right_type)}: they cannot be compared."
             )
             self._report.add("SW020", comparison.span, message, _comparison_advice(left_type, right_type))
             return None
@@ -175,8 +175,8 @@ class Predicates:
                 typed = self._typed(operand)
                 if typed is not None:
                     sides.append(typed[0])
-            elif _text(operand) in enum.values:
-                sides.append(Symbol(_text(operand), operand.span))
+            elif operand_text(operand) in enum.values:
+                sides.append(Symbol(operand_text(operand), operand.span))
             else:
                 self._report.unknown("SW015", _word(operand), f"value of `{enum.name}`", enum.values)
         if comparison.operator not in {"==", "!="}:
@@ -261,7 +261,7 @@ class Predicates:
             return None
         resolved, declared = typed
         if declared != _BOOL or not isinstance(resolved, Name):
-            message = f"`{_text(expression)}` is a {type_text(declared)}, not a predicate."
+            message = f"`{operand_text(expression)}` is a {type_text(declared)}, not a predicate."
             self._report.add("SW028", expression.span, message, "Compare it with something, such as `> 0`.")
             return None
         return resolved
@@ -295,18 +295,8 @@ def _states(resource: Resource) -> str:
     return ", ".join(f"`{state}`" for state in resource.states)
 
 
-def _text(operand: Operand) -> str:
-    match operand:
-        case Name(path=path):
-            return path
-        case Symbol(name=name):
-            return name
-        case Literal(value=value):
-            return literal_text(value)
-
-
 def _word(operand: Operand) -> CoinedWord:
-    return CoinedWord(_text(operand), _span(operand))
+    return CoinedWord(operand_text(operand), _span(operand))
 
 
 def _span(operand: Operand) -> Span:
