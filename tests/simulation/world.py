@@ -38,6 +38,9 @@ ROUTER = "router"
 WAKES_FOR = 0.3
 """Seconds for which a stopped process runs beside the one that has replaced it, until somebody ends it."""
 
+SUPERVISION_PERIOD = 0.25
+"""Seconds between two looks for processes that have ended by themselves, to be started anew."""
+
 
 class Client:
     """A mission or an operator: a skillset interface, and the goals that it has in hand."""
@@ -177,6 +180,7 @@ class World:
             self.launch(name)
         for act in self.plan.acts:
             self.network.schedule(act.t, lambda act=act: self._carry_out(act))
+        self.network.schedule_periodic(SUPERVISION_PERIOD, self._start_anew_what_has_ended)
 
     @property
     def resource_manager(self) -> Process:
@@ -184,7 +188,7 @@ class World:
 
     @property
     def skill_managers(self) -> list[Process]:
-        return [each for name, each in self.running.items() if name.startswith("skill/")]
+        return [each for name, each in self.running.items() if name.startswith("skill/") and not each.bus.closed]
 
     @property
     def clients(self) -> list[Process]:
@@ -224,6 +228,13 @@ class World:
     def _new_journal(self) -> Journal:
         skillset = self.plan.subject.skillset
         return Journal(None, Identity("", skillset.name, skillset.schema_hash))
+
+    def _start_anew_what_has_ended(self) -> None:
+        """A skill manager ends by itself when it learns that another process has taken its place."""
+        for name, process in list(self.running.items()):
+            if process.bus.closed:
+                self.fallen.append(self.running.pop(name))
+                self.launch(name)
 
     def kill(self, name: str) -> None:
         process = self.running.pop(name, None)
