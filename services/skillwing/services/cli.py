@@ -1,22 +1,24 @@
 """The command `skillwing`.
 
 Each command is an entry point of the group `skillwing.commands`: its name, and `module:function` (or a `typer.Typer`
-for a command with commands of its own). Only the module of the command that is called is imported.
+for a command with commands of its own). Only the module of the command that is called is imported, and for a list of
+all commands none: what they do is read from their sources.
 """
 
 from __future__ import annotations
 
+import ast
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.machinery import PathFinder
 from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command
-
-from skillwing.dsl import SkillsetError, UnknownNameError
-from skillwing.services.commands.exit_codes import exit_code_of
-from skillwing.services.errors import RefusedError, SkillwingError
 
 COMMANDS = "skillwing.commands"
 INTERRUPTED = 130
@@ -26,6 +28,25 @@ INTERRUPTED = 130
 class LazyGroup(TyperGroup):
     """A group whose commands are entry points."""
 
+    _listing = False
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        with self._only_listing():
+            super().format_help(ctx, formatter)
+
+    def shell_complete(self, ctx: Any, incomplete: str) -> Any:
+        with self._only_listing():
+            return super().shell_complete(ctx, incomplete)
+
+    @contextmanager
+    def _only_listing(self) -> Iterator[None]:
+        """Meanwhile commands are got for their names and what they say of themselves, not to be run."""
+        self._listing = True
+        try:
+            yield
+        finally:
+            self._listing = False
+
     def list_commands(self, ctx: Any) -> list[str]:
         return sorted(entry_points(group=COMMANDS).names)
 
@@ -33,10 +54,43 @@ class LazyGroup(TyperGroup):
         """The command; raises UnknownNameError, which says what there is."""
         found = entry_points(group=COMMANDS, name=cmd_name)
         if found:
-            return _command(next(iter(found)))
+            entry = next(iter(found))
+            return (_announced(entry) if self._listing else None) or _command(entry)
         if ctx.resilient_parsing:
             return None
+        from skillwing.dsl import UnknownNameError  # noqa: PLC0415 - needed for a slip of the user only
+
         raise UnknownNameError("command", cmd_name, self.list_commands(ctx))
+
+
+def _announced(entry: EntryPoint) -> Any:
+    """A command that knows its name and its docstring; None where its source does not tell."""
+    try:
+        tree = ast.parse(_source(entry.module))
+    except (OSError, SyntaxError):
+        return None
+    for node in tree.body:
+        match node:
+            case ast.FunctionDef(name=entry.attr) if text := ast.get_docstring(node):
+                return TyperCommand(name=entry.name, help=text)
+            case ast.Assign(targets=[ast.Name(id=entry.attr)], value=ast.Call(keywords=words)):
+                for word in words:
+                    if word.arg == "help" and isinstance(word.value, ast.Constant):
+                        return TyperCommand(name=entry.name, help=str(word.value.value))
+            case _:
+                pass
+    return None
+
+
+def _source(module: str) -> str:
+    """The text of a module, which is not imported, nor are the packages around it; empty where it is not found."""
+    names, place, origin = module.split("."), None, None
+    for end in range(1, len(names) + 1):
+        spec = PathFinder.find_spec(".".join(names[:end]), place)
+        if spec is None:
+            return ""
+        place, origin = spec.submodule_search_locations, spec.origin
+    return Path(origin).read_text(encoding="utf-8") if origin else ""
 
 
 def _command(entry: EntryPoint) -> Any:
@@ -59,6 +113,8 @@ def _command(entry: EntryPoint) -> Any:
 
 def _unavailable(name: str, error: ImportError) -> Any:
     def explain(words: Annotated[list[str] | None, typer.Argument(hidden=True)] = None) -> NoReturn:
+        from skillwing.services.errors import SkillwingError  # noqa: PLC0415 - needed for what is missing only
+
         del words
         raise SkillwingError(f"`skillwing {name}` cannot be loaded: {error}. Install `skillwing[all]`.")
 
@@ -84,15 +140,18 @@ def main() -> None:
     """Run the command line. A user's mistake is a sentence on standard error and an exit code (docs/cli.md)."""
     try:
         app()
-    except (SkillwingError, RefusedError, SkillsetError, UnknownNameError) as error:
-        sys.stderr.write(f"{error}\n")
-        sys.exit(exit_code_of(error))
-    except OSError as error:
-        where = f"`{error.filename}`" if error.filename is not None else "A file or connection"
-        sys.stderr.write(f"{where} cannot be used: {error.strerror or error}. Name one that can.\n")
-        sys.exit(exit_code_of(error))
     except KeyboardInterrupt:
         sys.exit(INTERRUPTED)
+    except Exception as error:
+        from skillwing.services.commands.exit_codes import (  # noqa: PLC0415 - needed where it fails only
+            exit_code_of,
+            sentence_on,
+        )
+
+        if (sentence := sentence_on(error)) is None:
+            raise
+        sys.stderr.write(f"{sentence}\n")
+        sys.exit(exit_code_of(error))
 
 
 if __name__ == "__main__":

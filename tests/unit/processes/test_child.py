@@ -12,13 +12,16 @@ from skillwing.services.processes.restart_policy import DEATHS_IN_A_ROW
 
 def given_up(log: Path) -> Death:
     child = Child("skill/refill", ["refill"], log, restart="always")
-    for _ in range(DEATHS_IN_A_ROW):
+
+    def die() -> Death:
         child.start(0.0)
         child.process.wait()
-        death = child.died(0.0)
+        return child.died(0.0)
+
+    *_, last = (die() for _ in range(DEATHS_IN_A_ROW))
     child.kill()
-    assert death.final
-    return death
+    assert last.final
+    return last
 
 
 @pytest.mark.parametrize(

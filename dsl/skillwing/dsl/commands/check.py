@@ -10,8 +10,6 @@ from typing import Annotated
 
 import msgspec
 import typer
-from rich.console import Console
-from rich.markdown import Markdown
 
 from skillwing.dsl.checking.checker import check as check_source
 from skillwing.dsl.commands.source import MISUSE, PROBLEMS, STANDARD_INPUT, UnreadableError, misuse, show, text_of
@@ -100,6 +98,9 @@ def _explain(code: str) -> None:
         guess = closest(name, CODES)
         typer.echo(f"There is no code `{code}`." + (f" Did you mean `{guess}`?" if guess else ""), err=True)
         raise typer.Exit(MISUSE)
+    from rich.console import Console  # noqa: PLC0415 - slow to import, and only wanted here
+    from rich.markdown import Markdown  # noqa: PLC0415
+
     page = page_on(name)
     console = Console()
     if console.is_terminal:

@@ -1,9 +1,15 @@
-"""Exit codes of the command line, the same for every command."""
+"""How the command line says that something failed: exit codes, the same for every command, and a user's mistakes."""
 
 from __future__ import annotations
 
 from skillwing.dsl import SkillsetError, UnknownNameError
-from skillwing.services.errors import InvalidInputError, InvalidOptionError, NoSystemError, RefusedError
+from skillwing.services.errors import (
+    InvalidInputError,
+    InvalidOptionError,
+    NoSystemError,
+    RefusedError,
+    SkillwingError,
+)
 from skillwing.services.journal.errors import JournalError
 from skillwing.services.protocol import Ending, Terminal
 
@@ -18,6 +24,18 @@ REFUSED = 4
 """The robot said no: not validated, not ready, busy, or a transition that is not allowed."""
 
 _REFUSALS = (Ending.NOT_VALIDATED, Ending.NOT_READY, Ending.BUSY)
+
+
+def sentence_on(error: Exception) -> str | None:
+    """What to tell a user whose mistake, or whose robot's, this error is; None for a mistake of ours."""
+    match error:
+        case SkillwingError() | RefusedError() | SkillsetError() | UnknownNameError():
+            return str(error)
+        case OSError():
+            where = f"`{error.filename}`" if error.filename is not None else "A file or connection"
+            return f"{where} cannot be used: {error.strerror or error}. Name one that can."
+        case _:
+            return None
 
 
 def exit_code_of(error: Exception) -> int:

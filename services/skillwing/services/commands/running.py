@@ -74,9 +74,8 @@ def _run(
             with announced(
                 robot, launcher.endpoint, run_dir, clock=clock, mock=mock, processes=launcher.states
             ) as announcement:
-                console.print(
-                    f"{robot.name} runs: {how_many_run(launcher.states)} processes, up in {time.monotonic() - begun:.1f} s."
-                )
+                count, seconds = how_many_run(launcher.states), time.monotonic() - begun
+                console.print(f"{robot.name} runs: {count} processes, up in {seconds:.1f} s.")
                 console.print(f"Router at {launcher.endpoint}, logs in {run_dir}/logs.")
                 console.print("Start a skill with `skillwing start SKILL`; stop with Ctrl-C or `skillwing down`.")
                 with Attendance(console, launcher, announcement, deaths, skillset, ending) as attendance:

@@ -1,0 +1,37 @@
+"""What `skillwing --help` shows, and what it costs."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from importlib.metadata import EntryPoint, entry_points
+
+import pytest
+from typer.testing import CliRunner
+
+from skillwing.services import cli
+
+COMMANDS = entry_points(group=cli.COMMANDS)
+
+
+@pytest.fixture(scope="module")
+def listed() -> dict[str, str]:
+    """Each command of the list with the beginning of what is said of it."""
+    lines = CliRunner().invoke(cli.app, ["--help"], env={"COLUMNS": "200"}).stdout.splitlines()
+    words = [line.strip("│ ").split(maxsplit=1) for line in lines if line.startswith("│")]
+    return {name: text for name, *rest in words for text in rest}
+
+
+@pytest.mark.parametrize("entry", COMMANDS, ids=lambda entry: entry.name)
+def test_the_list_says_what_each_command_says_of_itself(entry: EntryPoint, listed: dict[str, str]) -> None:
+    target = entry.load()
+    said = target.info.help if hasattr(target, "info") else target.__doc__
+    assert said.startswith(listed[entry.name][:40])
+
+
+def test_the_list_imports_no_command() -> None:
+    script = "import sys; sys.argv[1:] = ['--help']\nfrom skillwing.services.cli import main\n"
+    script += "try:\n    main()\nfinally:\n    print(*(name for name in sys.modules if name.startswith('skillwing.')))"
+    run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    imported = set(run.stdout.splitlines()[-1].split())
+    assert imported == {"skillwing.services", "skillwing.services.cli"}
