@@ -242,8 +242,7 @@ def test_what_dies_is_started_again_and_its_log_goes_on(tmp_path: Path) -> None:
         death = deaths.get(timeout=PATIENCE)
         assert (death.final, death.outlook) == (False, "It is started again in 0.2 s.")
         assert state_of(launcher, "data_manager").last_words == f"{death} {death.outlook}"
-        for _ in ("the death", "the restart"):
-            changes.get(timeout=PATIENCE)
+        await_restart(launcher, "data_manager", changes)
         state = state_of(launcher, "data_manager")
         assert (state.life, state.restarts) == ("lives", 1)
         assert state.pid != first
@@ -261,8 +260,7 @@ def test_the_router_comes_back_at_its_port_and_the_others_find_it(tmp_path: Path
     ) as launcher:
         launcher.start(MANAGERS)
         os.kill(launcher.pids["router"], signal.SIGKILL)
-        for _ in ("the death", "the restart"):
-            changes.get(timeout=PATIENCE)
+        await_restart(launcher, "router", changes)
         assert_present(launcher, [spec.name for spec in MANAGERS])
         assert [death.process for death in launcher.deaths] == ["router"]
 
@@ -336,6 +334,12 @@ def assert_present(launcher: Launcher, names: list[str]) -> None:
         assert bus.run_until(lambda: not missing, PATIENCE), missing
     finally:
         bus.close()
+
+
+def await_restart(launcher: Launcher, name: str, changes: SimpleQueue[None]) -> None:
+    """Follow the changes until the process has begun its second life."""
+    while state_of(launcher, name).restarts == 0:
+        changes.get(timeout=PATIENCE)
 
 
 def state_of(launcher: Launcher, name: str) -> ProcessState:
