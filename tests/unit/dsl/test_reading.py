@@ -88,6 +88,24 @@ def test_layout_and_line_ends_mean_nothing(text: str) -> None:
 # --- slips
 
 
+def test_a_name_in_other_letters_is_one_mistake_each_time_it_is_written() -> None:
+    text = "skillset s { resource r { initial Ж  Ж -> Ф  Ф -> Ж } skill 飞 { effect { go: r -> Ф } } }"
+    problems = check(text, "letters.skillset").diagnostics
+    written = [problem for problem in problems if problem.code == "SW004"]
+    assert len(written) == 7
+    assert written[0].message == "A name cannot hold the character `Ж`."
+    assert written[0].help == "Write it of letters from a to z, digits and `_`."
+    assert not [problem for problem in problems if problem.code != "SW004" and problem.severity == "error"]
+
+
+@pytest.mark.parametrize("behind", ["", "    skill c {\n        result { DONE }\n    }\n"])
+def test_a_section_that_stands_too_far_left_still_belongs_to_the_skill_left_open(behind: str) -> None:
+    text = f"skillset s {{\n    skill b {{\n        result {{ success A }}\n    interrupt {{}}\n{behind}}}\n"
+    (problem,) = parse_file(text, "left.skillset").diagnostics
+    assert problem.message == "Missing `}` of skill `b`, opened at line 2."
+    assert (problem.span.line, problem.span.column) == (4, 17)
+
+
 @pytest.mark.parametrize("file", ["a.skillset", "a.rl"])
 @pytest.mark.parametrize(
     ("number", "is_number"),

@@ -11,6 +11,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from skillwing.dsl.reading.lexemes import Lexeme
+from skillwing.dsl.reading.tables import END
+from skillwing.dsl.reading.terminals import Vocabulary
 
 _MOST = 20
 
@@ -51,3 +53,15 @@ def unclosed_by_layout(lexemes: Sequence[Lexeme]) -> list[Unclosed]:
             blocks.pop()
     found += [Unclosed(opening, len(lexemes) - 1) for opening, _ in reversed(blocks)]
     return found if len(found) == missing else []
+
+
+def behind_what_belongs(lexemes: Sequence[Lexeme], at: int, title: str, words: Vocabulary) -> int:
+    """Where the block of that title ends, which layout ends at an index: later, if a part of it stands too far left."""
+    if not words.belongs_into(lexemes[at].kind, title):
+        return at
+    opened = 0
+    for index, lexeme in enumerate(lexemes[at:], at):
+        if opened == 0 and (lexeme.kind in {"CLOSE", END} or lexeme.kind in words.elements):
+            return index
+        opened += {"OPEN": 1, "CLOSE": -1}.get(lexeme.kind, 0)
+    return at

@@ -16,7 +16,7 @@ from operator import itemgetter
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic
 from skillwing.dsl.reading.cursor import Block, Cursor
 from skillwing.dsl.reading.dialect import Dialect
-from skillwing.dsl.reading.layout import unclosed_by_layout
+from skillwing.dsl.reading.layout import behind_what_belongs, unclosed_by_layout
 from skillwing.dsl.reading.lexemes import Lexeme, Source
 from skillwing.dsl.reading.machine import Outlook
 from skillwing.dsl.reading.slips import mend_slips
@@ -75,9 +75,11 @@ class Recovery:
         """Close the blocks that are not closed where the layout shows it, and read the file anew."""
         cursor = self._cursor
         found = [
-            (unclosed.closing, cursor.block_opened_by(unclosed.opening))
+            (behind_what_belongs(cursor.lexemes, unclosed.closing, block.title, self._words), block)
             for unclosed in unclosed_by_layout(cursor.lexemes)
+            for block in [cursor.block_opened_by(unclosed.opening)]
         ]
+        found.sort(key=itemgetter(0))
         added = 0
         for closing, group in groupby(found, key=itemgetter(0)):
             added += self._close([block for _, block in group], closing + added)

@@ -104,7 +104,7 @@ class _Slips:
             self._is_name(before) and before.end == lexeme.start,
             self._is_name(behind) and behind.start == lexeme.end,
         ]
-        if lexeme.text not in _SEPARATORS and (all(sides) or (lexeme.text.isalpha() and any(sides))):
+        if lexeme.text not in _SEPARATORS and (all(sides) or lexeme.text.isalpha()):
             return self._misshapen_name(at, self.mended.pop() if sides[0] else lexeme)
         run = [lexeme]
         for other in self._lexemes[at + 1 :]:
@@ -126,9 +126,14 @@ class _Slips:
         source = first.source
         text = source.text[first.start : end]
         name = "".join(_for_names(character) for character in text)
+        advice = "Write it of letters from a to z, digits and `_`"
+        if name.strip("_"):
+            advice += f", like `{name}`"
+        else:
+            name = text  # nothing of it can be kept: at least different names stay different
         strange = next(character for character in text if not re.match(r"\w", character, re.ASCII))
         message = f"A name cannot hold the character `{shown(strange)}`."
-        self._report(source.span(first.start, end), message, f"Write it of letters, digits and `_`, like `{name}`.")
+        self._report(source.span(first.start, end), message, f"{advice}.")
         self.mended.append(Lexeme("NAME", name, first.start, end, source))
         return count
 

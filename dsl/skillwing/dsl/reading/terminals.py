@@ -72,6 +72,11 @@ class Vocabulary:
             case _:
                 return "the parenthesis"
 
+    def belongs_into(self, kind: str, title: str) -> bool:
+        """Tell whether a word has its only home in blocks like the one of that title."""
+        keyword = title.partition(" ")[0]
+        return self.homes.get(kind) in {f"a {keyword}", f"an {keyword}"}
+
     def kind_text(self, kind: str) -> str:
         """A terminal in words."""
         if kind == END:
