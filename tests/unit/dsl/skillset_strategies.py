@@ -252,9 +252,6 @@ def skillsets(draw: st.DrawFn, most_skills: int = 2, most_resources: int = 3) ->
     data = draw(_data(types))
     known = [draw(resources(name)) for name in draw(_names("r", most_resources))]
     guards = st.none() | about_resources(known) | _about_values((), data)
-    events = tuple(
-        Event(name, draw(guards), draw(_effect(name, known)))
-        for name in draw(_names("ev", 2))
-    )
+    events = tuple(Event(name, draw(guards), draw(_effect(name, known))) for name in draw(_names("ev", 2)))
     chosen = tuple(draw(skills(name, known, data, types)) for name in draw(_names("k", most_skills)))
     return Skillset("random", types, data, tuple(known), events, chosen)
