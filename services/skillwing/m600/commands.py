@@ -9,10 +9,10 @@ from typing import Annotated
 import typer
 
 from skillwing.m600.command import sentences
-from skillwing.services.commands.connection import JsonOption, RobotOption, connect
+from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.commands.output import print_json
-from skillwing.services.errors import InvalidOptionError, RefusedError
-from skillwing.services.protocol import ErrorCode
+from skillwing.services.errors import InvalidOptionError, RefusedError, SkillwingError, UnansweredError
+from skillwing.services.protocol import ErrorCode, Message
 from skillwing.sim_mujoco.topics import FAULT, PILOT, Done, SetFault, SetPilot
 
 
@@ -40,7 +40,9 @@ def fault(
         raise InvalidOptionError("magnitude", f"A magnitude of {magnitude} means nothing. Give a finite number.")
     with connect(robot) as system:
         try:
-            done = system.ask(FAULT, SetFault(sensor=sensor, kind=kind, on=not off, magnitude=magnitude), Done)
+            done = _ask_simulator(
+                system, "fault", FAULT, SetFault(sensor=sensor, kind=kind, on=not off, magnitude=magnitude)
+            )
         except RefusedError as error:
             if error.code is ErrorCode.UNKNOWN_NAME:
                 raise InvalidOptionError("fault", sentences(error.message)) from error
@@ -59,8 +61,17 @@ def pilot(
     """Be the simulated drone's safety pilot: take the authority over it, or give it to the computer."""
     authority = handover is Handover.GIVE
     with connect(robot) as system:
-        done = system.ask(PILOT, SetPilot(authority=authority), Done)
+        done = _ask_simulator(system, "pilot", PILOT, SetPilot(authority=authority))
     if as_json:
         print_json({"authority": authority, "text": done.text})
     else:
         typer.echo(sentences(done.text))
+
+
+def _ask_simulator(system: System, command: str, key: str, message: Message) -> Done:
+    """Ask the simulated drone; raises SkillwingError where the system has none, as that of another robot."""
+    try:
+        return system.ask(key, message, Done)
+    except UnansweredError as error:
+        what = f"`{command}` is for the simulated drone, and none answers in `{system.target.robot}`."
+        raise SkillwingError(f"{what} See with `skillwing status` what runs.") from error
