@@ -228,6 +228,8 @@ def test_a_slip_changes_nothing() -> None:
 
 def test_data_are_directed() -> None:
     stage = Stage()
+    refused = stage.ask(KEYS.mocked_world, SetMockedData(data={"load": {"from": 9.0, "to": 4.0}}))
+    assert "data.load does not say how long it takes. Add `over`, in seconds." in str(refused)
     answer = stage.ask(KEYS.mocked_world, SetMockedData(data={"load": {"from": 9.0, "to": 4.0, "over": 5.0}}))
     assert isinstance(answer, Answered)
     assert decode(answer.payload, MockedData).values["load"] == pytest.approx(9.0)

@@ -122,10 +122,12 @@ class SignalReader:
     """Reads signals and reports what is wrong with them.
 
     inputs: fields of the goal that a signal may refer to, None where there is no goal. report: gets the sentences.
+    lasts: what the signal belongs to has a length of its own, which a ramp that names none takes.
     """
 
     report: Callable[[str], None]
     inputs: tuple[Field, ...] | None = None
+    lasts: bool = True
 
     def read(self, raw: Any, target: Field, where: str) -> Signal | None:
         """The signal for a field, or None if it was reported. where: what sentences call the place."""
@@ -183,6 +185,9 @@ class SignalReader:
         over = raw.get("over")
         if over is not None and not (_is_number(over) and math.isfinite(over) and over >= 0.0):
             self.report(f"{where}.over is `{over}`; it takes a number of seconds.")
+            return None
+        if over is None and "from" in raw and not self.lasts:
+            self.report(f"{where} does not say how long it takes. Add `over`, in seconds.")
             return None
         start = self.read(raw["from"], target, f"{where}.from") if "from" in raw else None
         end = self.read(raw["to"], target, f"{where}.to")
