@@ -33,6 +33,7 @@ SKILL = Skill(
         Field("target", POSITION),
         Field("numbers", ArrayType(INT, None)),
         Field("leg", StructType("Leg", (Field("end", POSITION),))),
+        Field("row", StructType("Row", (Field("start", POSITION), Field("end", POSITION), Field("plants", INT)))),
     ),
 )
 
@@ -72,6 +73,11 @@ def test_words_become_values_of_their_types(words: list[str], values: dict[str, 
         ("laps=1.5", "`laps` is `1.5`; it takes a whole number (int32)."),
         ("gently=perhaps", "`gently` is `perhaps`; it takes true or false."),
         ("target=1,2", "`target` is `1,2`; it takes 3 values separated by commas, x,y,z."),
+        (
+            "row=0,0,10,0,1,2",
+            "`row` is `0,0,10,0,1,2`; it takes `start`, `end` and `plants`: each by itself, as in `row.start=VALUE`, "
+            "or all as JSON.",
+        ),
         ("target.w=1", "`target` has no field `w`; it is a structure with the fields `x`, `y` and `z`."),
         ("height.x=1", "`height` has no field `x`; it is a finite number."),
     ],

@@ -9,6 +9,7 @@ from typing import Any, cast
 import msgspec
 
 from skillwing.dsl.model import ArrayType, EnumType, Field, ScalarType, Skill, StructType, Type
+from skillwing.dsl.suggest import listed
 from skillwing.services.core.values import type_text
 from skillwing.services.errors import InvalidInputError
 
@@ -39,7 +40,7 @@ def parse_inputs(skill: Skill, words: Sequence[str]) -> dict[str, Any]:
             problems[path] = f"`{name}` has no field `{'.'.join(rest)}`; it is {type_text(skill.input(name).type)}."
             continue
         try:
-            value = _read(text, kind)
+            value = _read(text, kind, path)
         except _MalformedError as error:
             problems[path] = f"`{path}` is `{text}`; it takes {error}."
             continue
@@ -74,7 +75,7 @@ def _put(values: dict[str, Any], path: Sequence[str], value: Any) -> bool:
     return True
 
 
-def _read(text: str, kind: Type) -> Any:
+def _read(text: str, kind: Type, path: str) -> Any:
     match kind:
         case ScalarType():
             return _read_scalar(text, kind)
@@ -83,12 +84,18 @@ def _read(text: str, kind: Type) -> Any:
         case ArrayType() | StructType() if text.lstrip().startswith(("[", "{")):
             return _read_json(text, kind)
         case ArrayType(element=element):
-            return [_read(part.strip(), element) for part in text.split(",")] if text else []
+            return [_read(part.strip(), element, path) for part in text.split(",")] if text else []
         case StructType(fields=fields):
+            if any(isinstance(field.type, ArrayType | StructType) for field in fields):
+                first = fields[0].name
+                names = listed(field.name for field in fields)
+                raise _MalformedError(f"{names}: each by itself, as in `{path}.{first}=VALUE`, or all as JSON")
             parts = text.split(",")
             if len(parts) != len(fields):
                 raise _MalformedError(f"{len(fields)} values separated by commas, {_names(fields)}")
-            return {field.name: _read(part.strip(), field.type) for field, part in zip(fields, parts, strict=True)}
+            return {
+                field.name: _read(part.strip(), field.type, path) for field, part in zip(fields, parts, strict=True)
+            }
 
 
 def _read_scalar(text: str, kind: ScalarType) -> bool | int | float | str:
