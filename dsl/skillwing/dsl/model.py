@@ -56,7 +56,7 @@ OwnerPolicy: TypeAlias = OneOf["interrupt", "continue"]
 class UnknownNameError(LookupError):
     """Something was asked for by a name that the skillset does not declare.
 
-    kind: "skill", "resource", "datum", ...; name: what was asked for; known: what exists.
+    kind: "skill", "resource", "input of goto", ...; name: what was asked for; known: what exists.
     """
 
     def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
@@ -65,7 +65,9 @@ class UnknownNameError(LookupError):
         self.known = tuple(known)
         guess = closest(name, self.known)
         hint = f"; did you mean `{guess}`?" if guess else "."
-        super().__init__(f"There is no {kind} `{name}`{hint} What exists: {listed(self.known, limit=30)}.")
+        what, of, owner = kind.partition(" of ")
+        where = f" of `{owner}`" if of else ""
+        super().__init__(f"There is no {what} `{name}`{where}{hint} What exists: {listed(self.known, limit=30)}.")
 
 
 # --- types ---------------------------------------------------------------------------------------------------------

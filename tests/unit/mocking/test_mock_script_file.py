@@ -124,7 +124,7 @@ PROBLEMS = [
     ('[[reaction]]\nfire = "cut"\nwhen = {ends = "reach", with = "THEER"}', "did you mean `THERE`?"),
     ('[[reaction]]\nfire = "cut"\nwhen = {resource = "power"}', "`resource` and `becomes` together"),
     ('[[reaction]]\ntrigger = {joints = "USED"}', "no extern transition brings joints to USED"),
-    ('[[reaction]]\nend = {reach = "GONE"}', "There is no result of reach `GONE`"),
+    ('[[reaction]]\nend = {reach = "GONE"}', "There is no result `GONE` of `reach`"),
 ]
 
 

@@ -145,8 +145,8 @@ class Predicates:
         (resolved_left, left_type), (resolved_right, right_type) = typed_left, typed_right
         if not _comparable(left_type, right_type):
             message = (
-                f"`{operand_text(left)}` is a {type_text(left_type)}, "
-                f"`{operand_text(right)}` a {type_text(right_type)}: they cannot be compared."
+                f"`{operand_text(left)}` is {_a(left_type)}, "
+                f"`{operand_text(right)}` {_a(right_type)}: they cannot be compared."
             )
             self._report.add("SW020", comparison.span, message, _comparison_advice(left_type, right_type))
             return None
@@ -223,7 +223,7 @@ class Predicates:
             if not isinstance(declared, StructType):
                 if not quiet:
                     whole = name.path.partition(f".{field}")[0]
-                    message = f"`{whole}` is a {type_text(declared)}, which has no fields."
+                    message = f"`{whole}` is {_a(declared)}, which has no fields."
                     self._report.add("SW015", name.span, message, f"Compare `{whole}` itself.")
                 return None
             members: Iterable[Field] = declared.fields
@@ -261,7 +261,7 @@ class Predicates:
             return None
         resolved, declared = typed
         if declared != _BOOL or not isinstance(resolved, Name):
-            message = f"`{operand_text(expression)}` is a {type_text(declared)}, not a predicate."
+            message = f"`{operand_text(expression)}` is {_a(declared)}, not a predicate."
             self._report.add("SW028", expression.span, message, "Compare it with something, such as `> 0`.")
             return None
         return resolved
@@ -301,3 +301,9 @@ def _word(operand: Operand) -> CoinedWord:
 
 def _span(operand: Operand) -> Span:
     return operand.span or Span("", 1, 1, 1, 1)
+
+
+def _a(kind: Type) -> str:
+    """A type with its article: `an int8`, `a uint8`."""
+    text = type_text(kind)
+    return f"{'an' if text[:1].lower() in 'aeio' else 'a'} {text}"

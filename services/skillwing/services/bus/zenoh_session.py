@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from typing import Any
 
 import zenoh
@@ -13,6 +14,7 @@ LEASE = 2.0
 """Seconds after which a process that has frozen, or whose link is cut, counts as gone."""
 CONNECT_TIMEOUT = 10.0
 """Seconds that a process waits for the router before it gives up."""
+_PLACE_IN_SOURCE = re.compile(r"(?: \(os error \d+\))? at /\S+")
 
 
 class RouterUnreachableError(SkillwingError):
@@ -40,7 +42,12 @@ def open_router(endpoint: str) -> zenoh.Session:
     try:
         return _open("router", {"listen": {"endpoints": [endpoint]}, "scouting": _scouting(delay=0)})
     except zenoh.ZError as error:
-        raise EndpointError(endpoint, str(error).splitlines()[0]) from error
+        raise EndpointError(endpoint, _reason(str(error))) from error
+
+
+def _reason(report: str) -> str:
+    """What the operating system said, out of a report that nests it into places in the sources of Zenoh."""
+    return _PLACE_IN_SOURCE.split(report.splitlines()[0])[0].rpartition(": ")[2]
 
 
 def open_client(endpoint: str, robot: str, timeout: float = CONNECT_TIMEOUT) -> zenoh.Session:

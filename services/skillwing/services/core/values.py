@@ -163,10 +163,23 @@ def _mismatch(path: str, kind: Type, value: object) -> Problem:
 
 def _shown(value: object) -> str:
     try:
-        text = repr(value)
+        text = _written(value)
     except ValueError:  # an integer of thousands of digits
         return "a number beyond all bounds"
     return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def _written(value: object) -> str:
+    """A value as people who do not write Python write it."""
+    match value:
+        case bool():
+            return "true" if value else "false"
+        case None:
+            return "nothing"
+        case list() | tuple():
+            return f"[{', '.join(map(_written, cast(Sequence[object], value)))}]"
+        case _:
+            return repr(value)
 
 
 def _described(item: Field) -> str:
