@@ -80,6 +80,16 @@ def test_json_has_place_and_help(app: typer.Typer) -> None:
     assert json.loads(CliRunner().invoke(app, ["check", "--json", GOOD]).stdout) == []
 
 
+def test_generate_does_not_take_nothing_for_the_current_folder(
+    app: typer.Typer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(app, ["generate", GOOD, "-o", ""])
+    assert result.exit_code == 2
+    assert "it is empty" in result.output
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_generate_and_its_check(app: typer.Typer, tmp_path: Path) -> None:
     target = str(tmp_path / "robot")
     assert CliRunner().invoke(app, ["generate", GOOD, "-o", target, "--check"]).exit_code == 1

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from skillwing.dsl.checking.checker import check as check_source
-from skillwing.dsl.commands.source import PROBLEMS, misuse, read, show
+from skillwing.dsl.commands.source import PROBLEMS, folder_named, misuse, read, show
 from skillwing.dsl.diagnostics.diagnostic import summary
 from skillwing.dsl.generating.package import RobotFolder, is_generated, skillset_copy
 from skillwing.dsl.generating.package import generate as generate_files
@@ -21,7 +21,15 @@ from skillwing.dsl.packages import name_problem
 def generate(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Skillset file.", show_default=False)],
     output: Annotated[
-        Path, typer.Option("--output", "-o", metavar="DIR", help="Folder of the robot's package.", show_default=False)
+        Path,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="DIR",
+            parser=folder_named,
+            help="Folder of the robot's package.",
+            show_default=False,
+        ),
     ],
     check_only: Annotated[
         bool, typer.Option("--check", help="Write nothing; fail if DIR/generated is not up to date.")

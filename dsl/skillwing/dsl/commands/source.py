@@ -21,6 +21,13 @@ MISUSE = 2
 STANDARD_INPUT = Path("-")
 
 
+def folder_named(text: str) -> Path:
+    """A folder that an option names; an empty name, as of a variable that is not set, is none."""
+    if not text:
+        raise typer.BadParameter("it is empty. Name a folder, or `.` for the current one.")
+    return Path(text)
+
+
 class UnreadableError(Exception):
     """A file cannot be read; `str()` is the sentence that says so."""
 
