@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import signal
 import time
+from collections.abc import Callable
 from typing import Annotated
 
 import typer
 from rich.console import Console
 
+from skillwing.services.bus import Bus
 from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
@@ -21,6 +23,8 @@ from skillwing.services.protocol import State
 
 DOUBLE_TIME = 0.5
 """Seconds in which a second Ctrl-C is taken for the first: `make` and `timeout` pass it on to us, too."""
+SILENCE = 2.0
+"""Seconds without a word from a manager that seems to live, after which the user is told why nothing happens."""
 ACCEPTED = (State.RUNNING, State.INTERRUPTING, State.TERMINATED)
 
 
@@ -52,7 +56,7 @@ def start(
         if follow:
             _follow(system, interface, goal, None if as_json else console)
         else:
-            system.bus.run_until(lambda: goal.state in ACCEPTED)
+            wait_for(system.bus, goal, lambda: goal.state in ACCEPTED, None if as_json else console)
     if as_json:
         print_json({"goal_id": goal.goal_id, "skill": skill, "state": goal.state, "terminal": goal.terminal})
     elif goal.terminal is not None:
@@ -60,6 +64,13 @@ def start(
     else:
         console.print(f"{skill} runs as goal {goal.goal_id}.")
     raise typer.Exit(OK if goal.terminal is None else exit_code_of_end(goal.terminal))
+
+
+def wait_for(bus: Bus, goal: GoalHandle, condition: Callable[[], bool], console: Console | None) -> None:
+    """Wait for a goal, and say so on the console if its manager leaves the start unanswered."""
+    if not bus.run_until(lambda: goal.state is not None or condition(), SILENCE) and console is not None:
+        console.print(f"The manager of `{goal.skill}` is alive and does not answer; it is given up in half a minute.")
+    bus.run_until(condition)
 
 
 def _follow(system: System, interface: SkillsetInterface, goal: GoalHandle, console: Console | None) -> None:
@@ -90,6 +101,6 @@ def _follow(system: System, interface: SkillsetInterface, goal: GoalHandle, cons
     previous = signal.signal(signal.SIGINT, on_signal)
     goal.on_change(show)
     try:
-        system.bus.run_until(lambda: goal.done)
+        wait_for(system.bus, goal, lambda: goal.done, console)
     finally:
         signal.signal(signal.SIGINT, previous)
