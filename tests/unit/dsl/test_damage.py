@@ -84,3 +84,15 @@ def test_broken_syntax_raises_no_false_alarm(path: Path) -> None:
         found = check(broken, path.name).diagnostics
         if SYNTAX & {diagnostic.code for diagnostic in found}:
             assert not [item for item in found if REASONED.fullmatch(item.code)], broken
+
+
+def test_names_of_other_kinds_are_judged_beside_a_datum_that_cannot_be_read() -> None:
+    text = """skillset q {
+    type P { x: double }
+    data { a: float64 period=1s
+        wind float64 }
+    resource r { initial A  A -> B }
+    skill p { effect { t: r -> C } precondition { calm: data=(wind < 5.0) } result { D: apply=relase } }
+}
+"""
+    assert [each.code for each in check(text, "q.skillset").diagnostics] == ["SW013", "SW002", "SW011", "SW012"]

@@ -17,6 +17,15 @@ from skillwing.dsl.reading import syntax
 from skillwing.dsl.reading.parser import ParsedFile, parse_file
 
 _UNKNOWN_NAMES = frozenset({"SW010", "SW011", "SW012", "SW013", "SW014", "SW015"})
+_DECLARED_IN = {
+    "data": frozenset({"SW014"}),
+    "resource": frozenset({"SW010", "SW011"}),
+    "type": frozenset({"SW013", "SW015"}),
+    "enum": frozenset({"SW013", "SW015"}),
+    "skill": frozenset[str](),
+    "event": frozenset[str](),
+}
+"""What may seem unknown to other elements because a part of such a block could not be read."""
 _UNRELIABLE_AFTER_SYNTAX_ERRORS = frozenset({"SW030", "SW060", "SW081", "SW083"})
 
 
@@ -68,8 +77,8 @@ def _reliable(diagnostics: Iterable[Diagnostic], parsed: ParsedFile, places: Pla
     have been among them.
     """
     damaged = [places.at(diagnostic.span) for diagnostic in parsed.diagnostics]
+    doubtful = frozenset[str]().union(*(_DECLARED_IN.get(block, _UNKNOWN_NAMES) for block in parsed.lost_in))
     for diagnostic in diagnostics:
-        follows = diagnostic.code in _UNRELIABLE_AFTER_SYNTAX_ERRORS
-        follows |= parsed.elements_lost and diagnostic.code in _UNKNOWN_NAMES
+        follows = diagnostic.code in _UNRELIABLE_AFTER_SYNTAX_ERRORS or diagnostic.code in doubtful
         if not follows and places.at(diagnostic.span) not in damaged:
             yield diagnostic

@@ -15,12 +15,13 @@ from skillwing.dsl.reading.recovery import Recovery
 class ParsedFile:
     """What could be read of a file. root: None where nothing could. diagnostics: its syntax errors.
 
-    elements_lost: some element could not be read at all, so that a name that seems unknown may stand in it.
+    lost_in: the blocks in which some element could not be read at all, by their keyword, "" for the skillset itself: a
+    name that seems unknown may stand there.
     """
 
     root: syntax.SkillsetSyntax | None
     diagnostics: tuple[Diagnostic, ...]
-    elements_lost: bool
+    lost_in: frozenset[str]
 
 
 def parse_file(text: str, file: str) -> ParsedFile:
@@ -33,5 +34,5 @@ def parse_file(text: str, file: str) -> ParsedFile:
     return ParsedFile(
         root if isinstance(root, syntax.SkillsetSyntax) else None,
         tuple(recovery.diagnostics),
-        recovery.elements_lost,
+        frozenset(recovery.lost_in),
     )

@@ -32,12 +32,13 @@ _MOST_UNCLOSED = 20  # brackets supposed at one place
 class Recovery:
     """One parse of one file. After `run`, `diagnostics` holds its problems.
 
-    elements_lost: some element could not be read at all, so that a name that seems unknown may stand in it.
+    lost_in: the blocks in which some element could not be read at all, by their keyword, "" for the skillset itself: a
+    name that seems unknown may stand there.
     """
 
     def __init__(self, dialect: Dialect, lexemes: Iterable[Lexeme], source: Source) -> None:
         self.diagnostics: list[Diagnostic] = []
-        self.elements_lost = False
+        self.lost_in: set[str] = set()
         self._words = dialect.vocabulary
         self._source = source
         read = list(lexemes)
@@ -204,7 +205,7 @@ class Recovery:
         if last is not None and last.kind in self._words.named_blocks and cursor.reads(["NAME", *cursor.kinds_from(0)]):
             self._report("SW005", lexeme, f"This {last.text} has no name.", f"Write `{last.text} NAME {{ ... }}`.")
             cursor.lexemes.insert(cursor.at, lexeme.supposed("NAME", ""))
-            self.elements_lost = True
+            self.lost_in.add("")
             return True
         if cursor.reads(["NAME", "COLON", *cursor.kinds_from(0)]) and lexeme.kind != "NAME":
             self._supply_name(lexeme)
@@ -310,14 +311,14 @@ class Recovery:
         del states[depth:], values[depth - 1 :]
         cursor.machine.run([lexeme.supposed(BROKEN, "")])
         blocks = cursor.blocks()
-        # Names that other elements may use are declared everywhere but in skills.
-        self.elements_lost |= len(blocks) <= 1 or not any(block.title.startswith("skill `") for block in blocks)
+        self.lost_in.add(blocks[1].title.strip("`").partition(" ")[0] if len(blocks) > 1 else "")
         opened = 0
         while cursor.kind_at(0) != END:
             if opened == 0 and cursor.reads(cursor.kinds_from(0, 2)):
                 return True
             opened += {"OPEN": 1, "CLOSE": -1 if opened else 0}.get(cursor.kind_at(0), 0)
             cursor.at += 1
+        self.lost_in.add("")
         return True
 
     def _replace(self, lexeme: Lexeme) -> None:
