@@ -174,11 +174,12 @@ class _SkillResolver:
         section = self._sections.get("result")
         if not isinstance(section, syntax.ResultSection):
             return ()
-        marked = [item for item in section.results if item.partition is not None]
+        marked = {item.partition for item in section.results if item.partition is not None}
+        missing = "success" if marked == {"failure"} else "failure"
         for item in section.results if marked else ():
             if item.partition is None:
                 message = f"`{item.name.text}` is neither `success` nor `failure`, other results of `{skill.text}` are."
-                self._report.add("SW062", item.name.span, message, f"Write `failure {item.name.text}: ...`.")
+                self._report.add("SW062", item.name.span, message, f"Write `{missing} {item.name.text}: ...`.")
         seen: dict[str, Word] = {}
         results: list[Result] = []
         for item in section.results:
