@@ -89,6 +89,10 @@ class Bus(Protocol):
         """Robot time in seconds."""
         ...
 
+    def new_id(self) -> str:
+        """A name that nobody on this network bears: random on Zenoh, in process the same in each run."""
+        ...
+
     def wall(self) -> float:
         """Transport time in seconds from any origin, which always passes: wall time on Zenoh, virtual in process."""
         ...

@@ -17,6 +17,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum, auto
+from itertools import count
 from typing import TypeVar
 
 from skillwing.services.bus import (
@@ -74,12 +75,17 @@ class InProcessNetwork:
         self._robots: dict[str, Robot] = {}
         self._last_arrival: dict[tuple[InProcessBus, InProcessBus], float] = {}
         self._running = False
+        self._ids = count(1)
         self.tap: Callable[[Utterance], None] | None = None
         """Gets everything that nodes say, before anybody else does."""
 
     def now(self) -> float:
         """Virtual time in seconds."""
         return self._now
+
+    def new_id(self) -> str:
+        """A name that was not given before."""
+        return f"id-{next(self._ids):08d}"
 
     def bus(self, name: str, robot: str = "r1") -> Bus:
         """A new node's view. Raises ValueError if a node of that name lives in that robot already."""
@@ -202,6 +208,9 @@ class InProcessBus:
 
     def now(self) -> float:
         return self._network.now()
+
+    def new_id(self) -> str:
+        return self._network.new_id()
 
     def wall(self) -> float:
         return self._network.now()

@@ -20,6 +20,7 @@ from skillwing.services.bus import EVENT_HISTORY, Answer, Answered, Handle, Refu
 from skillwing.services.bus.agenda import Agenda, Entry
 from skillwing.services.bus.clock import Clock, FollowedClock, WallClock
 from skillwing.services.bus.zenoh_session import CONNECT_TIMEOUT, open_client
+from skillwing.services.ids import new_goal_id
 from skillwing.services.protocol import CLOCK_KEY, ClockTick, ErrorCode, ErrorReply, ProtocolError, decode, encode
 
 REFUSAL = zenoh.Encoding("application/vnd.skillwing.refusal+msgpack")
@@ -71,6 +72,9 @@ class ZenohBus:
 
     def now(self) -> float:
         return self._clock.now()
+
+    def new_id(self) -> str:
+        return new_goal_id()
 
     def wall(self) -> float:
         return time.monotonic()

@@ -19,7 +19,6 @@ from skillwing.services.client.resource_mirror import ResourceMirror
 from skillwing.services.core.latest import LatestData
 from skillwing.services.core.values import fit_fields
 from skillwing.services.errors import InvalidInputError
-from skillwing.services.ids import new_goal_id as new_uuid
 from skillwing.services.names import CLIENT, RESOURCE_MANAGER, skill_process
 from skillwing.services.protocol import (
     DataReading,
@@ -60,7 +59,7 @@ class SkillsetInterface:
 
     client: names who asks, in goals and in the timeline. owns_goals: the goals that it starts are not to outlive it;
     when it is gone they are interrupted, unless their skill says otherwise. new_goal_id: where ids of goals come from,
-    UUIDv7 by default.
+    by default from the bus.
     """
 
     def __init__(
@@ -75,7 +74,7 @@ class SkillsetInterface:
         self._bus = bus
         self.skillset = skillset
         self.client = client
-        self._new_goal_id = new_goal_id or new_uuid
+        self._new_goal_id = new_goal_id or bus.new_id
         self._keys = Keys(skillset.name)
         self._timeline = Timeline(bus, self._keys)
         self._resources = ResourceMirror()

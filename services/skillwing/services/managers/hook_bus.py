@@ -26,6 +26,9 @@ class HookBus:
     def now(self) -> float:
         return self._bus.now()
 
+    def new_id(self) -> str:
+        return self._bus.new_id()
+
     def wall(self) -> float:
         return self._bus.wall()
 

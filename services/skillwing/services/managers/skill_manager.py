@@ -18,7 +18,6 @@ from skillwing.services.core.skill_actions import Action, AskResources, CallHook
 from skillwing.services.core.skill_core import RENEWAL_PERIOD, SkillCore
 from skillwing.services.core.values import fit_fields
 from skillwing.services.errors import InvalidOptionError
-from skillwing.services.ids import new_goal_id
 from skillwing.services.managers.alarm import Alarm
 from skillwing.services.managers.hook_bus import HookBus
 from skillwing.services.managers.hooks import Goal, SkillHooks
@@ -83,7 +82,7 @@ class SkillManagerNode:
         self._bus = bus
         keys, skill = self._keys, self._model.name
         self._timeline = Timeline(bus, keys)
-        incarnation = new_goal_id()
+        incarnation = bus.new_id()
         self._core = SkillCore(
             self._skillset, skill, source=self.name, new_record_id=self._timeline.new_id, incarnation=incarnation
         )
