@@ -3,26 +3,23 @@
 from __future__ import annotations
 
 import math
+from hashlib import sha256
 
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from skillwing.sim_mujoco.world.footprint import Footprint
-from skillwing.sim_mujoco.world.layout import (
-    ALTITUDE,
-    HOME,
-    LEG_CLEARANCE,
-    LEGS,
-    PAD_CLEARANCE,
-    distance_to_legs,
-    make_courtyard,
-    passage,
-)
+from skillwing.sim_mujoco.world.kinds import make_site
+from skillwing.sim_mujoco.world.layouts.courtyard import ALTITUDE, PASSAGE, make_courtyard
+from skillwing.sim_mujoco.world.layouts.plot import HOME, LEG_CLEARANCE, PAD_CLEARANCE, legs_of, passage
+from skillwing.sim_mujoco.world.site import Site
 from skillwing.sim_mujoco.world.world import BUILDING, OTHER, TERRAIN, make_world
 
 seeds = st.integers(min_value=0, max_value=2**31)
+LEGS = legs_of(make_site(0).way)
 
 
 @given(seeds)
@@ -37,7 +34,7 @@ def test_every_courtyard_blocks_a_leg_and_leaves_a_way_round(seed: int) -> None:
         assert blocker.height > ALTITUDE + 1.0
         assert blocker.footprint.distance_to_segment(*LEGS[blocker.leg]) == 0.0
         assert 2 * max(blocker.footprint.half) <= 6.0
-        free = passage(blocker)
+        free = passage(blocker, LEGS, PASSAGE)
         others = [o for o in obstacles if o is not blocker]
         assert min(free.distance_to_footprint(o.footprint) for o in others) > 0.0
         assert free.half[1] - max(blocker.footprint.half) - blocker.footprint.radius >= 3.0
@@ -49,7 +46,7 @@ def test_everything_else_keeps_clear_of_the_legs_and_the_pad(seed: int) -> None:
     for obstacle in make_courtyard(seed):
         assert obstacle.footprint.distance_to(HOME) >= PAD_CLEARANCE
         if obstacle.leg is None:
-            assert distance_to_legs(obstacle.footprint) >= LEG_CLEARANCE
+            assert min(obstacle.footprint.distance_to_segment(a, b) for a, b in LEGS) >= LEG_CLEARANCE
 
 
 @given(
@@ -91,4 +88,20 @@ def test_triangles_are_labelled_and_the_ground_is_gentle() -> None:
 
 def test_an_unknown_kind_of_world_is_refused_by_name() -> None:
     with pytest.raises(ValueError, match="courtyard"):
-        make_world(1, "village")
+        make_world(1, "moon")
+    with pytest.raises(ValueError, match="scale"):
+        make_world(1, "courtyard", 2.0)
+
+
+@pytest.mark.parametrize(("seed", "digest"), [(1, "bfe5c3f0a884d0b0"), (2337, "1e5e5f76d4871fef")])
+def test_courtyards_stay_what_they_were(seed: int, digest: str) -> None:
+    """Flights that were published, and figures that were measured, name them by their seeds."""
+    triangles = make_world(seed).triangles()
+    millimetres = np.rint(triangles.vertices * 1000).astype("<i4")
+    assert sha256(millimetres.tobytes() + triangles.faces.astype("<i4").tobytes()).hexdigest()[:16] == digest
+
+
+def test_a_site_can_be_written_down_and_read_again() -> None:
+    site = make_site(4)
+    assert msgspec.json.decode(msgspec.json.encode(site), type=Site) == site
+    assert site.way[0] == (0.0, 0.0, ALTITUDE)

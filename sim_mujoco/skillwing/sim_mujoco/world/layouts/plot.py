@@ -1,0 +1,154 @@
+"""The ground that a world is built on: it takes only what keeps the promises that hold whatever the seed.
+
+What stands on a leg of the route can be passed on either side. Everything else keeps its distance from the legs, from
+the home pad and from the ways round the obstacles on the legs, whatever its height: the drone may come down anywhere on
+its route, and climb from there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import TypeAlias
+
+import numpy as np
+
+from skillwing.sim_mujoco.frames.vectors import Vector
+from skillwing.sim_mujoco.world.footprint import Footprint, Point
+from skillwing.sim_mujoco.world.things.obstacle import Obstacle
+
+Leg: TypeAlias = tuple[Point, Point]
+
+HOME: Point = (0.0, 0.0)
+LEG_CLEARANCE = 2.5
+"""Free distance between a leg and any obstacle that does not stand on it [m]."""
+PAD_CLEARANCE = 5.0
+"""Free distance around the home pad [m]."""
+PASSAGE = 5.0
+"""Free width on both sides of an obstacle that stands on a leg [m]."""
+SPACING = 1.0
+MAX_ASIDE = 0.2
+"""How far off a leg the middle of its obstacle may stand; less than the radius of the thinnest pole there [m]."""
+PASSAGE_HALF_LENGTH = 5.0
+
+
+@dataclass(frozen=True, slots=True)
+class Spot:
+    """A place on a leg, and the leg's direction there [rad]."""
+
+    leg: int
+    centre: Point
+    yaw: float
+
+
+def legs_of(way: Sequence[Vector]) -> tuple[Leg, ...]:
+    """The legs between the places of a way, in plan."""
+    return tuple((a[:2], b[:2]) for a, b in pairwise(way))
+
+
+def passage(obstacle: Obstacle, legs: Sequence[Leg], width: float = PASSAGE) -> Footprint:
+    """The ground that must stay free so that an obstacle on a leg can be passed on both sides."""
+    assert obstacle.leg is not None
+    a, b = legs[obstacle.leg]
+    bearing = math.atan2(b[1] - a[1], b[0] - a[0])
+    reach = max(obstacle.footprint.half) + obstacle.footprint.radius + width
+    return Footprint(obstacle.footprint.centre, (PASSAGE_HALF_LENGTH, reach), bearing)
+
+
+class Plot:
+    """Takes obstacles one by one; `keep_free` is ground that nothing may stand on besides."""
+
+    def __init__(
+        self,
+        rng: np.random.Generator,
+        way: Sequence[Vector],
+        *,
+        passage_width: float = PASSAGE,
+        keep_free: Sequence[Footprint] = (),
+    ) -> None:
+        self._rng = rng
+        self._width = passage_width
+        self._keep_free = list(keep_free)
+        self._placed: list[Obstacle] = []
+        self._circles: list[tuple[float, float, float]] = []
+        self.legs = legs_of(way)
+
+    @property
+    def obstacles(self) -> tuple[Obstacle, ...]:
+        return tuple(self._placed)
+
+    def between(self, low: float, high: float) -> float:
+        return float(self._rng.uniform(low, high))
+
+    def chance(self, probability: float) -> bool:
+        return float(self._rng.random()) < probability
+
+    def spot(self, leg: int, share: tuple[float, float]) -> Spot:
+        """Somewhere on the part of a leg between two shares of its length, hardly aside."""
+        (ax, ay), (bx, by) = self.legs[leg]
+        at = self.between(*share)
+        yaw = math.atan2(by - ay, bx - ax)
+        aside = self.between(-MAX_ASIDE, MAX_ASIDE)
+        return Spot(
+            leg, (ax + at * (bx - ax) - aside * math.sin(yaw), ay + at * (by - ay) + aside * math.cos(yaw)), yaw
+        )
+
+    def block(self, leg: int, obstacle: Obstacle) -> None:
+        """Stand an obstacle on a leg; its passage is kept free from now on."""
+        obstacle = replace(obstacle, leg=leg)
+        self._put(obstacle)
+        self._keep_free.append(passage(obstacle, self.legs, self._width))
+
+    def add(self, obstacle: Obstacle, *, spacing: float = SPACING) -> bool:
+        """Take an obstacle if it keeps the promises and its distance from the others; 0 lets it touch them."""
+        if not self.fits(obstacle.footprint, spacing):
+            return False
+        self._put(obstacle)
+        return True
+
+    def scatter(
+        self,
+        count: int,
+        make: Callable[[str, Point], Obstacle],
+        within: tuple[float, float, float, float],
+        *,
+        tries: int = 40,
+    ) -> None:
+        """Place so many things at random between the west, south, east and north border, as far as there is room.
+
+        make: the thing for a number, as the end of its name, and a place.
+        """
+        west, south, east, north = within
+        placed = 0
+        for _ in range(tries * count):
+            at = self.between(west, east), self.between(south, north)
+            placed += self.add(make(str(placed), at))
+            if placed == count:
+                return
+
+    def fits(self, wanted: Footprint, spacing: float = SPACING) -> bool:
+        """Whether something with this outline may stand there."""
+        return (
+            min(wanted.distance_to_segment(a, b) for a, b in self.legs) >= LEG_CLEARANCE
+            and wanted.distance_to(HOME) >= PAD_CLEARANCE
+            and all(zone.distance_to_footprint(wanted) > 0.0 for zone in self._keep_free)
+            and (spacing <= 0.0 or self._is_apart(wanted, spacing))
+        )
+
+    def _is_apart(self, wanted: Footprint, spacing: float) -> bool:
+        x, y, reach = _circle(wanted)
+        return all(
+            math.hypot(x - other_x, y - other_y) > reach + other_reach + spacing
+            or other.footprint.distance_to_footprint(wanted) >= spacing
+            for other, (other_x, other_y, other_reach) in zip(self._placed, self._circles, strict=True)
+        )
+
+    def _put(self, obstacle: Obstacle) -> None:
+        self._placed.append(obstacle)
+        self._circles.append(_circle(obstacle.footprint))
+
+
+def _circle(outline: Footprint) -> tuple[float, float, float]:
+    return *outline.centre, math.hypot(*outline.half) + outline.radius
