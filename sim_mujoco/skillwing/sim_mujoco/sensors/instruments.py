@@ -1,4 +1,4 @@
-"""The small instruments: IMU, range-finder, navigation solution, battery."""
+"""The small instruments: IMU, range-finder, navigation solution."""
 
 from __future__ import annotations
 
@@ -103,28 +103,3 @@ def _turned(q: Quaternion, half_angles: Vector) -> Quaternion:
     )
     length = math.sqrt(sum(k * k for k in turned))
     return turned[0] / length, turned[1] / length, turned[2] / length, turned[3] / length
-
-
-class Battery:
-    """Six packs, 600 Wh together; power follows from thrust by momentum theory, 1.7 kW in hover."""
-
-    _ENERGY = 600.0 * 3600.0
-    _HOVER_THRUST, _HOVER_POWER, _AVIONICS = 137.3, 1700.0, 60.0
-
-    def __init__(self, percent: float = 100.0) -> None:
-        self._left = self._ENERGY * percent / 100.0
-        self._power = 0.0
-
-    def drain(self, thrust: float, dt: float) -> None:
-        """Give `thrust` [N] for `dt` seconds."""
-        self._power = self._AVIONICS + self._HOVER_POWER * (max(thrust, 0.0) / self._HOVER_THRUST) ** 1.5
-        self._left = max(0.0, self._left - self._power * dt)
-
-    @property
-    def percent(self) -> float:
-        return 100.0 * self._left / self._ENERGY
-
-    @property
-    def voltage(self) -> float:
-        """Open-circuit voltage of 21.6 to 25.2 V, less the drop over the inner resistance."""
-        return 21.6 + 3.6 * self._left / self._ENERGY - 0.5 * self._power / 1000.0

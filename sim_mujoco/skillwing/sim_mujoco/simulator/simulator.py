@@ -24,7 +24,6 @@ from skillwing.sim_mujoco.sensors.instruments import (
     IMU_PERIOD,
     RANGE_PERIOD,
     RANGE_REACH,
-    Battery,
     Imu,
     NavigationSolution,
     RangeFinder,
@@ -33,6 +32,7 @@ from skillwing.sim_mujoco.sensors.instruments import (
 from skillwing.sim_mujoco.sensors.lidar import Lidar
 from skillwing.sim_mujoco.sensors.rays import RayScene
 from skillwing.sim_mujoco.simulator.autopilot import Autopilot, Estimate, Setpoint
+from skillwing.sim_mujoco.simulator.battery import Battery
 from skillwing.sim_mujoco.simulator.clearance import Clearance
 from skillwing.sim_mujoco.simulator.hexacopter import HULL_RADIUS
 from skillwing.sim_mujoco.simulator.physics import Physics
@@ -79,7 +79,7 @@ class Simulator:
         sensors: Collection[str] = SENSORS,
     ) -> None:
         """`sensors` names those that are fitted. Raises UnknownFaultError if a fault names a sensor or kind that
-        does not exist."""
+        does not exist, ValueError for a charge that no battery has."""
         self.world = world
         self._physics = Physics(world)
         self._physics.set_wind(wind)
