@@ -184,6 +184,7 @@ class SetPilot(Message, frozen=True, kw_only=True):
 class Nose(StrEnum):
     ALONG_TRACK = "ALONG_TRACK"
     FREE = "FREE"
+    IN_VIEW = "IN_VIEW"  # so that what the depth map is made from looks along the track; without one, along the track
 
 
 class TakeOff(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="take_off"):
@@ -201,6 +202,17 @@ class FlyTo(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     nose: Nose
 
 
+class Orbit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="orbit"):
+    """Fly to the nearest point of the circle around `center` (ENU, its z does not matter) at `height` above the home
+    pad, then around it counter-clockwise with the nose to the centre. Radius in m, speed in m/s."""
+
+    center: Vector3
+    radius: float
+    height: float
+    laps: float
+    speed: float
+
+
 class Hold(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="hold"):
     pass
 
@@ -216,7 +228,7 @@ class Stop(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     """End the motion of `goal_id`: brake, then hold position. Status reports HOLDING once at rest."""
 
 
-Motion = TakeOff | Land | FlyTo | Hold | Turn | Stop
+Motion = TakeOff | Land | FlyTo | Orbit | Hold | Turn | Stop
 
 
 class GuidanceCommand(Message, frozen=True, kw_only=True):
@@ -247,7 +259,8 @@ class AxisStatus(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
 
 
 class GuidanceStatus(Message, frozen=True, kw_only=True):
-    """`target` is the end of the segment being flown, `setpoint` where the drone should be now."""
+    """`target` is the end of the segment being flown, `setpoint` where the drone should be now. `way`: corners of the
+    way ahead where it is not straight. `laps_done` of an orbit that is under way or done."""
 
     t: Time
     body: AxisStatus
@@ -255,6 +268,8 @@ class GuidanceStatus(Message, frozen=True, kw_only=True):
     setpoint: Vector3
     target: Vector3 | None
     free_distance: float | None
+    way: tuple[Vector3, ...] = ()
+    laps_done: float | None = None
 
 
 class Revoked(Message, frozen=True, kw_only=True):
@@ -280,9 +295,10 @@ class SelectObstacleSource(Message, frozen=True, kw_only=True):
 
 
 class ObstacleStatus(Message, frozen=True, kw_only=True):
-    """`free_distance`: metres that are free along the segment from the drone to guidance's target (None: no
-    segment, or the source does not look that way); `horizon`: how far it could have seen; `ahead`: nearest
-    obstacle in the direction of view or motion; `stamp`: when the measurement was taken."""
+    """`free_distance`: metres that are free along the way from the drone to guidance's target (None: no way, or the
+    source does not look along it); `horizon`: how far along it anything would be seen that is worth avoiding; `ahead`:
+    nearest obstacle in the direction of view or motion; `stamp`: when the measurement was taken; `across`: the source
+    looks to both sides of the nose, not along it."""
 
     t: Time
     source: ObstacleSource
@@ -290,6 +306,7 @@ class ObstacleStatus(Message, frozen=True, kw_only=True):
     horizon: float
     ahead: float | None
     stamp: Time | None
+    across: bool = False
 
 
 class ControlMapping(Message, frozen=True, kw_only=True):
