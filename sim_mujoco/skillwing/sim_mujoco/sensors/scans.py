@@ -57,13 +57,19 @@ class LidarScan:
         """When the measurement began and ended."""
         return self.header.t0, self.header.t1
 
+    def in_body(self) -> Points:
+        """Returns (columns, beams, 3) in body axes [m], each as of the moment of its column."""
+        header = self.header
+        directions = _ring(header.columns, header.beams)
+        return directions * self.ranges[:, :, None] + np.array(header.mount, dtype=np.float32)
+
     def place(self, history: PoseHistory, reach: float) -> PlacedPoints:
         """All returns within `reach` [m], each column from where the drone was at its moment."""
         header = self.header
         steps = np.array([*(np.arange(header.columns) + 0.5) / header.columns, 0.5, 1.0])
         positions, turns = history.at(header.t0 + steps * (header.t1 - header.t0))
         mount = np.array(header.mount)
-        in_body = _ring(header.columns, header.beams) * self.ranges[:, :, None] + mount.astype(np.float32)
+        in_body = self.in_body()
         points = np.matmul(in_body, turns[:-2].transpose(0, 2, 1).astype(np.float32))
         points += positions[:-2, None].astype(np.float32)
         kept = (self.ranges > 0.0) & (self.ranges <= reach)
