@@ -1,4 +1,10 @@
-"""Stereo depth camera looking along the nose: 320 x 180 pixels, 15 Hz, 54 degrees high, up to 20 m."""
+"""Stereo depth camera looking along the nose: 320 x 180 pixels, 15 Hz, 54 degrees high, up to 20 m.
+
+A pixel has a depth only if it is found again in the second camera's picture, 12 cm to the right. So there are holes:
+where something nearer hides the spot from the second camera, which is left of everything near, or where it lies
+outside its picture; where depth changes so steeply, at edges and on surfaces seen along, that the two pictures differ
+too much to be matched (Burt and Julesz, 1980: a disparity gradient of 1); and here and there, the more the farther.
+"""
 
 from __future__ import annotations
 
@@ -23,8 +29,15 @@ PERIOD = 1 / 15
 REACH, NEAREST = 20.0, 0.4
 FOCAL = HEIGHT / 2 / math.tan(math.radians(54.0) / 2)
 """Focal length [px], the same in both directions; the optical axis passes through the image's centre."""
+BASELINE = 0.12
+"""Distance of the two cameras [m]."""
 _NOISE = 0.0015
 """Depth noise grows with the square of the depth, as disparity noise does: sigma = 0.0015 z^2 [m]."""
+_STEEPEST = 1.0
+"""Disparity gradient that can still be matched [pixels per pixel]."""
+_UNMATCHED, _UNMATCHED_FAR = 3.0, 1.4
+"""Pixels fail to match where a fluctuation exceeds so many standard deviations close by (0.1 %), and at the end of the
+reach (8 %)."""
 
 
 def depth_header(t: float) -> DepthHeader:
@@ -47,13 +60,22 @@ class DepthCamera:
 
     def picture(self, motion: Motion) -> NDArray[np.float32]:
         """Depth along the optical axis (180, 320) [m], 0 = no return."""
-        depth = self.true_depth(motion)
-        depth += np.float32(_NOISE) * depth * depth * self._noise.draw(depth.size).reshape(depth.shape)
-        depth[(depth < NEAREST) | (depth > REACH)] = 0.0
+        inverse = self._inverse_depth(motion)
+        depth = _inverted(inverse)
+        count = depth.size
+        lost = _unmatchable(np.float32(FOCAL * BASELINE) * inverse)
+        worse = np.float32((_UNMATCHED - _UNMATCHED_FAR) / REACH)
+        lost |= self._noise.draw(count).reshape(depth.shape) > np.float32(_UNMATCHED) - worse * depth
+        depth += np.float32(_NOISE) * depth * depth * self._noise.draw(count).reshape(depth.shape)
+        lost |= (depth < NEAREST) | (depth > REACH)
+        depth[lost] = 0.0
         return depth
 
     def true_depth(self, motion: Motion) -> NDArray[np.float32]:
-        """The same without noise and limits of the sensor."""
+        """The same without noise, holes and limits of the sensor."""
+        return _inverted(self._inverse_depth(motion))
+
+    def _inverse_depth(self, motion: Motion) -> NDArray[np.float32]:
         turn = rotations(np.array([motion.quaternion]))[0].astype(np.float32)
         origin = np.array(add(motion.position, to_world(motion.quaternion, ZED_MOUNT)), dtype=np.float32)
 
@@ -61,5 +83,23 @@ class DepthCamera:
             ranges = self._rays.distances(origin, self._rays_in_body[rows, columns] @ turn.T, self._reach)
             return np.divide(self._range_per_depth[rows, columns], ranges, out=ranges, where=ranges > 0.0)
 
-        inverse = inverse_depths(HEIGHT, WIDTH, cast)
-        return np.divide(np.float32(1.0), inverse, out=np.zeros_like(inverse), where=inverse > 0.0)
+        return inverse_depths(HEIGHT, WIDTH, cast)
+
+
+def _inverted(inverse: NDArray[np.float32]) -> NDArray[np.float32]:
+    return np.divide(np.float32(1.0), inverse, out=np.zeros_like(inverse), where=inverse > 0.0)
+
+
+def _unmatchable(disparity: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Pixels that the second camera does not see, or sees too differently, from their disparities [px]."""
+    column = np.arange(disparity.shape[1], dtype=np.float32) - disparity  # in the second camera's picture
+    hidden = column < 0.0
+    nearest_on_the_right = np.minimum.accumulate(column[:, :0:-1], axis=1)[:, ::-1]
+    hidden[:, :-1] |= column[:, :-1] > nearest_on_the_right
+    steep_x = np.abs(np.diff(disparity, axis=1)) > _STEEPEST
+    hidden[:, :-1] |= steep_x
+    hidden[:, 1:] |= steep_x
+    steep_y = np.abs(np.diff(disparity, axis=0)) > _STEEPEST
+    hidden[:-1] |= steep_y
+    hidden[1:] |= steep_y
+    return hidden

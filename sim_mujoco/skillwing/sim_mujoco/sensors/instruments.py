@@ -14,6 +14,12 @@ from skillwing.sim_mujoco.sensors.rays import RayScene
 
 IMU_PERIOD = 0.004
 IMU_BATCH = 0.02
+IMU_NOISE = np.array([0.06] * 3 + [0.005] * 3)
+"""Standard deviation of each sample: specific force (3) [m/s2], angular rate (3) [rad/s]."""
+IMU_TURN_ON = np.array([0.05] * 3 + [0.003] * 3)
+"""Standard deviation of the biases when the unit is switched on."""
+IMU_WALK = np.array([1e-3] * 3 + [1e-4] * 3)
+"""How far the biases wander in a second; four times as far in sixteen."""
 ACCELERATION_LIMIT = 80.0
 RANGE_MOUNT: Vector = (0.0, 0.0, -0.42)
 """Where the range-finder sits on the drone, FLU [m]."""
@@ -22,16 +28,27 @@ RANGE_REACH, RANGE_NEAREST = 40.0, 0.05
 
 
 class Imu:
-    """Adds white noise and constant biases, drawn once, to specific force [m/s2] and angular rate [rad/s]."""
+    """Specific force [m/s2] and angular rate [rad/s] with white noise, turn-on biases, and biases that wander.
+
+    The model is that of Kalibr's IMU pages and of IEEE 952. The magnitudes are of the class of a small MEMS unit on a
+    drone: noise densities of 0.0038 m/s2 and 0.0003 rad/s per root hertz, about twice those published for the
+    ADIS16448 of the EuRoC flights (0.002 and 0.00017), since rotors shake; the accelerometer's walk is a third of the
+    one published there (0.003), the gyroscope's five times as large (0.00002).
+    """
 
     def __init__(self, rng: np.random.Generator) -> None:
         self._rng = rng
-        self._sigma = np.array([0.06] * 3 + [0.005] * 3)
-        self._bias = rng.normal(0.0, [0.05] * 3 + [0.003] * 3)
+        self.bias = rng.normal(0.0, IMU_TURN_ON)
+
+    def errors(self, count: int) -> NDArray[np.float64]:
+        """What the next `count` samples (count, 6) are wrong by."""
+        draws = self._rng.standard_normal((count + 1, 6))
+        self.bias = self.bias + IMU_WALK * math.sqrt(count * IMU_PERIOD) * draws[-1]
+        return self.bias + IMU_NOISE * draws[:-1]
 
     def measure(self, truth: NDArray[np.float64]) -> NDArray[np.float32]:
         """True rows (n, 6) of specific force and angular rate, FLU, as the IMU sees them."""
-        return (truth + self._bias + self._sigma * self._rng.standard_normal(truth.shape)).astype(np.float32)
+        return (truth + self.errors(len(truth))).astype(np.float32)
 
 
 class RangeFinder:

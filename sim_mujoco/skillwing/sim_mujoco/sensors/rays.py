@@ -1,4 +1,4 @@
-"""Rays against the static world (Embree): distances only, a fresh origin for every ray."""
+"""Rays against the static world (Embree), a fresh origin for every ray."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from skillwing.sim_mujoco.world.triangles import Triangles
 
+Floats = NDArray[np.float32]
+
 
 class RayScene:
     """Triangles that do not move, prepared for ray queries."""
@@ -17,11 +19,23 @@ class RayScene:
         self._scene = EmbreeScene()
         self._mesh = TriangleMesh(self._scene, triangles.vertices, triangles.faces)
 
-    def distances(
-        self, origins: NDArray[np.float32], directions: NDArray[np.float32], reach: float
-    ) -> NDArray[np.float32]:
+    def distances(self, origins: Floats, directions: Floats, reach: float) -> Floats:
         """Distances (N,) [m] along unit directions (N, 3) from origins (N, 3) or (3,); 0 where nothing is in reach."""
         starts = np.ascontiguousarray(np.broadcast_to(origins, directions.shape), dtype=np.float32)
         hits = self._scene.run(starts, np.ascontiguousarray(directions), dists=reach, query="DISTANCE")
         hits[hits >= reach] = 0.0
         return hits
+
+    def hits(self, origins: Floats, directions: Floats, reach: float) -> tuple[Floats, Floats]:
+        """Distances as above, and how squarely each surface was hit: the cosine of the incidence, 1 at a right angle,
+        0 for a ray that grazes it or hits nothing."""
+        starts = np.ascontiguousarray(np.broadcast_to(origins, directions.shape), dtype=np.float32)
+        found = self._scene.run(starts, np.ascontiguousarray(directions), dists=reach, output=True)
+        distances, normals = found["tfar"], found["Ng"]
+        hit = distances < reach
+        distances[~hit] = 0.0
+        squareness = np.zeros_like(distances)
+        nx, ny, nz = normals[hit].T
+        dx, dy, dz = directions[hit].T
+        squareness[hit] = np.abs(nx * dx + ny * dy + nz * dz) / np.sqrt(nx * nx + ny * ny + nz * nz)
+        return distances, squareness
