@@ -13,17 +13,32 @@ SIMULATION = "skillwing.sim_mujoco"
 def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
     """The simulated drone, with the bridge that makes it known to the skillset.
 
-    options: `seed` of the world, `speed` (robot seconds per wall second, 0 for as fast as possible), `faults` as the
-    simulator schedules them (`[{"sensor": "zed", "kind": "blackout", "at": 60.0}]`). Absent ones keep their defaults.
+    options: `seed` and kind of the `world`, `speed` (robot seconds per wall second, 0 for as fast as possible), `faults`
+    as the simulator schedules them (`[{"sensor": "zed", "kind": "blackout", "at": 60.0}]`), `wind`, `battery` at the
+    start; `fence` and `bounds` of the site, boxes from `low` to `high`. Absent ones keep their defaults.
     """
-    names = {"seed": "seed", "speed": "factor", "faults": "faults"}
+    names = {
+        "seed": "seed",
+        "world": "world",
+        "speed": "factor",
+        "faults": "faults",
+        "wind": "wind",
+        "battery": "battery",
+    }
     sim = {names[option]: value for option, value in options.items() if option in names and value is not None}
+    guidance = {"geofence": options["fence"]} if options.get("fence") else {}
     return (
         # A new simulator would begin with a drone on the ground at time 0, and nobody else would.
         ProcessSpec("sim", f"{SIMULATION}.simulator.node:make_sim", sim, extra="sim", restart="never"),
-        ProcessSpec("guidance", f"{SIMULATION}.guidance.node:make_guidance", extra="sim"),
+        ProcessSpec("guidance", f"{SIMULATION}.guidance.node:make_guidance", guidance, extra="sim"),
         ProcessSpec("obstacles", f"{SIMULATION}.obstacles.node:make_obstacles", essential=False, extra="sim"),
-        ProcessSpec("mapping", f"{SIMULATION}.mapping.node:make_mapping", essential=False, extra="sim"),
+        ProcessSpec(
+            "mapping",
+            f"{SIMULATION}.mapping.node:make_mapping",
+            dict(options.get("bounds") or {}),
+            essential=False,
+            extra="sim",
+        ),
         ProcessSpec("bridge", "skillwing.m600.bridge.node:make_bridge", {"skillset": str(SKILLSET)}),
     )
 

@@ -37,6 +37,7 @@ def evaluate(
     *,
     mission: str,
     seed: int,
+    world: str = "courtyard",
     route: Sequence[Vector3] | None = None,
     wall_time_s: float | None = None,
     processes: Iterable[ProcessEntry] = (),
@@ -44,13 +45,13 @@ def evaluate(
 ) -> Report:
     """Judge the flight in `run_dir` and write `timeline.png`, `map.png`, `report.json` and `report.md` there.
 
-    route: planned waypoints, by which coverage is judged; by default those of the world. processes: what became of
-    each process. notes: sentences for `report.md` that only the one who ran the flight can write.
+    world: its kind. route: planned waypoints, by which coverage is judged; by default those of the world. processes:
+    what became of each process. notes: sentences for `report.md` that only the one who ran the flight can write.
     """
     history = read_history(run_dir, skillset)
     flight, saved = read_flight(run_dir), read_map(run_dir)
-    world = make_world(seed)
-    planned = tuple(route or world.route)
+    scene = make_world(seed, world)
+    planned = tuple(route or scene.route)
     seen_to_the_end = bool(flight) and flight[-1].t > history.end - TRUTH_GAP
     collisions = max((truth.collisions for truth in flight), default=0)
     report = make_report(
@@ -60,7 +61,7 @@ def evaluate(
         wall_time_s=wall_time_s,
         collisions=collisions if collisions or seen_to_the_end else None,
         min_clearance_m=min(truth.clearance for truth in flight) if seen_to_the_end else None,
-        coverage=judge_map(world, planned, saved),
+        coverage=judge_map(scene, planned, saved),
         processes=processes,
     )
     write_report(report, history, run_dir, [*notes, *_notes(saved)])
