@@ -13,9 +13,9 @@ SIMULATION = "skillwing.sim_mujoco"
 def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
     """The simulated drone, with the bridge that makes it known to the skillset.
 
-    options: `seed` and kind of the `world`, `speed` (robot seconds per wall second, 0 for as fast as possible), `faults`
-    as the simulator schedules them (`[{"sensor": "zed", "kind": "blackout", "at": 60.0}]`), `wind`, `battery` at the
-    start; `fence` and `bounds` of the site, boxes from `low` to `high`. Absent ones keep their defaults.
+    options: `seed` and kind of the `world`, `speed` (robot seconds per wall second, 0 for as fast as possible),
+    `faults` as the simulator schedules them (`[{"sensor": "zed", "kind": "blackout", "at": 60.0}]`), `wind`, `battery`
+    at the start; `fence` and `bounds` of the site, boxes from `low` to `high`. Absent ones keep their defaults.
     """
     names = {
         "seed": "seed",
