@@ -36,6 +36,10 @@ class HeadingControl:
         self._error = wrap(self._target - actual)
         self.axis.become(MotionState.TURNING)
 
+    def follow(self, heading: float) -> None:
+        """From now on the nose should be there, while the holder's motion goes on."""
+        self._target = wrap(heading)
+
     def stop(self, state: MotionState, text: str = "") -> None:
         """Stop turning at once and hold what is reached."""
         self._target = self.setpoint

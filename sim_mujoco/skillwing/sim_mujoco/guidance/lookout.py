@@ -1,69 +1,121 @@
-"""What guidance makes of the obstacle node's reports while it flies a segment."""
+"""What guidance makes of the obstacle node's reports while it flies along a way."""
 
 from __future__ import annotations
 
+import math
 from enum import Enum, auto
 
+from skillwing.sim_mujoco.guidance.trajectory import BRAKING
 from skillwing.sim_mujoco.topics import ObstacleSource, ObstacleStatus
 
 MARGIN = 2.0
-"""Free distance that must remain in front of the drone after braking [m]."""
+"""Distance between the drone's centre and an obstacle when it has stopped for it [m]."""
+LEAST_MARGIN = 1.2
+"""The same for what shows itself only at the very end of what can be seen: hull and drift [m]."""
 STALE = 0.6
 """Reports whose measurement is older than this are no information [s]."""
-_REACTION = 0.3
-_SETTLING = 0.25
-"""A report measured sooner than this after a segment began may still speak of the segment before [s]."""
+LATENCY = 0.4
+"""At most so long after an obstacle could be seen the drone brakes for it [s]: 0.1 s of a scan, 0.1 s until a second
+one agrees, 0.1 s until the next report, and a tenth for the autopilot to lean back."""
+SETTLING = 0.25
+"""A report measured sooner than this after a way began may still speak of the way before [s]."""
+CRAWL = 0.3
+"""No view is so short that it forbids this speed [m/s]."""
+
+
+def stopping_distance(speed: float, margin: float = MARGIN) -> float:
+    """Free way that a drone at this speed [m/s] needs ahead to stop so far (`margin`) before an obstacle [m]."""
+    return speed * speed / (2.0 * BRAKING) + LATENCY * speed + margin
+
+
+def fastest(horizon: float) -> float:
+    """The speed at which the drone can stop for what appears at the horizon [m/s]: `stopping_distance` reversed."""
+    room = horizon - LEAST_MARGIN
+    if room <= 0.0:
+        return CRAWL
+    lag = LATENCY * BRAKING
+    return max(CRAWL, math.sqrt(lag * lag + 2.0 * BRAKING * room) - lag)
 
 
 class View(Enum):
     """What is known of the way ahead."""
 
     UNWATCHED = auto()
+    """There is no depth map, or none that looks along this way."""
     CLEAR = auto()
     BLOCKED = auto()
     BLIND = auto()
+    """The way was in view, or should be, and is not any more."""
+    TOO_FAST = auto()
+    """Clear, but faster than the view reaches."""
 
 
 class Lookout:
-    """Remembers whether a segment is watched: once it is, its way must stay in view until its end."""
+    """Remembers whether a way is watched: once it is, it must stay in view until its end."""
 
     def __init__(self) -> None:
         self._report: ObstacleStatus | None = None
         self._began = 0.0
+        self._expected = False
         self._watched = False
 
     def report(self, status: ObstacleStatus) -> None:
         self._report = status
 
     def begin(self, t: float) -> None:
-        """A new segment begins. If the way was in view until now it is expected to stay so."""
-        self._began, self._watched = t, self.is_fresh(t)
+        """A new way begins at `t`. If there is a depth map, a word on this way is expected of it."""
+        self._began, self._watched, self._expected = t, False, self.sees(t)
 
     @property
     def free_distance(self) -> float | None:
         return self._report.free_distance if self._report else None
 
-    def is_fresh(self, t: float) -> bool:
-        """The latest report says how far the way is free, and is young enough to be believed."""
-        report = self._report
-        return (
-            report is not None
-            and report.source is not ObstacleSource.NONE
-            and report.free_distance is not None
-            and report.stamp is not None
-            and t - report.stamp <= STALE
-        )
+    @property
+    def looks_across(self) -> bool:
+        """The depth map's sensor looks to the sides of the nose."""
+        return self._report is not None and self._report.across
 
-    def view(self, t: float, speed: float, remaining: float, deceleration: float) -> View:
-        """Judge the way ahead at this speed [m/s], with `remaining` metres to the segment's end."""
-        report = self._report
-        if not self.is_fresh(t) or report is None or report.stamp is None or report.free_distance is None:
+    def sees(self, t: float) -> bool:
+        """There is a depth map, of whatever direction, and it is young enough to be believed."""
+        return self._fresh(t) is not None
+
+    def knows_the_way(self, t: float) -> bool:
+        """The latest report is fresh and measured after the way began, so that it speaks of it if it can."""
+        report = self._fresh(t)
+        return report is not None and report.stamp is not None and report.stamp >= self._began + SETTLING
+
+    def is_clear(self, t: float) -> bool:
+        """The way that began last is in view."""
+        report = self._fresh(t)
+        return report is not None and report.free_distance is not None
+
+    def speed_limit(self, t: float) -> float:
+        """No faster than this [m/s], as far as the sensor's reach is known; infinity without a depth map."""
+        report = self._fresh(t)
+        return math.inf if report is None or report.horizon <= 0.0 else fastest(report.horizon)
+
+    def view(self, t: float, speed: float, remaining: float) -> View:
+        """Judge the way ahead at this speed [m/s], with `remaining` metres to its end."""
+        report = self._fresh(t)
+        if report is None or report.stamp is None or report.stamp < self._began + SETTLING:
+            return self._without_word(t)
+        if report.free_distance is None:
             return View.BLIND if self._watched else View.UNWATCHED
-        if report.stamp < self._began + _SETTLING:
-            return View.CLEAR
         self._watched = True
-        needed = speed * speed / (2.0 * deceleration) + _REACTION * speed + MARGIN
-        # Where the whole rest of the segment is free the report ends with it.
-        if report.free_distance < min(needed, remaining - 0.3):
+        # Where the whole rest of the way is free the report ends with it.
+        if report.free_distance < min(stopping_distance(speed), remaining - 0.3):
             return View.BLOCKED
-        return View.CLEAR
+        return View.TOO_FAST if speed > fastest(report.horizon) + CRAWL else View.CLEAR
+
+    def _without_word(self, t: float) -> View:
+        """No fresh report speaks of this way, or not yet."""
+        if not (self._watched or self._expected):
+            return View.UNWATCHED
+        waiting = not self._watched and t - self._began <= SETTLING + STALE
+        return View.CLEAR if waiting else View.BLIND
+
+    def _fresh(self, t: float) -> ObstacleStatus | None:
+        report = self._report
+        if report is None or report.source is ObstacleSource.NONE or report.stamp is None or t - report.stamp > STALE:
+            return None
+        return report

@@ -76,12 +76,15 @@ class FenceOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class GuidanceOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Options of `make_guidance`. Without a geofence that of the courtyard holds."""
+    """Options of `make_guidance`. Without a geofence that of the courtyard holds. `watch` False flies without regard to
+    obstacles: a test switch."""
 
     geofence: FenceOptions | None = None
+    watch: bool = True
 
 
 def make_guidance(options: dict[str, Any]) -> GuidanceNode:
     """The guidance node. Raises OptionsError."""
-    wanted = read_options(options, GuidanceOptions).geofence
-    return GuidanceNode(GuidanceCore(Box(wanted.low, wanted.high) if wanted else COURTYARD_FENCE))
+    wanted = read_options(options, GuidanceOptions)
+    fence = Box(wanted.geofence.low, wanted.geofence.high) if wanted.geofence else COURTYARD_FENCE
+    return GuidanceNode(GuidanceCore(fence, watch=wanted.watch))

@@ -1,0 +1,58 @@
+"""What guidance never flies: places outside the fence, and speeds that nobody can."""
+
+from __future__ import annotations
+
+import math
+
+from skillwing.services.protocol import ErrorCode
+from skillwing.sim_mujoco.axis import RefusedError
+from skillwing.sim_mujoco.frames.vectors import Vector, clamp
+from skillwing.sim_mujoco.geofence import Box
+
+LOWEST, HIGHEST = 1.0, 30.0
+"""Heights above the home pad at which a target may lie [m]."""
+MAX_SPEED = 6.0
+_FENCE_MARGIN = 1.0
+
+
+class Limits:
+    """Fence, altitude limits and speed limit of one drone.
+
+    A target has to lie between the altitude limits, too; a setpoint may be lower, on the way up or down.
+    """
+
+    def __init__(self, fence: Box) -> None:
+        self._fence = fence
+        self._low = (fence.low[0], fence.low[1], max(fence.low[2], LOWEST))
+        self._high = (fence.high[0], fence.high[1], min(fence.high[2], HIGHEST))
+
+    def require_inside(self, *targets: Vector) -> None:
+        """Raise RefusedError unless all these places may be flown to."""
+        for target in targets:
+            if not Box(self._low, self._high).contains(target):
+                raise RefusedError(
+                    ErrorCode.NOT_ALLOWED,
+                    "the target ({:.1f}, {:.1f}, {:.1f}) lies outside the geofence".format(*target),
+                    "stay between ({:g}, {:g}, {:g}) and ({:g}, {:g}, {:g})".format(*self._low, *self._high),
+                )
+
+    @staticmethod
+    def require_speed(speed: float) -> None:
+        if not 0.0 < speed <= MAX_SPEED:
+            raise RefusedError(
+                ErrorCode.BAD_REQUEST, f"a speed of {speed:g} m/s cannot be flown", f"give 0 to {MAX_SPEED:g} m/s"
+            )
+
+    def has_left(self, place: Vector) -> bool:
+        """Whether a drone there is outside, and not just blown a little over the border."""
+        return not self._fence.contains(place, _FENCE_MARGIN)
+
+    def confine(self, place: Vector, *, landing: bool = False) -> Vector:
+        """The place itself, or the nearest one inside. A landing ends on the ground, however low that is."""
+        low, high = self._fence.low, self._high
+        floor = -math.inf if landing else low[2]
+        return (
+            clamp(place[0], low[0], high[0]),
+            clamp(place[1], low[1], high[1]),
+            clamp(place[2], floor, high[2]),
+        )
