@@ -15,7 +15,8 @@ def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
 
     options: `seed` and kind of the `world`, `speed` (robot seconds per wall second, 0 for as fast as possible),
     `faults` as the simulator schedules them (`[{"sensor": "zed", "kind": "blackout", "at": 60.0}]`), `wind`, `battery`
-    at the start; `fence` and `bounds` of the site, boxes from `low` to `high`. Absent ones keep their defaults.
+    at the start; `fence` and `bounds` of the site, boxes from `low` to `high`; `watch` False has guidance
+    ignore obstacles. Absent ones keep their defaults.
     """
     names = {
         "seed": "seed",
@@ -26,7 +27,8 @@ def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
         "battery": "battery",
     }
     sim = {names[option]: value for option, value in options.items() if option in names and value is not None}
-    guidance = {"geofence": options["fence"]} if options.get("fence") else {}
+    guides = {"fence": "geofence", "watch": "watch"}
+    guidance = {guides[option]: value for option, value in options.items() if option in guides and value is not None}
     return (
         # A new simulator would begin with a drone on the ground at time 0, and nobody else would.
         ProcessSpec("sim", f"{SIMULATION}.simulator.node:make_sim", sim, extra="sim", restart="never"),

@@ -1,0 +1,1 @@
+"""Many flights of one mission, each of another seed, and what became of them."""

@@ -1,0 +1,67 @@
+"""A campaign's folder: `flights.jsonl` has one line for each flight, written when it ends.
+
+A campaign that was killed goes on after its last whole line.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import msgspec
+
+from skillwing.m600.campaign.result import FlightResult
+from skillwing.services.errors import InvalidOptionError
+
+LEDGER_FILE = "flights.jsonl"
+
+
+class Ledger:
+    """The results of a campaign, on disk as soon as they are known.
+
+    Raises InvalidOptionError for a folder that holds a campaign already, unless it is to be resumed, OSError where
+    nothing can be written.
+    """
+
+    def __init__(self, folder: Path, *, resume: bool) -> None:
+        self.folder = folder
+        self._path = folder / LEDGER_FILE
+        self.results: list[FlightResult] = []
+        if self._path.exists():
+            if not resume:
+                text = f"{folder} holds a campaign already. Go on with it by --resume, or choose another folder."
+                raise InvalidOptionError("output", text)
+            self.results = read_results(self._path)
+        folder.mkdir(parents=True, exist_ok=True)
+        # Written anew without the line at which the campaign was killed.
+        unfinished = self._path.with_suffix(".part")
+        unfinished.write_bytes(b"".join(map(_line, self.results)))
+        unfinished.replace(self._path)
+        self._file = self._path.open("ab")
+
+    def add(self, result: FlightResult) -> None:
+        """Keep a result."""
+        self.results.append(result)
+        self._file.write(_line(result))
+        self._file.flush()
+        os.fsync(self._file.fileno())
+
+    def close(self) -> None:
+        self._file.close()
+
+
+def read_results(path: Path) -> list[FlightResult]:
+    """Every result in a ledger's file but one that its writer could not finish.
+
+    Raises InvalidOptionError for a file that is no ledger.
+    """
+    *lines, _ = path.read_bytes().split(b"\n")
+    try:
+        return [msgspec.json.decode(line, type=FlightResult) for line in lines]
+    except msgspec.DecodeError as error:
+        text = f"{path} is not a campaign's: {error}. Choose another folder."
+        raise InvalidOptionError("output", text) from error
+
+
+def _line(result: FlightResult) -> bytes:
+    return msgspec.json.encode(result) + b"\n"

@@ -1,0 +1,121 @@
+"""What became of a campaign's flights, condition by condition."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from statistics import median
+
+import msgspec
+from rich.table import Table
+
+from skillwing.m600.campaign.conditions import Condition
+from skillwing.m600.campaign.result import End, FlightResult
+from skillwing.services.commands.output import make_table
+
+HEADINGS = (
+    "world",
+    "condition",
+    "flights",
+    "succeeded",
+    "failed, safe",
+    "at home",
+    "elsewhere",
+    "handed over",
+    "not landed",
+    "collided",
+    "left fence",
+    "least clearance",
+    "mapped",
+    "time",
+)
+
+
+class Outcomes(msgspec.Struct, frozen=True, kw_only=True):
+    """Numbers of flights; least clearance of all [m], medians of coverage (a share) and time [robot s].
+
+    failed_safe: the mission did not succeed, and every promise was kept.
+    """
+
+    world: str
+    condition: str
+    flights: int
+    succeeded: int
+    failed_safe: int
+    at_home: int
+    elsewhere: int
+    handed_over: int
+    not_landed: int
+    collided: int
+    left_fence: int
+    clearance: float | None
+    coverage: float | None
+    time: float
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """The outcomes under `HEADINGS`."""
+        return (
+            self.world,
+            self.condition,
+            *map(
+                str,
+                (
+                    self.flights,
+                    self.succeeded,
+                    self.failed_safe,
+                    self.at_home,
+                    self.elsewhere,
+                    self.handed_over,
+                    self.not_landed,
+                    self.collided,
+                    self.left_fence,
+                ),
+            ),
+            "-" if self.clearance is None else f"{self.clearance:.2f} m",
+            "-" if self.coverage is None else f"{100 * self.coverage:.0f} %",
+            f"{self.time:.0f} s",
+        )
+
+
+def outcomes(results: Iterable[FlightResult]) -> list[Outcomes]:
+    """One for each world and condition that were flown, and one for all of them together."""
+    found = list(results)
+    groups: dict[tuple[str, Condition], list[FlightResult]] = {}
+    for world in dict.fromkeys(result.plan.world for result in found):
+        for condition in Condition:
+            group = [each for each in found if (each.plan.world, each.plan.condition) == (world, condition)]
+            if group:
+                groups[world, condition] = group
+    rows = [_outcomes(world, condition, group) for (world, condition), group in groups.items()]
+    return [*rows, _outcomes("all", "all", found)] if len(rows) > 1 else rows
+
+
+def outcome_table(rows: Sequence[Outcomes]) -> Table:
+    """The outcomes for the terminal."""
+    table = make_table(HEADINGS, right=HEADINGS[2:])
+    for row in rows:
+        broken = row.collided or row.left_fence or row.not_landed
+        table.add_row(*row.cells, style="red" if broken else None)
+    return table
+
+
+def _outcomes(world: str, condition: str, results: Sequence[FlightResult]) -> Outcomes:
+    clearances = [each.clearance for each in results if each.clearance is not None]
+    coverages = [each.coverage for each in results if each.coverage is not None]
+    ends = [each.end for each in results]
+    return Outcomes(
+        world=world,
+        condition=condition,
+        flights=len(results),
+        succeeded=sum(each.succeeded for each in results),
+        failed_safe=sum(each.kept and not each.succeeded for each in results),
+        at_home=ends.count(End.HOME),
+        elsewhere=ends.count(End.ELSEWHERE),
+        handed_over=ends.count(End.HANDED_OVER),
+        not_landed=ends.count(End.FLYING) + ends.count(End.BROKE_OFF),
+        collided=sum(each.collisions > 0 for each in results),
+        left_fence=sum(each.breaches > 0 for each in results),
+        clearance=min(clearances, default=None),
+        coverage=median(coverages) if coverages else None,
+        time=median(each.end_time for each in results) if results else 0.0,
+    )

@@ -1,0 +1,76 @@
+"""One flight of a campaign, before it is flown: everything about it follows from its plan."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Any
+
+import msgspec
+
+from skillwing.m600.campaign.conditions import Circumstances, Condition, draw
+from skillwing.sim_mujoco.world.kinds import make_site
+from skillwing.sim_mujoco.world.site import Site
+
+CRUISE_SPEED = 2.0
+"""At which missions fly if nobody says otherwise [m/s]."""
+OVERHEAD = 1.25
+"""How much longer than its route a flight takes: it climbs, turns, brakes and goes round what stands in its way."""
+
+
+class FlightPlan(msgspec.Struct, frozen=True, kw_only=True):
+    """world: the kind of world. watched: obstacle detection watches the way; without it drones collide."""
+
+    mission: str
+    world: str
+    seed: int
+    condition: Condition
+    watched: bool = True
+
+    @property
+    def name(self) -> str:
+        """Unique within a campaign, and fit for a file name."""
+        return f"{self.mission}-{self.world}-{self.condition}-{self.seed}" + ("" if self.watched else "-unwatched")
+
+    @property
+    def command(self) -> str:
+        """What flies this flight again, and records it."""
+        blind = "" if self.watched else " --without-obstacles"
+        return (
+            f"skillwing campaign {self.mission} --seeds {self.seed}:{self.seed + 1} --faults {self.condition} "
+            f"--worlds {self.world}{blind} --record"
+        )
+
+    def site(self) -> Site:
+        """What is known of its world beforehand."""
+        return make_site(self.seed, self.world)
+
+    def circumstances(self) -> Circumstances:
+        """What befalls the drone."""
+        return draw(self.condition, self.seed, flight_time(self.site()))
+
+    def robot_options(self) -> dict[str, Any]:
+        """What the robot's functional layer is told."""
+        site = self.site()
+        return {
+            "seed": self.seed,
+            "world": self.world,
+            "fence": {"low": list(site.fence.low), "high": list(site.fence.high)},
+            "bounds": {"low": list(site.bounds.low), "high": list(site.bounds.high)},
+            "watch": self.watched,
+            **self.circumstances().simulation,
+        }
+
+    def mission_options(self) -> dict[str, Any]:
+        """What the mission is told; one that is not listed here knows everything by itself."""
+        site = self.site()
+        match self.mission:
+            case "mapping":
+                return {"route": site.route, "area": site.area, "return_height": site.return_height}
+            case _:
+                return {}
+
+
+def flight_time(site: Site) -> float:
+    """About how long a flight along the route takes [s of robot time]."""
+    return OVERHEAD * sum(math.dist(a, b) for a, b in pairwise(site.way)) / CRUISE_SPEED

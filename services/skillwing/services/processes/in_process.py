@@ -1,0 +1,60 @@
+"""A robot's processes without processes: every node of its table on one in-process network, in virtual time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from types import TracebackType
+from typing import Self
+
+from skillwing.dsl.model import UnknownNameError
+from skillwing.services.bus import Bus, Node
+from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.processes.node_host import make_node
+from skillwing.services.protocol import Keys
+from skillwing.services.robot import ProcessSpec, Robot
+
+
+class RobotInProcess:
+    """What `Launcher` is for real processes: it starts those of a table, one after the other, and ends them.
+
+    robot: whose table it is. network: where its nodes live; by default a new one without jitter, on which the same
+    table is the same run, bit by bit.
+    """
+
+    def __init__(self, robot: Robot, network: InProcessNetwork | None = None) -> None:
+        self.network = network or InProcessNetwork()
+        self._robot = robot
+        self._keys = Keys(robot.skillset.stem)
+        self._running: dict[str, tuple[Node, Bus]] = {}
+
+    def start(self, specs: Iterable[ProcessSpec]) -> None:
+        """Make each node and attach it. Raises as `make_node` does, and ValueError for a name that is there already."""
+        for spec in specs:
+            self.attach(make_node(spec))
+
+    def attach(self, node: Node) -> Bus:
+        """Have a node live among the others, with the liveliness token of a process."""
+        bus = self.network.bus(node.name, self._robot.name)
+        node.attach(bus)
+        bus.declare_alive(self._keys.alive(node.name))
+        self._running[node.name] = node, bus
+        return bus
+
+    def kill(self, process: str) -> None:
+        """End a process at once, as kill -9 does. Raises UnknownNameError for one that does not run."""
+        if process not in self._running:
+            raise UnknownNameError("process", process, self._running)
+        self._running.pop(process)[1].close()
+
+    def close(self) -> None:
+        """End all processes in good order, the last one first. Idempotent."""
+        while self._running:
+            node, bus = self._running.popitem()[1]
+            node.detach()
+            bus.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None):
+        self.close()
