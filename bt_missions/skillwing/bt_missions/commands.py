@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Sequence
 from typing import Annotated, Any
 
-import msgspec
 import typer
 from rich.console import Console
 from rich.text import Text
 
 from skillwing.bt_missions.running.mission import find_mission, installed_missions
+from skillwing.bt_missions.running.option_words import parse_options
 from skillwing.bt_missions.running.runner import MissionNode, Phase
 from skillwing.bt_missions.running.tree_text import render
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.commands.exit_codes import FAILED, OK
 from skillwing.services.commands.output import make_console, print_json, print_table
-from skillwing.services.errors import InvalidOptionError
 from skillwing.services.protocol import MissionStatus
 
 mission = typer.Typer(no_args_is_help=True, help="List and fly missions.")
@@ -68,38 +66,6 @@ def run(
     elif node.status.phase != Phase.SUCCEEDED:
         console.print(render(node.snapshot))
     raise typer.Exit(OK if node.status.phase == Phase.SUCCEEDED else FAILED)
-
-
-def parse_options(words: Sequence[str]) -> dict[str, Any]:
-    """The options that words of the form NAME=VALUE give.
-
-    Commas separate the values of a list and semicolons the lists of a list; anything else may be written as JSON. What
-    a value has to be is for the mission to say. Raises InvalidOptionError.
-    """
-    options: dict[str, Any] = {}
-    for word in words:
-        name, equals, text = word.partition("=")
-        if not equals or not name:
-            raise InvalidOptionError(word, f"`{word}` is not of the form NAME=VALUE.")
-        if name in options:
-            raise InvalidOptionError(name, f"`{name}` is given twice; give it once.")
-        options[name] = _value(name, text.strip())
-    return options
-
-
-def _value(name: str, text: str) -> Any:
-    if text.startswith(("[", "{")):
-        try:
-            return msgspec.json.decode(text)
-        except msgspec.DecodeError as error:
-            raise InvalidOptionError(name, f"`{name}` looks like JSON and is not: {error}.") from error
-    if ";" in text:
-        return [_values(part) for part in text.split(";") if part.strip()]
-    return _values(text) if "," in text else text
-
-
-def _values(text: str) -> list[str]:
-    return [part.strip() for part in text.split(",")]
 
 
 def _written(value: Any) -> str:

@@ -218,7 +218,7 @@ def test_the_writer_writes_leg_after_leg_until_the_route_is_done(mission: FakeMi
         route.leg_ended(ended("ARRIVED"))
     writer.tick_once()
     assert writer.status is Status.FAILURE
-    assert route.done
+    assert route.is_done()
 
 
 def test_a_blocked_leg_is_gone_round(mission: FakeMission) -> None:

@@ -7,8 +7,9 @@ import json
 import pytest
 from typer.testing import CliRunner
 
-from skillwing.bt_missions.commands import mission, parse_options
+from skillwing.bt_missions.commands import mission
 from skillwing.bt_missions.missions.mapping import MISSION, MappingOptions
+from skillwing.bt_missions.running.option_words import parse_options
 from skillwing.services.errors import InvalidOptionError
 
 

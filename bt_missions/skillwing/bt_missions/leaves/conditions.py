@@ -21,6 +21,7 @@ _COMPARE: Mapping[Sign, Callable[[Any, Any], bool]] = {
     ">": operator.gt,
     ">=": operator.ge,
 }
+SIGNS = tuple(_COMPARE)
 
 
 class ResourceIs(Behaviour):
@@ -43,8 +44,8 @@ class ResourceIs(Behaviour):
         self.resource = resource
         self.states = states
         self._context = context
-        self._wait = wait
-        self._question = question
+        self.wait = wait
+        self.question = question
         self._waits_since = 0.0
 
     def initialise(self) -> None:
@@ -55,9 +56,9 @@ class ResourceIs(Behaviour):
         self.feedback_message = f"{self.resource} is {state or 'not known'}"
         if state in self.states:
             return Status.SUCCESS
-        if self._context.now() - self._waits_since < self._wait:
+        if self._context.now() - self._waits_since < self.wait:
             return Status.RUNNING
-        if not self._question:
+        if not self.question:
             wanted = " or ".join(self.states)
             record = self._context.interface.change_record(self.resource)
             self._context.learn(f"{self.feedback_message}; it has to be {wanted}", record, failed=True)
@@ -74,8 +75,8 @@ class DataCompare(Behaviour):
         super().__init__(name)
         self.datum, *self.fields = datum.split(".")
         self._context = context
-        self._sign: Sign = sign
-        self._value = value
+        self.sign: Sign = sign
+        self.value = value
 
     def update(self) -> Status:
         path = ".".join([self.datum, *self.fields])
@@ -85,10 +86,10 @@ class DataCompare(Behaviour):
         found: Any = reading.value
         for field in self.fields:
             found = cast(Mapping[str, Any], found)[field]
-        if _COMPARE[self._sign](found, self._value):
-            self.feedback_message = f"{path} {self._sign} {self._value}"
+        if _COMPARE[self.sign](found, self.value):
+            self.feedback_message = f"{path} {self.sign} {self.value}"
             return Status.SUCCESS
-        return self._fail(f"{path} is {found}; it has to be {self._sign} {self._value}")
+        return self._fail(f"{path} is {found}; it has to be {self.sign} {self.value}")
 
     def _fail(self, reason: str) -> Status:
         self.feedback_message = reason

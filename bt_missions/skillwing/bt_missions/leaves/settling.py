@@ -18,10 +18,10 @@ class NoteSwitch(Behaviour):
     def __init__(self, name: str, context: MissionContext, subject: str, before: str, after: str) -> None:
         super().__init__(name)
         self._context = context
-        self._step = subject, before, after
+        self.step = subject, before, after
 
     def update(self) -> Status:
-        self._context.switched(*self._step)
+        self._context.switched(*self.step)
         self.feedback_message = self._context.switches[-1].reason
         return Status.SUCCESS
 
@@ -35,7 +35,7 @@ class Settled(Behaviour):
     def __init__(self, name: str, context: MissionContext, patience: float) -> None:
         super().__init__(name)
         self._context = context
-        self._patience = patience
+        self.patience = patience
         self._waits_since = 0.0
 
     def initialise(self) -> None:
@@ -47,6 +47,6 @@ class Settled(Behaviour):
         if stopping:
             names = ", ".join(sorted({goal.skill for goal in stopping}))
             self.feedback_message = f"waiting until {names} has stopped"
-            return Status.SUCCESS if waited > self._patience else Status.RUNNING
+            return Status.SUCCESS if waited > self.patience else Status.RUNNING
         self.feedback_message = "everything has stopped"
         return Status.SUCCESS if waited >= CALM else Status.RUNNING

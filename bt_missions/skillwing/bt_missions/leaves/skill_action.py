@@ -66,8 +66,8 @@ class SkillAction(Behaviour):
         self.outcomes = dict(outcomes or {})
         self._phase = Phase.IDLE
         self._context = context
-        self._on_end = on_end
-        self._patience = patience
+        self.on_end = on_end
+        self.patience = patience
         self._goal: Goal | None = None
         self._sent_at: Mark = 0
         self._refused_at: Mark | None = None
@@ -146,10 +146,10 @@ class SkillAction(Behaviour):
         if self._is_patient():
             self.feedback_message = f"waiting until {names} has stopped"
             return Status.RUNNING
-        return self._fail(f"{self.skill} was not started: {names} did not stop within {self._patience:g} s", None)
+        return self._fail(f"{self.skill} was not started: {names} did not stop within {self.patience:g} s", None)
 
     def _is_patient(self) -> bool:
-        return self._context.now() - self._asked_at <= self._patience
+        return self._context.now() - self._asked_at <= self.patience
 
     def _input_values(self) -> dict[str, Any]:
         return {name: value() if callable(value) else value for name, value in self.inputs.items()}
@@ -165,8 +165,8 @@ class SkillAction(Behaviour):
             return self._start_when_free()
         if terminal.ending is Ending.LOST:
             reaper.take(goal)
-        if self._on_end is not None:
-            self._on_end(terminal)
+        if self.on_end is not None:
+            self.on_end(terminal)
         if self._status_of(terminal) is Status.FAILURE:
             return self._fail(f"{self.skill} ended {terminal.label}: {terminal.reason}", goal.record)
         self._phase = Phase.DONE

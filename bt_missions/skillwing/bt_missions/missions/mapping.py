@@ -98,7 +98,7 @@ class MappingMission(Mission):
                 ResourceIs("may we fly?", context, "SDK_authority", "AVAILABLE"),
                 land_where_it_is(context),
             ),
-            progress=lambda: _progress(planner),
+            progress=lambda: Progress.of(planner),
         )
 
 
@@ -178,7 +178,7 @@ def _by_camera(context: MissionContext, route: Route, speed: float) -> Behaviour
             until=in_order(
                 "fly route",
                 ResourceIs("looking ahead", context, "depthmap_source", "ZED", wait=DEPTH_MAP_WAIT),
-                Until("until the route is done", lambda: route.done, leg),
+                Until("until the route is done", route.is_done, leg),
             ),
         ),
     )
@@ -215,14 +215,10 @@ def _by_lidar(context: MissionContext, route: Route, speed: float) -> Behaviour:
             until=in_order(
                 "fly route",
                 ResourceIs("looking along", context, "depthmap_source", "LIDAR", wait=DEPTH_MAP_WAIT),
-                Until("until the route is done", lambda: route.done, leg),
+                Until("until the route is done", route.is_done, leg),
             ),
         ),
     )
-
-
-def _progress(planner: RoutePlanner) -> Progress:
-    return Progress(min(planner.waypoint, len(planner.route)), len(planner.route), planner.target, planner.account)
 
 
 MISSION = MappingMission()

@@ -33,8 +33,7 @@ class Route:
         self.leg: Leg | None = None
         self._context = context
 
-    @property
-    def done(self) -> bool:
+    def is_done(self) -> bool:
         return self.planner.done
 
     def target(self) -> dict[str, float]:
@@ -89,15 +88,15 @@ class WaypointWriter(Behaviour):
     def __init__(self, name: str, context: MissionContext, route: Route) -> None:
         super().__init__(name)
         self._context = context
-        self._route = route
+        self.route = route
         self._asked_at = 0.0
 
     def initialise(self) -> None:
         self._asked_at = self._context.now()
 
     def update(self) -> Status:
-        written = self._route.write()
-        planner = self._route.planner
+        written = self.route.write()
+        planner = self.route.planner
         if written is None:
             if self._context.now() - self._asked_at < POSITION_PATIENCE:
                 self.feedback_message = "waiting for a fresh position"
@@ -105,10 +104,10 @@ class WaypointWriter(Behaviour):
             self.feedback_message = f"position or heading is not known for {POSITION_PATIENCE:g} s"
             self._context.learn(self.feedback_message, None, failed=True)
             return Status.FAILURE
-        if not written or self._route.leg is None:
+        if not written or self.route.leg is None:
             self.feedback_message = f"{planner.reached} of {len(planner.route)} waypoints reached, none left"
             return Status.FAILURE
-        x, y, z = self._route.leg.target
+        x, y, z = self.route.leg.target
         self.feedback_message = f"waypoint {planner.waypoint + 1} of {len(planner.route)}: to {x:.1f}, {y:.1f}, {z:.1f}"
         return Status.SUCCESS
 
@@ -119,6 +118,7 @@ class RouteFulfilled(Behaviour):
     def __init__(self, name: str, context: MissionContext, route: Route) -> None:
         super().__init__(name)
         self._context = context
+        self.route = route
         self._planner = route.planner
 
     def update(self) -> Status:

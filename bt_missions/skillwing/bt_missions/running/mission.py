@@ -12,7 +12,7 @@ import msgspec
 from py_trees.behaviour import Behaviour
 
 from skillwing.bt_missions.leaves.context import MissionContext
-from skillwing.bt_missions.planning.detour import Position
+from skillwing.bt_missions.planning.detour import Position, RoutePlanner
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.errors import InvalidOptionError
 
@@ -31,6 +31,11 @@ class Progress:
     waypoints: int = 0
     goal: Position | None = None
     text: str = ""
+
+    @classmethod
+    def of(cls, planner: RoutePlanner) -> Progress:
+        """How far a route has been flown."""
+        return cls(min(planner.waypoint, len(planner.route)), len(planner.route), planner.target, planner.account)
 
 
 @dataclass(frozen=True, slots=True)

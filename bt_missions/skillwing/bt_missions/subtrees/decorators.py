@@ -15,16 +15,16 @@ class Deadline(Decorator):
     def __init__(self, name: str, context: MissionContext, seconds: float, child: Behaviour) -> None:
         super().__init__(name, child)
         self._context = context
-        self._seconds = seconds
+        self.seconds = seconds
         self._started_at = 0.0
 
     def initialise(self) -> None:
         self._started_at = self._context.now()
 
     def update(self) -> Status:
-        late = self._context.now() - self._started_at > self._seconds
+        late = self._context.now() - self._started_at > self.seconds
         if late and self.decorated.status is Status.RUNNING:
-            self.feedback_message = f"{self.decorated.name} takes longer than {self._seconds:g} s"
+            self.feedback_message = f"{self.decorated.name} takes longer than {self.seconds:g} s"
             self._context.learn(self.feedback_message, None, failed=True)
             return Status.FAILURE
         return self.decorated.status

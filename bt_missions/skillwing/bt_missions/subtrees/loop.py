@@ -14,11 +14,11 @@ class Until(Decorator):
 
     def __init__(self, name: str, done: Callable[[], bool], child: Behaviour) -> None:
         super().__init__(name, child)
-        self._done = done
+        self.done = done
 
     def tick(self) -> Iterator[Behaviour]:
         between_rounds = self.decorated.status is not Status.RUNNING
-        if between_rounds and self._done():
+        if between_rounds and self.done():
             self.stop(Status.SUCCESS)
             yield self
         else:
@@ -26,7 +26,7 @@ class Until(Decorator):
 
     def update(self) -> Status:
         round_ = self.decorated.status
-        if round_ is not Status.RUNNING and self._done():
+        if round_ is not Status.RUNNING and self.done():
             return Status.SUCCESS
         # A round that went well is followed by the next one, at the next tick.
         return Status.FAILURE if round_ is Status.FAILURE else Status.RUNNING

@@ -16,7 +16,7 @@ from skillwing.services.errors import InvalidInputError
 TRUTHS = {"true": True, "false": False}
 
 
-class _MalformedError(Exception):
+class MalformedValueError(Exception):
     """A text that does not stand for a value of its type; `str()` says what it would have to be."""
 
 
@@ -40,8 +40,8 @@ def parse_inputs(skill: Skill, words: Sequence[str]) -> dict[str, Any]:
             problems[path] = f"`{name}` has no field `{'.'.join(rest)}`; it is {type_text(skill.input(name).type)}."
             continue
         try:
-            value = _read(text, kind, path)
-        except _MalformedError as error:
+            value = read_value(text, kind, path)
+        except MalformedValueError as error:
             problems[path] = f"`{path}` is `{text}`; it takes {error}."
             continue
         if not _put(values, [name, *rest], value):
@@ -75,7 +75,8 @@ def _put(values: dict[str, Any], path: Sequence[str], value: Any) -> bool:
     return True
 
 
-def _read(text: str, kind: Type, path: str) -> Any:
+def read_value(text: str, kind: Type, path: str) -> Any:
+    """The value that a text stands for. Raises MalformedValueError; `path` is what it calls the value."""
     match kind:
         case ScalarType():
             return _read_scalar(text, kind)
@@ -84,18 +85,17 @@ def _read(text: str, kind: Type, path: str) -> Any:
         case ArrayType() | StructType() if text.lstrip().startswith(("[", "{")):
             return _read_json(text, kind)
         case ArrayType(element=element):
-            return [_read(part.strip(), element, path) for part in text.split(",")] if text else []
+            return [read_value(part.strip(), element, path) for part in text.split(",")] if text else []
         case StructType(fields=fields):
             if any(isinstance(field.type, ArrayType | StructType) for field in fields):
                 first = fields[0].name
                 names = listed(field.name for field in fields)
-                raise _MalformedError(f"{names}: each by itself, as in `{path}.{first}=VALUE`, or all as JSON")
+                raise MalformedValueError(f"{names}: each by itself, as in `{path}.{first}=VALUE`, or all as JSON")
             parts = text.split(",")
             if len(parts) != len(fields):
-                raise _MalformedError(f"{len(fields)} values separated by commas, {_names(fields)}")
-            return {
-                field.name: _read(part.strip(), field.type, path) for field, part in zip(fields, parts, strict=True)
-            }
+                raise MalformedValueError(f"{len(fields)} values separated by commas, {_names(fields)}")
+            named = zip(fields, parts, strict=True)
+            return {field.name: read_value(part.strip(), field.type, path) for field, part in named}
 
 
 def _read_scalar(text: str, kind: ScalarType) -> bool | int | float | str:
@@ -103,14 +103,14 @@ def _read_scalar(text: str, kind: ScalarType) -> bool | int | float | str:
         return text
     if kind.name == "bool":
         if text.lower() not in TRUTHS:
-            raise _MalformedError(type_text(kind))
+            raise MalformedValueError(type_text(kind))
         return TRUTHS[text.lower()]
     try:
         number = int(text) if kind.is_integer else float(text)
     except ValueError:
-        raise _MalformedError(type_text(kind)) from None
+        raise MalformedValueError(type_text(kind)) from None
     if not math.isfinite(number):
-        raise _MalformedError(type_text(kind))
+        raise MalformedValueError(type_text(kind))
     return number
 
 
@@ -118,7 +118,7 @@ def _read_json(text: str, kind: Type) -> Any:
     try:
         return msgspec.json.decode(text)
     except msgspec.DecodeError as error:
-        raise _MalformedError(f"{type_text(kind)}, and this is no JSON ({error})") from error
+        raise MalformedValueError(f"{type_text(kind)}, and this is no JSON ({error})") from error
 
 
 def _names(fields: Sequence[Field]) -> str:
