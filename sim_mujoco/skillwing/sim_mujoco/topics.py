@@ -41,6 +41,7 @@ GUIDANCE_STATUS = "fl/guidance/status"  # GuidanceStatus, 20 Hz
 AUTHORITY = "fl/authority"  # Revoked, events: the bridge tells whose commands no longer count
 OBSTACLE_COMMAND = "fl/obstacles/command"  # query SelectObstacleSource -> Done
 OBSTACLE_STATUS = "fl/obstacles/status"  # ObstacleStatus, 10 Hz
+SLAM_ODOMETRY = "fl/slam/odometry"  # Odometry, 10 Hz: one for each scan
 MAPPING_COMMAND = "fl/mapping/command"  # query ControlMapping -> Done
 MAPPING_STATUS = "fl/mapping/status"  # MappingStatus, 2 Hz
 MAP = "fl/mapping/map"  # float32 [n, 3] centres of occupied voxels that changed since the last one, MapHeader, 1 Hz
@@ -315,8 +316,35 @@ class ControlMapping(Message, frozen=True, kw_only=True):
     run: bool
 
 
+class Tracking(StrEnum):
+    GOOD = "GOOD"
+    DOUBTING = "DOUBTING"  # the last scans did not fit: the pose comes from inertial measurements alone
+    LOST = "LOST"  # the pose is not to be believed; a new start is needed
+
+
+class Odometry(Message, frozen=True, kw_only=True):
+    """LiDAR-inertial odometry at `t`, the end of a scan: pose and velocity as in Navigation.
+
+    Its frame is ENU as navigation had it at `since`, when odometry began; it drifts away from there. The sigmas are
+    standard deviations along the world's axes [m] and about the body's [rad]. `agreement` is the share of the scan's
+    points, 0 to 1, that lie on known surfaces.
+    """
+
+    t: Time
+    since: Time
+    position: Vector3
+    velocity: Vector3
+    quaternion: Quaternion
+    position_sigma: Vector3
+    attitude_sigma: Vector3
+    agreement: float
+    tracking: Tracking
+    text: str = ""
+
+
 class MappingStatus(Message, frozen=True, kw_only=True):
-    """`diverged`: the map can no longer be trusted. `pose_source` says honestly where poses come from."""
+    """`diverged`: the map can no longer be trusted, and `text` says why. `pose_source` says honestly where poses come
+    from."""
 
     t: Time
     running: bool
@@ -324,6 +352,7 @@ class MappingStatus(Message, frozen=True, kw_only=True):
     scans: int
     voxels: int
     pose_source: str
+    text: str = ""
 
 
 class MapHeader(Message, frozen=True, kw_only=True):
