@@ -7,17 +7,12 @@ from dataclasses import dataclass
 from typing import Final
 
 from skillwing.sim_mujoco.world.layouts.courtyard import courtyard_site, courtyard_terrain, make_courtyard
+from skillwing.sim_mujoco.world.layouts.ground import Ground
+from skillwing.sim_mujoco.world.layouts.industrial import industrial_site, make_industrial
+from skillwing.sim_mujoco.world.layouts.inspection import inspection_site, make_inspection
+from skillwing.sim_mujoco.world.layouts.street import make_street, street_site
+from skillwing.sim_mujoco.world.layouts.village import make_village, village_site
 from skillwing.sim_mujoco.world.site import Site
-from skillwing.sim_mujoco.world.terrain import Terrain
-from skillwing.sim_mujoco.world.things.obstacle import Obstacle
-
-
-@dataclass(frozen=True, slots=True)
-class Ground:
-    """What a seed makes of a site: terrain, obstacles, and paved strips that only pictures show."""
-
-    terrain: Terrain
-    obstacles: tuple[Obstacle, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +22,7 @@ class WorldKind:
     summary: str
     site: Callable[[int, float], Site]
     build: Callable[[Site], Ground]
-    scales: tuple[float, float] = (0.5, 3.0)
+    scales: tuple[float, float]
 
 
 KINDS: Final[dict[str, WorldKind]] = {
@@ -37,6 +32,12 @@ KINDS: Final[dict[str, WorldKind]] = {
         lambda site: Ground(courtyard_terrain(site.seed), make_courtyard(site.seed)),
         scales=(1.0, 1.0),
     ),
+    "street": WorldKind("an avenue between two rows of houses", street_site, make_street, scales=(0.6, 3.0)),
+    "village": WorldKind("houses along winding lanes, round a church", village_site, make_village, scales=(0.8, 2.5)),
+    "industrial": WorldKind(
+        "halls, tanks, pipes, stacks, a power line", industrial_site, make_industrial, scales=(0.8, 2.0)
+    ),
+    "inspection": WorldKind("a tall building to fly around", inspection_site, make_inspection, scales=(0.6, 1.5)),
 }
 
 

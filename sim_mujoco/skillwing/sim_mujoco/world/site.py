@@ -32,7 +32,8 @@ class Site:
     route: waypoints after take-off, the last one over home; its legs begin over home at the first waypoint's height.
     area: where detours may lead, inside the `fence`. bounds: what can be seen from there, hence what a map has to
     hold. ceiling: nothing on the site is higher. return_height: from any place of the route the drone can climb
-    straight up to it, and then fly home over everything.
+    straight up to it, and then fly home over everything. passage: what stands on a leg leaves so much free ground on
+    both sides [m].
     """
 
     kind: str
@@ -46,6 +47,7 @@ class Site:
     return_height: float
     home: Point = (0.0, 0.0)
     target: Target | None = None
+    passage: float = 5.0
 
     @property
     def way(self) -> tuple[Vector, ...]:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 AMPLITUDE = 0.45
-"""Largest height above or depth below the home pad [m]."""
+"""Largest height above or depth below the home pad, unless another is asked for [m]."""
 _PAD_RADIUS, _BLEND = 3.0, 6.0
 
 
@@ -30,7 +30,11 @@ class Terrain:
 
 
 def make_terrain(
-    rng: np.random.Generator, centre: tuple[float, float], half: tuple[float, float], step: float = 1.0
+    rng: np.random.Generator,
+    centre: tuple[float, float],
+    half: tuple[float, float],
+    step: float = 1.0,
+    amplitude: float = AMPLITUDE,
 ) -> Terrain:
     """A sum of a few long waves (8 to 40 m), faded out towards the home pad at the origin."""
     columns, rows = (round(2 * extent / step) + 1 for extent in half)
@@ -42,6 +46,6 @@ def make_terrain(
         wavelength, bearing, phase = rng.uniform(8.0, 40.0), rng.uniform(0, np.pi), rng.uniform(0, 2 * np.pi)
         across = east * np.cos(bearing) + north * np.sin(bearing)
         heights += wavelength * np.sin(2 * np.pi * across / wavelength + phase)
-    heights *= AMPLITUDE / np.abs(heights).max()
+    heights *= amplitude / np.abs(heights).max()
     fade = np.clip((np.hypot(east, north) - _PAD_RADIUS) / _BLEND, 0.0, 1.0)
     return Terrain(heights * fade * fade * (3.0 - 2.0 * fade), centre, half)

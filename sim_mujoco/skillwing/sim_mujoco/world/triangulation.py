@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
@@ -10,13 +12,14 @@ from skillwing.sim_mujoco.world.triangles import Triangles
 
 _ROUND = 24
 """Facets of a cylinder; a 0.4 m trunk deviates by less than 4 mm from the true circle."""
+_FACET_ERROR = 0.004
 
 
 def static_triangles(model: mujoco.MjModel, label_of: dict[str, int]) -> Triangles:
     """All world-fixed geoms of a compiled model as triangles.
 
-    `label_of` maps the part of a geom's name before its first dash to a label. Boxes, cylinders, ellipsoids, meshes
-    and height fields are understood; anything else raises ValueError.
+    `label_of` maps the part of a geom's name before its first dash to a label. Boxes, cylinders, capsules, ellipsoids,
+    meshes and height fields are understood; anything else raises ValueError.
     """
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
@@ -34,12 +37,21 @@ def static_triangles(model: mujoco.MjModel, label_of: dict[str, int]) -> Triangl
     )
 
 
+def face_colours(model: mujoco.MjModel) -> NDArray[np.float32]:
+    """The colour (M, 3), 0 to 1, of each of the static triangles."""
+    static = np.flatnonzero(model.geom_bodyid == 0)
+    counts = [len(_local_triangles(model, int(geom))[1]) for geom in static]
+    return np.repeat(model.geom_rgba[static, :3], counts, axis=0).astype(np.float32)
+
+
 def _local_triangles(model: mujoco.MjModel, geom: int) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     kind, size = mujoco.mjtGeom(int(model.geom_type[geom])), model.geom_size[geom]
     if kind == mujoco.mjtGeom.mjGEOM_BOX:
         return _box(size)
     if kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
         return _lathe(np.array([(0, -1), (1, -1), (1, 1), (0, 1)]) * (size[0], size[1]))
+    if kind == mujoco.mjtGeom.mjGEOM_CAPSULE:
+        return _capsule(*size[:2])
     if kind == mujoco.mjtGeom.mjGEOM_ELLIPSOID:
         latitude = np.linspace(-np.pi / 2, np.pi / 2, _ROUND // 2 + 1)
         v, f = _lathe(np.stack([np.cos(latitude), np.sin(latitude)], axis=1))
@@ -57,15 +69,22 @@ def _box(half: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int
     return signs * half, _split(quads)
 
 
-def _lathe(profile: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def _capsule(radius: float, half: float) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """As many facets as keep it within 4 mm of the true circle, but six at least: wires are many and thin."""
+    facets = max(6, math.ceil(math.pi / math.acos(max(0.0, 1.0 - _FACET_ERROR / radius))))
+    profile = [(0, -half - radius), (0.7 * radius, -half - 0.7 * radius), (radius, -half)]
+    return _lathe(np.array([*profile, *((r, -z) for r, z in reversed(profile))]), facets)
+
+
+def _lathe(profile: NDArray[np.float64], facets: int = _ROUND) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Turn a profile of (radius, height) points around z."""
-    angle = np.arange(_ROUND) * 2 * np.pi / _ROUND
-    ring = np.stack([np.cos(angle), np.sin(angle), np.ones(_ROUND)], axis=1)
+    angle = np.arange(facets) * 2 * np.pi / facets
+    ring = np.stack([np.cos(angle), np.sin(angle), np.ones(facets)], axis=1)
     vertices = (profile[:, None, [0, 0, 1]] * ring[None]).reshape(-1, 3)
-    i = np.arange(_ROUND)
-    j = (i + 1) % _ROUND
-    low = _ROUND * np.arange(len(profile) - 1)[:, None]
-    quads = np.stack([low + i, low + j, low + j + _ROUND, low + i + _ROUND], axis=-1).reshape(-1, 4)
+    i = np.arange(facets)
+    j = (i + 1) % facets
+    low = facets * np.arange(len(profile) - 1)[:, None]
+    quads = np.stack([low + i, low + j, low + j + facets, low + i + facets], axis=-1).reshape(-1, 4)
     return vertices, _split(quads)
 
 

@@ -7,17 +7,20 @@ from functools import cached_property
 from typing import Final
 
 import mujoco
+import numpy as np
+from numpy.typing import NDArray
 
 from skillwing.sim_mujoco.frames.vectors import Vector
 from skillwing.sim_mujoco.geofence import Box
 from skillwing.sim_mujoco.world.footprint import Point
 from skillwing.sim_mujoco.world.kinds import KINDS, make_site
+from skillwing.sim_mujoco.world.layouts.paving import Strip
 from skillwing.sim_mujoco.world.scene import scene_spec
 from skillwing.sim_mujoco.world.site import Site
 from skillwing.sim_mujoco.world.terrain import Terrain
 from skillwing.sim_mujoco.world.things.obstacle import Kind, Obstacle
 from skillwing.sim_mujoco.world.triangles import Triangles
-from skillwing.sim_mujoco.world.triangulation import static_triangles
+from skillwing.sim_mujoco.world.triangulation import face_colours, static_triangles
 
 TERRAIN, BUILDING, OTHER = 0, 1, 2
 LABELS: Final = ("terrain", "building", "other")
@@ -32,6 +35,7 @@ class World:
     site: Site
     obstacles: tuple[Obstacle, ...]
     terrain: Terrain
+    paving: tuple[Strip, ...] = ()
 
     @property
     def seed(self) -> int:
@@ -58,6 +62,10 @@ class World:
         """Every surface as triangles with labels (see LABELS), taken from the compiled model."""
         return self._triangles
 
+    def colours(self) -> NDArray[np.float32]:
+        """Red, green and blue (M, 3), 0 to 1, of each triangle: for pictures only."""
+        return face_colours(self.spec().compile())
+
     @cached_property
     def _triangles(self) -> Triangles:
         return static_triangles(self.spec().compile(), _LABEL_OF)
@@ -67,4 +75,4 @@ def make_world(seed: int, kind: str = "courtyard", scale: float = 1.0) -> World:
     """The world of this seed, kind and scale. Raises ValueError for a kind or scale that there is not."""
     site = make_site(seed, kind, scale)
     ground = KINDS[kind].build(site)
-    return World(site, ground.obstacles, ground.terrain)
+    return World(site, ground.obstacles, ground.terrain, ground.paving)

@@ -35,13 +35,14 @@ def courtyard_site(seed: int) -> Site:
         bounds=Box((-50.0, -50.0, -8.0), (80.0, 70.0, 24.0)),
         ceiling=8.0,
         return_height=12.0,
+        passage=PASSAGE,
     )
 
 
 def make_courtyard(seed: int) -> tuple[Obstacle, ...]:
     """The obstacles of the courtyard with this seed; the same seed gives the same courtyard."""
     rng = np.random.default_rng(seed)
-    return _Courtyard(rng, Plot(rng, courtyard_site(seed).way, passage_width=PASSAGE)).build()
+    return _Courtyard(rng, Plot(rng, courtyard_site(seed))).build()
 
 
 def courtyard_terrain(seed: int) -> Terrain:

@@ -11,14 +11,16 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TypeAlias
+from typing import TypeAlias, TypeVar
 
 import numpy as np
 
 from skillwing.sim_mujoco.frames.vectors import Vector
 from skillwing.sim_mujoco.world.footprint import Footprint, Point
+from skillwing.sim_mujoco.world.site import Site
 from skillwing.sim_mujoco.world.things.obstacle import Obstacle
 
+T = TypeVar("T")
 Leg: TypeAlias = tuple[Point, Point]
 
 HOME: Point = (0.0, 0.0)
@@ -26,8 +28,6 @@ LEG_CLEARANCE = 2.5
 """Free distance between a leg and any obstacle that does not stand on it [m]."""
 PAD_CLEARANCE = 5.0
 """Free distance around the home pad [m]."""
-PASSAGE = 5.0
-"""Free width on both sides of an obstacle that stands on a leg [m]."""
 SPACING = 1.0
 MAX_ASIDE = 0.2
 """How far off a leg the middle of its obstacle may stand; less than the radius of the thinnest pole there [m]."""
@@ -48,7 +48,12 @@ def legs_of(way: Sequence[Vector]) -> tuple[Leg, ...]:
     return tuple((a[:2], b[:2]) for a, b in pairwise(way))
 
 
-def passage(obstacle: Obstacle, legs: Sequence[Leg], width: float = PASSAGE) -> Footprint:
+def distance_to_legs(outline: Footprint, legs: Sequence[Leg]) -> float:
+    """Distance from an outline to the nearest leg [m]."""
+    return min(outline.distance_to_segment(a, b) for a, b in legs)
+
+
+def passage(obstacle: Obstacle, legs: Sequence[Leg], width: float) -> Footprint:
     """The ground that must stay free so that an obstacle on a leg can be passed on both sides."""
     assert obstacle.leg is not None
     a, b = legs[obstacle.leg]
@@ -63,17 +68,16 @@ class Plot:
     def __init__(
         self,
         rng: np.random.Generator,
-        way: Sequence[Vector],
+        site: Site,
         *,
-        passage_width: float = PASSAGE,
         keep_free: Sequence[Footprint] = (),
     ) -> None:
         self._rng = rng
-        self._width = passage_width
+        self._passage = site.passage
         self._keep_free = list(keep_free)
         self._placed: list[Obstacle] = []
         self._circles: list[tuple[float, float, float]] = []
-        self.legs = legs_of(way)
+        self.legs = legs_of(site.way)
 
     @property
     def obstacles(self) -> tuple[Obstacle, ...]:
@@ -85,6 +89,9 @@ class Plot:
     def chance(self, probability: float) -> bool:
         return float(self._rng.random()) < probability
 
+    def one_of(self, choices: Sequence[T]) -> T:
+        return choices[int(self._rng.integers(len(choices)))]
+
     def spot(self, leg: int, share: tuple[float, float]) -> Spot:
         """Somewhere on the part of a leg between two shares of its length, hardly aside."""
         (ax, ay), (bx, by) = self.legs[leg]
@@ -95,11 +102,17 @@ class Plot:
             leg, (ax + at * (bx - ax) - aside * math.sin(yaw), ay + at * (by - ay) + aside * math.cos(yaw)), yaw
         )
 
-    def block(self, leg: int, obstacle: Obstacle) -> None:
-        """Stand an obstacle on a leg; its passage is kept free from now on."""
+    def block(self, leg: int, obstacle: Obstacle) -> bool:
+        """Stand an obstacle on a leg if its passage is free; from now on it is kept so."""
         obstacle = replace(obstacle, leg=leg)
+        way_round = passage(obstacle, self.legs, self._passage)
+        if any(way_round.distance_to_footprint(other.footprint) == 0.0 for other in self._placed):
+            return False
+        if any(zone.distance_to_footprint(obstacle.footprint) == 0.0 for zone in self._keep_free):
+            return False
         self._put(obstacle)
-        self._keep_free.append(passage(obstacle, self.legs, self._width))
+        self._keep_free.append(way_round)
+        return True
 
     def add(self, obstacle: Obstacle, *, spacing: float = SPACING) -> bool:
         """Take an obstacle if it keeps the promises and its distance from the others; 0 lets it touch them."""
@@ -131,7 +144,7 @@ class Plot:
     def fits(self, wanted: Footprint, spacing: float = SPACING) -> bool:
         """Whether something with this outline may stand there."""
         return (
-            min(wanted.distance_to_segment(a, b) for a, b in self.legs) >= LEG_CLEARANCE
+            distance_to_legs(wanted, self.legs) >= LEG_CLEARANCE
             and wanted.distance_to(HOME) >= PAD_CLEARANCE
             and all(zone.distance_to_footprint(wanted) > 0.0 for zone in self._keep_free)
             and (spacing <= 0.0 or self._is_apart(wanted, spacing))

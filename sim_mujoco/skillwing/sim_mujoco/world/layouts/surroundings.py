@@ -1,0 +1,53 @@
+"""Borders that follow from a route, and trees that grow anywhere."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from skillwing.sim_mujoco.frames.vectors import Vector
+from skillwing.sim_mujoco.geofence import Box
+from skillwing.sim_mujoco.world.footprint import Footprint, Point
+from skillwing.sim_mujoco.world.layouts.plot import Plot
+from skillwing.sim_mujoco.world.site import Area
+from skillwing.sim_mujoco.world.things.obstacle import Obstacle
+from skillwing.sim_mujoco.world.things.plain import tree
+from skillwing.sim_mujoco.world.things.shapes import Colour
+from skillwing.sim_mujoco.world.things.street import broad_tree, conifer
+
+FENCE_MARGIN = 5.0
+"""How far the geofence lies outside the area of detours [m]."""
+SIGHT = 30.0
+"""How far from the geofence things are still mapped [m]."""
+OVER_ALL = 3.0
+"""How far above the ceiling the drone flies home, at least [m]."""
+LEAVES: tuple[Colour, ...] = ((0.27, 0.44, 0.20), (0.34, 0.48, 0.20), (0.22, 0.38, 0.19), (0.42, 0.47, 0.20))
+NEEDLES: tuple[Colour, ...] = ((0.15, 0.31, 0.20), (0.19, 0.34, 0.19))
+
+
+def area_around(places: Sequence[Vector], margin: float) -> Area:
+    """The rectangle around places, and so much more on each side [m]."""
+    xs, ys = [x for x, _, _ in places], [y for _, y, _ in places]
+    return min(xs) - margin, min(ys) - margin, max(xs) + margin, max(ys) + margin
+
+
+def fence_around(area: Area, top: float) -> Box:
+    west, south, east, north = area
+    return Box((west - FENCE_MARGIN, south - FENCE_MARGIN, -1.0), (east + FENCE_MARGIN, north + FENCE_MARGIN, top))
+
+
+def bounds_around(fence: Box, ceiling: float) -> Box:
+    """What a map has to hold of the fenced air and of what can be seen from there."""
+    (west, south, _), (east, north, _) = fence.low, fence.high
+    return Box((west - SIGHT, south - SIGHT, -4.0), (east + SIGHT, north + SIGHT, ceiling + 4.0))
+
+
+def grow_tree(plot: Plot, name: str, at: Point, *, radius: tuple[float, float] = (1.2, 2.4)) -> Obstacle:
+    """A tree of any of three kinds; the wider, the higher. None is higher than 11 m."""
+    crown = plot.between(*radius)
+    outline, height = Footprint(at, radius=crown), plot.between(2.6, 3.4) * crown + 2.5
+    kind = plot.between(0.0, 1.0)
+    if kind < 0.25:
+        return conifer(name, outline, height, plot.one_of(NEEDLES))
+    if kind < 0.7:
+        return broad_tree(name, outline, height, plot.one_of(LEAVES))
+    return tree(name, outline, height, plot.one_of(LEAVES))
