@@ -89,14 +89,14 @@ def test_the_nominal_mission(flight: Flight) -> None:
         flight.goal("goto_straight").end("S_ARRIVED", success=True)
         flight.tick()
         flight.tick()
-    flight.tick(later=CALM)
-    assert flight.alive() == ["lidar_mapping", "zed_depthmap"], "nothing flies home before the depth map has stopped"
+    assert flight.alive() == ["lidar_mapping", "zed_depthmap", "return_home"], "the depth map watches the way home"
+    assert [flight.goal(skill).interrupts for skill in ("lidar_mapping", "zed_depthmap")] == [0, 0]
+    flight.goal("return_home").end("S_ARRIVED", success=True)
+    flight.tick()
     assert [flight.goal(skill).interrupts for skill in ("lidar_mapping", "zed_depthmap")] == [1, 1]
     flight.goal("lidar_mapping").end("IT")
     flight.goal("zed_depthmap").end("IT")
-    flight.tick()
-    flight.goal("return_home").end("S_ARRIVED", success=True)
-    flight.tick()
+    flight.tick(later=CALM)
     flight.goal("land").end("S_LANDED", success=True)
     assert flight.tick() is Status.SUCCESS
     assert flight.journal == []
@@ -149,10 +149,27 @@ def test_the_switch_of_figure_12(flight: Flight) -> None:
     flight.tick()
     assert flight.goal("lock_head").interrupts == 1
     assert "return_home" not in flight.alive(), "lock_head still holds the heading"
-    for skill in ("lock_head", "lidar_mapping", "lidar_depthmap"):
-        flight.goal(skill).end("IT")
+    flight.goal("lock_head").end("IT")
     flight.tick(later=CALM)
-    assert flight.alive() == ["return_home"]
+    assert flight.alive() == ["lidar_mapping", "lidar_depthmap", "return_home"]
+
+
+def test_a_camera_that_fails_on_the_way_home_leaves_it_to_the_lidar(flight: Flight) -> None:
+    flight.start_mapping()
+    for x, y, z in ROUTE:
+        flight.be_at(x, y, z)
+        flight.goal("goto_straight").end("S_ARRIVED", success=True)
+        flight.tick()
+        flight.tick()
+    by_camera = flight.goal("return_home")
+    flight.lose_camera()
+    flight.tick()
+    assert by_camera.interrupts == 1
+    by_camera.end("IT")
+    flight.goal("lidar_depthmap").run()
+    flight.interface.states["depthmap_source"] = "LIDAR"
+    flight.tick(later=CALM)
+    assert flight.alive() == ["lidar_mapping", "lidar_depthmap", "return_home"]
 
 
 def test_a_camera_that_recovers_is_not_flown_with_again(flight: Flight) -> None:

@@ -28,7 +28,7 @@ def legs(drone: Drone) -> list[tuple[tuple[float, float, float], Nose]]:
 
 def test_climbs_first_and_then_flies_over_the_home_point(drone: Drone) -> None:
     drone.start(height=5.0, speed=2.0).assert_ended("S_ARRIVED")
-    assert legs(drone) == [((6.0, 8.0, 5.0), Nose.FREE), ((0.0, 0.0, 5.0), Nose.ALONG_TRACK)]
+    assert legs(drone) == [((6.0, 8.0, 5.0), Nose.FREE), ((0.0, 0.0, 5.0), Nose.IN_VIEW)]
     assert drone.layer.position == pytest.approx((0.0, 0.0, 5.0))
 
 
@@ -44,9 +44,35 @@ def test_tells_the_distance_to_home(drone: Drone) -> None:
     assert goal.progress.distance == pytest.approx(10.0)
 
 
-def test_an_obstacle_aborts_it(drone: Drone) -> None:
+def block_ways_home(drone: Drone, times: float, seconds: float = 20.0) -> None:
+    """Let time pass while something stands in the first so many ways home, and nothing above the drone."""
+    for _ in range(round(seconds / 0.01)):
+        home = [nose for _, nose in legs(drone) if nose is Nose.IN_VIEW]
+        on_way_home = bool(legs(drone)) and legs(drone)[-1][1] is Nose.IN_VIEW
+        drone.layer.blocked_at = 6.5 if on_way_home and len(home) <= times else None
+        drone.run(0.01)
+
+
+def test_it_climbs_over_what_stands_in_its_way(drone: Drone) -> None:
+    goal = drone.start(height=5.0, speed=5.0)
+    block_ways_home(drone, times=1)
+    goal.assert_ended("S_ARRIVED")
+    assert [target[2] for target, nose in legs(drone) if nose is Nose.FREE] == [5.0, 8.0]
+    assert drone.layer.position == pytest.approx((0.0, 0.0, 8.0))
+
+
+def test_an_obstacle_as_high_as_the_ceiling_aborts_it(drone: Drone) -> None:
+    put(drone, (6.0, 8.0, 24.0))
+    goal = drone.start(height=5.0, speed=5.0)
+    block_ways_home(drone, times=99)
+    goal.assert_ended("S_ABORTED")
+    assert [target[2] for target, nose in legs(drone) if nose is Nose.IN_VIEW] == [24.0, 27.0, 30.0]
+
+
+def test_an_obstacle_above_aborts_it(drone: Drone) -> None:
     drone.layer.blocked_at = 1.0
-    drone.start().assert_ended("S_ABORTED")
+    drone.start(height=5.0).assert_ended("S_ABORTED")
+    assert len(legs(drone)) == 1
 
 
 def test_guidance_giving_up_aborts_it(drone: Drone) -> None:

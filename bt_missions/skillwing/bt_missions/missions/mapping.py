@@ -16,14 +16,14 @@ from py_trees.decorators import SuccessIsFailure
 
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
-from skillwing.bt_missions.leaves.settling import NoteSwitch, Settled
+from skillwing.bt_missions.leaves.settling import NoteSwitch
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.planning.detour import Area, Position, RoutePlanner
 from skillwing.bt_missions.planning.waypoints import Route, RouteFulfilled, WaypointWriter
 from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
 from skillwing.bt_missions.subtrees.composites import alongside, first_that_works, guarded, in_order
 from skillwing.bt_missions.subtrees.decorators import Deadline
-from skillwing.bt_missions.subtrees.landing import LANDED, STOPPING_PATIENCE, land_where_it_is
+from skillwing.bt_missions.subtrees.landing import LANDED, land_where_it_is
 from skillwing.bt_missions.subtrees.loop import Until
 
 Speed = Annotated[float, msgspec.Meta(ge=0.1, le=5.0)]
@@ -47,7 +47,7 @@ DEPTH_MAP_WAIT = 5.0
 
 class MappingOptions(MissionOptions, frozen=True, kw_only=True):
     """route: waypoints (x, y, z) in ENU metres, home at the origin. height: of take-off, by default the first
-    waypoint's. return_height: of the flight home, over everything: no depth map watches the way then. area: west,
+    waypoint's. return_height: at which to begin the flight home; it climbs over what stands in its way. area: west,
     south, east, north border of the route and its detours, inside the robot's geofence; None for anywhere. time_limit:
     robot seconds until the drone gives up and lands."""
 
@@ -131,7 +131,7 @@ def _with_guards(context: MissionContext, route: Route, flight: Behaviour, optio
 
 
 def _flight(context: MissionContext, route: Route, options: MappingOptions) -> Behaviour:
-    """Figure 6: take off, map, return."""
+    """Figure 6: take off, map, return. The return is part of the navigation: the depth map watches that way as well."""
     height = options.height if options.height is not None else options.route[0][2]
     return in_order(
         "flight",
@@ -139,32 +139,23 @@ def _flight(context: MissionContext, route: Route, options: MappingOptions) -> B
         alongside(
             "map",
             SkillAction("lidar_mapping", context, "lidar_mapping", outcomes=NO_MAP),
-            until=_navigation(context, route, options.speed),
-        ),
-        # Guidance would miss the depth map on a way that it has begun with one.
-        Settled("depth map stopped", context, STOPPING_PATIENCE),
-        SkillAction(
-            "return_home",
-            context,
-            "return_home",
-            {"height": options.return_height, "speed": options.speed},
-            outcomes=AT_HOME,
+            until=_navigation(context, route, options),
         ),
     )
 
 
-def _navigation(context: MissionContext, route: Route, speed: float) -> Behaviour:
+def _navigation(context: MissionContext, route: Route, options: MappingOptions) -> Behaviour:
     """Figure 7: by the camera, or else by the LiDAR. A camera that has failed once is not trusted again in flight."""
-    return first_that_works("navigate", _by_camera(context, route, speed), _by_lidar(context, route, speed))
+    return first_that_works("navigate", _by_camera(context, route, options), _by_lidar(context, route, options))
 
 
-def _by_camera(context: MissionContext, route: Route, speed: float) -> Behaviour:
+def _by_camera(context: MissionContext, route: Route, options: MappingOptions) -> Behaviour:
     """Nose first, looking ahead with the depth camera."""
     fly_leg = SkillAction(
         "goto_straight",
         context,
         "goto_straight",
-        {"target": route.target, "speed": speed},
+        {"target": route.target, "speed": options.speed},
         outcomes=LEG_FLOWN,
         on_end=route.leg_ended,
     )
@@ -176,22 +167,23 @@ def _by_camera(context: MissionContext, route: Route, speed: float) -> Behaviour
             "fly with ZED",
             SkillAction("zed_depthmap", context, "zed_depthmap", outcomes=NO_DEPTH_MAP),
             until=in_order(
-                "fly route",
+                "fly route and home",
                 ResourceIs("looking ahead", context, "depthmap_source", "ZED", wait=DEPTH_MAP_WAIT),
                 Until("until the route is done", route.is_done, leg),
+                _home(context, options),
             ),
         ),
     )
 
 
-def _by_lidar(context: MissionContext, route: Route, speed: float) -> Behaviour:
+def _by_lidar(context: MissionContext, route: Route, options: MappingOptions) -> Behaviour:
     """Nose across the motion, so that the LiDAR's ring looks along it."""
     heading = {"heading": route.crab}
     fly_leg = SkillAction(
         "goto",
         context,
         "goto",
-        {"target": route.target, "speed": speed},
+        {"target": route.target, "speed": options.speed},
         outcomes=LEG_FLOWN,
         on_end=route.leg_ended,
     )
@@ -213,12 +205,18 @@ def _by_lidar(context: MissionContext, route: Route, speed: float) -> Behaviour:
             "fly with LiDAR",
             SkillAction("lidar_depthmap", context, "lidar_depthmap", outcomes=NO_DEPTH_MAP),
             until=in_order(
-                "fly route",
+                "fly route and home",
                 ResourceIs("looking along", context, "depthmap_source", "LIDAR", wait=DEPTH_MAP_WAIT),
                 Until("until the route is done", route.is_done, leg),
+                _home(context, options),
             ),
         ),
     )
+
+
+def _home(context: MissionContext, options: MappingOptions) -> Behaviour:
+    inputs = {"height": options.return_height, "speed": options.speed}
+    return SkillAction("return_home", context, "return_home", inputs, outcomes=AT_HOME)
 
 
 MISSION = MappingMission()

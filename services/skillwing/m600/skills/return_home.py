@@ -6,11 +6,13 @@ from math import hypot
 
 from skillwing.m600.generated.managers import AbstractReturnHomeManager
 from skillwing.m600.generated.types import ReturnHomeFeedback, ReturnHomeInputs
-from skillwing.m600.geofence import HOME, nearest_inside, refusal
+from skillwing.m600.geofence import HIGH, HOME, nearest_inside, refusal
 from skillwing.m600.skills.motion import MotionManager
 from skillwing.services.managers.skill_manager import Goal
 from skillwing.sim_mujoco.topics import Nose, Vector3
 
+CLIMB = 3.0
+"""So much higher the drone tries again where something stands in its way [m]."""
 OVER_HOME = 2.0
 """Within this distance the drone counts as being over the home point [m]."""
 
@@ -18,7 +20,9 @@ OVER_HOME = 2.0
 class ReturnHomeManager(MotionManager[ReturnHomeInputs, None, ReturnHomeFeedback], AbstractReturnHomeManager):
     """Climbs to a height, unless the drone is higher already, and flies back over the home point.
 
-    A drone that is over the home point already has nothing to climb for, and only centres itself.
+    The nose is laid so that the depth map, if there is one, looks along the way home. Where something stands in it,
+    the drone climbs on until it can fly over that, up to the ceiling of the geofence. A drone that is over the home
+    point already has nothing to climb for, and only centres itself.
     """
 
     def validate(self, goal: Goal[ReturnHomeInputs]) -> str | None:
@@ -34,22 +38,31 @@ class ReturnHomeManager(MotionManager[ReturnHomeInputs, None, ReturnHomeFeedback
     def arrived(self, goal: Goal[ReturnHomeInputs]) -> None:
         if self._climbing:
             self._climbing = False
-            self.fly_to(goal, nearest_inside((*HOME, self._height)), goal.inputs.speed, Nose.ALONG_TRACK)
+            self.fly_to(goal, nearest_inside((*HOME, self._height)), goal.inputs.speed, Nose.IN_VIEW)
         else:
             self.terminated_ARRIVED(goal.id)
 
     def blocked(self, goal: Goal[ReturnHomeInputs], obstacle_distance: float | None) -> None:
-        self.terminated_ABORTED(goal.id)
+        _, _, ceiling = HIGH
+        if self._climbing or self._height >= ceiling:
+            self.terminated_ABORTED(goal.id)
+            return
+        position = self.whereabouts.position or (*HOME, self._height)
+        self._climb(goal, position, min(ceiling, self._height + CLIMB))
 
     def aborted(self, goal: Goal[ReturnHomeInputs]) -> None:
         self.terminated_ABORTED(goal.id)
 
     def _depart(self, goal: Goal[ReturnHomeInputs], position: Vector3) -> None:
-        x, y, z = position
-        self._climbing = _from_home(position) > OVER_HOME
-        self._height = max(z, goal.inputs.height) if self._climbing else z
-        above = (x, y) if self._climbing else HOME
-        self.fly_to(goal, nearest_inside((*above, self._height)), goal.inputs.speed, Nose.FREE)
+        if _from_home(position) > OVER_HOME:
+            self._climb(goal, position, max(position[2], goal.inputs.height))
+        else:
+            self._climbing, self._height = False, position[2]
+            self.fly_to(goal, nearest_inside((*HOME, self._height)), goal.inputs.speed, Nose.FREE)
+
+    def _climb(self, goal: Goal[ReturnHomeInputs], position: Vector3, height: float) -> None:
+        self._climbing, self._height = True, height
+        self.fly_to(goal, nearest_inside((position[0], position[1], height)), goal.inputs.speed, Nose.FREE)
 
 
 def _from_home(position: Vector3) -> float:
