@@ -1,35 +1,37 @@
-"""The low-level autopilot: follows setpoints, and looks after the drone by itself when they stop coming.
+"""The low-level autopilot: follows setpoints, and looks after the drone by itself when that cannot go on.
 
-No fresh setpoint for 0.5 s: it brakes and holds position. For 5 s more: it lands at 0.7 m/s. While the safety pilot
-has the authority it holds position and ignores setpoints. Rotors stop by themselves on touchdown.
+`failsafes.py` says when it acts by itself and in which order. Wherever it lands it first brakes, and stays inside the
+fence. With a rotor lost it gives the heading up; with navigation lost it comes down level, at the vertical speed that
+the range-finder tells. Rotors stop by themselves on touchdown.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import StrEnum
 
-from skillwing.sim_mujoco.frames.vectors import Quaternion, Vector, add, heading_of, norm, scale
-from skillwing.sim_mujoco.sensors.instruments import RANGE_MOUNT
+from skillwing.sim_mujoco.frames.vectors import Quaternion, Vector, add, heading_of, scale
 from skillwing.sim_mujoco.simulator.cascade import AttitudeLoop, VelocityLoop, position_to_velocity
-from skillwing.sim_mujoco.simulator.hexacopter import GEAR_HEIGHT, ROTORS, Airframe
+from skillwing.sim_mujoco.simulator.descent import STANDING_RANGE, Estimate, GroundSpeed, Touchdown, sink_speed
+from skillwing.sim_mujoco.simulator.failsafes import (
+    LAND_AFTER,
+    LANDING,
+    OVERRULING,
+    SETPOINT_TIMEOUT,
+    Emergencies,
+    Limits,
+    Mode,
+)
+from skillwing.sim_mujoco.simulator.fence_guard import FenceGuard
+from skillwing.sim_mujoco.simulator.hexacopter import ROTORS, Airframe
+from skillwing.sim_mujoco.simulator.rotor_watch import RotorWatch
 
-SETPOINT_TIMEOUT = 0.5
-LAND_AFTER = 5.0
-LANDING_SPEED = 0.7
-_STANDING_RANGE = GEAR_HEIGHT + RANGE_MOUNT[2]
+__all__ = ["Autopilot", "Estimate", "Limits", "Mode", "Setpoint"]
+
+GUIDE_PERIOD = 0.02
+"""How often `guide` is called [s]."""
 _BRAKING_TIME = 0.6
-_TOUCHDOWN_TIME, _BLIND_TOUCHDOWN_TIME = 0.4, 1.5
-
-
-class Mode(StrEnum):
-    """What the autopilot is doing. The values of the failsafe modes are what it tells others."""
-
-    OFF = "rotors off"
-    FOLLOW = "following setpoints"
-    PILOT = "safety pilot flies"
-    HOVER = "no setpoints: holding position"
-    LAND = "no setpoints: landing"
+_WATCHED_ABOVE = 0.3
+"""Nearer to the ground than this beyond standing, contacts turn the drone as well as rotors do [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,27 +45,22 @@ class Setpoint:
     acceleration: Vector = (0.0, 0.0, 0.0)
 
 
-@dataclass(frozen=True, slots=True)
-class Estimate:
-    """What the autopilot knows of its motion; `ground` is the range-finder's distance [m], None if it sees none."""
-
-    position: Vector
-    velocity: Vector
-    quaternion: Quaternion
-    ground: float | None
-
-
 class Autopilot:
     """Call `guide` every 20 ms and `stabilise` at every physics step of `dt` seconds."""
 
-    def __init__(self, airframe: Airframe, dt: float) -> None:
+    def __init__(self, airframe: Airframe, dt: float, limits: Limits | None = None) -> None:
+        limits = limits or Limits()
         self._velocity_loop = VelocityLoop()
         self._attitude_loop = AttitudeLoop(airframe, dt)
+        self._emergencies = Emergencies(limits)
+        self._fence = FenceGuard(limits.fence) if limits.fence is not None else None
+        self._rotors = RotorWatch(airframe)
+        self._ground_speed, self._touchdown = GroundSpeed(), Touchdown()
         self._setpoint: Setpoint | None = None
         self._received = float("-inf")
         self._hold = Setpoint((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0)
-        self._landing_since: float | None = None
         self._guided: float | None = None
+        self._wall: str | None = None
         self.mode = Mode.OFF
         self.authority = True
 
@@ -73,42 +70,85 @@ class Autopilot:
 
     @property
     def failsafe(self) -> str:
-        """What the autopilot does by itself, in words; empty while it follows or stands."""
-        return self.mode.value if self.mode in (Mode.HOVER, Mode.LAND) else ""
+        """What the autopilot does by itself, in words; empty while it follows or stands ready."""
+        what = self._emergencies.what
+        if self.mode is Mode.OFF:
+            return f"{what}: staying on the ground" if what else ""
+        if self.mode is Mode.ROTOR:
+            return f"{what}: landing"
+        if self.mode is Mode.FENCE:
+            return f"{self._wall} fence ahead: holding position"
+        return "" if self.mode in (Mode.FOLLOW, Mode.PILOT) else self.mode.value
+
+    @property
+    def follows(self) -> bool:
+        """Whether a fresh setpoint counts, once the pilot leaves the authority to the computer."""
+        return not self._emergencies.what if self.mode is Mode.OFF else self.mode not in OVERRULING
+
+    @property
+    def holds_heading(self) -> bool:
+        """Whether the nose can be pointed somewhere."""
+        return self._attitude_loop.holds_heading
 
     def command(self, setpoint: Setpoint, t: float) -> None:
         """A setpoint arrived at time `t`."""
         self._setpoint, self._received = setpoint, t
 
-    def guide(self, t: float, now: Estimate) -> None:
-        """Choose the mode and the wanted attitude for the next 20 ms."""
-        dt = 0.02 if self._guided is None else t - self._guided
+    def battery(self, percent: float, voltage: float) -> None:
+        """What the battery says of itself: charge [%], voltage under load [V]. Tell it before each `guide`."""
+        self._emergencies.battery(percent, voltage, GUIDE_PERIOD)
+
+    def guide(self, t: float, now: Estimate, rate: Vector) -> None:
+        """Choose the mode and the wanted attitude for the next 20 ms; `rate` is the angular rate (FLU) [rad/s]."""
+        dt = GUIDE_PERIOD if self._guided is None else t - self._guided
         self._guided = t
+        self._ground_speed.update(now)
+        self._emergencies.navigation(t, now.valid)
+        self._watch_rotors(now, rate)
         self._choose_mode(t, now)
         if self.mode is Mode.OFF:
             return
-        target = self._target(dt)
-        velocity = position_to_velocity(now.position, target.position, target.velocity)
-        acceleration = self._velocity_loop.acceleration(now.velocity, velocity, target.acceleration, dt)
+        target = self._target(dt, now)
+        velocity = self._trusted_velocity(now, target)
+        wanted = target.velocity
+        if not self._emergencies.navigation_lost:
+            wanted = position_to_velocity(now.position, target.position, target.velocity)
+        acceleration = self._velocity_loop.acceleration(velocity, wanted, target.acceleration, dt)
         self._attitude_loop.aim(acceleration, target.heading, now.quaternion)
-        if self._has_touched_down(t, now, target):
+        if self._has_touched_down(t, now, velocity, target):
             self._enter(Mode.OFF, now)
 
     def stabilise(self, quaternion: Quaternion, rate: Vector) -> list[float]:
         """Rotor thrusts (6) [N]."""
         if self.mode is Mode.OFF:
             return [0.0] * ROTORS
-        return self._attitude_loop.thrusts(quaternion, rate)
+        thrusts = self._attitude_loop.thrusts(quaternion, rate)
+        self._rotors.commanded(thrusts)
+        return thrusts
+
+    # --- which mode ------------------------------------------------------------------------------------------
+
+    def _watch_rotors(self, now: Estimate, rate: Vector) -> None:
+        if self.mode is Mode.OFF or not self.holds_heading:
+            return
+        failed = self._rotors.judge(rate)
+        if failed is not None and not self._is_near_ground(now):
+            self._emergencies.rotor = failed
+            self._attitude_loop.drop(failed)
+            self._velocity_loop.go_easy()
 
     def _choose_mode(self, t: float, now: Estimate) -> None:
         age = t - self._received
+        emergency = self._emergencies.mode
         if self.mode is Mode.OFF:
-            if self.authority and age <= SETPOINT_TIMEOUT and self._asks_to_rise(now):
+            if emergency is None and self.authority and age <= SETPOINT_TIMEOUT and self._asks_to_rise(now):
                 self._enter(Mode.FOLLOW, now)
+        elif emergency is not None:
+            self._enter(emergency, now)
         elif not self.authority:
             self._enter(Mode.PILOT, now)
         elif age <= SETPOINT_TIMEOUT:
-            self._enter(Mode.FOLLOW, now)
+            self._enter(Mode.FENCE if self._fence_stops(now) else Mode.FOLLOW, now)
         elif self.mode is Mode.PILOT:
             self._received = t - SETPOINT_TIMEOUT
             self._enter(Mode.HOVER, now)
@@ -116,6 +156,17 @@ class Autopilot:
             self._enter(Mode.LAND, now)
         else:
             self._enter(Mode.HOVER, now)
+
+    def _fence_stops(self, now: Estimate) -> bool:
+        """The drone is about to break the fence; or was, and the setpoint would lead it there again."""
+        wanted = self._setpoint
+        if self._fence is None or wanted is None:
+            return False
+        wall = self._fence.threatened(now.position, now.velocity)
+        if wall is None and self.mode is Mode.FENCE:
+            wall = self._fence.threatened(wanted.position, wanted.velocity)
+        self._wall = wall
+        return wall is not None
 
     def _asks_to_rise(self, now: Estimate) -> bool:
         wanted = self._setpoint
@@ -127,27 +178,41 @@ class Autopilot:
         if self.mode is Mode.OFF:
             self._velocity_loop.reset()
             self._attitude_loop.reset()
-        if mode in (Mode.HOVER, Mode.PILOT):
+            self._rotors.reset()
+        # Where it holds is kept from one failsafe to the next, unless it was found without navigation.
+        holding = self.mode in (*LANDING, Mode.HOVER, Mode.FENCE) and self.mode is not Mode.NAVIGATION
+        if mode is not Mode.FOLLOW and not (holding and mode in (*LANDING, Mode.HOVER)):
             stop = add(now.position, scale(_BRAKING_TIME, now.velocity))
+            stop = stop if self._fence is None else self._fence.inside(stop)
             self._hold = Setpoint(stop, (0.0, 0.0, 0.0), heading_of(now.quaternion))
-        self._landing_since = None
+        self._touchdown.reset()
         self.mode = mode
 
-    def _target(self, dt: float) -> Setpoint:
+    # --- where to ----------------------------------------------------------------------------------------------
+
+    def _target(self, dt: float, now: Estimate) -> Setpoint:
         if self.mode is Mode.FOLLOW and self._setpoint is not None:
             return self._setpoint
-        if self.mode is Mode.LAND:
-            sink = (0.0, 0.0, -LANDING_SPEED)
-            self._hold = Setpoint(add(self._hold.position, scale(dt, sink)), sink, self._hold.heading)
+        if self.mode in LANDING:
+            sink = (0.0, 0.0, -sink_speed(now.ground))
+            here = now.position if self._emergencies.navigation_lost else self._hold.position
+            self._hold = Setpoint(add(here, scale(dt, sink)), sink, self._hold.heading)
         return self._hold
 
-    def _has_touched_down(self, t: float, now: Estimate, target: Setpoint) -> bool:
-        """Told to sink, at rest, and the range-finder sees the ground at the skids; without it, at rest for longer."""
-        sinking = target.position[2] < now.position[2] - 0.05 or target.velocity[2] < -0.05 or not target.rotors
-        standing = now.ground is not None and now.ground < _STANDING_RANGE + 0.08
-        if not sinking or norm(now.velocity) > 0.25 or (now.ground is not None and not standing):
-            self._landing_since = None
-            return False
-        if self._landing_since is None:
-            self._landing_since = t
-        return t - self._landing_since >= (_TOUCHDOWN_TIME if standing else _BLIND_TOUCHDOWN_TIME)
+    def _trusted_velocity(self, now: Estimate, target: Setpoint) -> Vector:
+        """The velocity to fly on: without navigation the range-finder's upright part, and what is left of the rest."""
+        if not self._emergencies.navigation_lost:
+            return now.velocity
+        x, y, z = now.velocity
+        if not now.velocity_valid:
+            # At a wanted velocity the loop keeps the lean that it has found against the wind.
+            x, y, _ = target.velocity
+        return x, y, self._ground_speed.climb if now.ground is not None else z
+
+    def _is_near_ground(self, now: Estimate) -> bool:
+        return now.ground is not None and now.ground < STANDING_RANGE + _WATCHED_ABOVE
+
+    def _has_touched_down(self, t: float, now: Estimate, velocity: Vector, target: Setpoint) -> bool:
+        aim = target.position[2]
+        sinking = aim < now.position[2] - 0.05 or target.velocity[2] < -0.05 or not target.rotors
+        return self._touchdown.noticed(t, now, velocity, aim, sinking=sinking)

@@ -8,12 +8,25 @@ from __future__ import annotations
 
 import math
 
-from skillwing.sim_mujoco.frames.vectors import Quaternion, Vector, add, axes, clamp, cross, dot, scale, subtract, unit
-from skillwing.sim_mujoco.simulator.hexacopter import MAX_THRUST, MIN_THRUST, Airframe
+from skillwing.sim_mujoco.frames.vectors import (
+    Quaternion,
+    Vector,
+    add,
+    axes,
+    clamp,
+    cross,
+    dot,
+    heading_of,
+    scale,
+    subtract,
+    unit,
+)
+from skillwing.sim_mujoco.simulator.hexacopter import Airframe
+from skillwing.sim_mujoco.simulator.mixer import Mixer
 
 GRAVITY = 9.81
 _POSITION_GAIN, _VELOCITY_GAIN, _VELOCITY_INTEGRAL = 1.0, 2.2, 0.5
-_MAX_TILT = math.radians(25)
+_MAX_TILT, _MAX_TILT_WITHOUT_A_ROTOR = math.radians(25), math.radians(12)
 _MAX_CLIMB_ACCELERATION = 5.0
 
 
@@ -31,15 +44,20 @@ class VelocityLoop:
 
     def __init__(self) -> None:
         self._integral: Vector = (0.0, 0.0, 0.0)
+        self._max_tilt = _MAX_TILT
 
     def reset(self) -> None:
         self._integral = (0.0, 0.0, 0.0)
+
+    def go_easy(self) -> None:
+        """Lean little from now on: four rotors carry the drone."""
+        self._max_tilt = _MAX_TILT_WITHOUT_A_ROTOR
 
     def acceleration(self, velocity: Vector, wanted: Vector, feed_forward: Vector, dt: float) -> Vector:
         """Acceleration [m/s2] that leads to the wanted velocity within `dt`-spaced calls."""
         error = subtract(wanted, velocity)
         x, y, z = add(add(scale(_VELOCITY_GAIN, error), self._integral), feed_forward)
-        level, limit = math.hypot(x, y), GRAVITY * math.tan(_MAX_TILT)
+        level, limit = math.hypot(x, y), GRAVITY * math.tan(self._max_tilt)
         saturated = level > limit
         if saturated:
             x, y = x * limit / level, y * limit / level
@@ -56,7 +74,7 @@ class AttitudeLoop:
     def __init__(self, airframe: Airframe, dt: float) -> None:
         self._airframe = airframe
         self._dt = dt
-        self._mixer: list[tuple[float, float, float, float]] = [tuple(row) for row in airframe.mixer.tolist()]
+        self._mixer = Mixer(airframe)
         self._axes: tuple[Vector, Vector, Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
         self._thrust = airframe.mass * GRAVITY
         self._integral = [0.0, 0.0, 0.0]
@@ -64,8 +82,20 @@ class AttitudeLoop:
     def reset(self) -> None:
         self._integral = [0.0, 0.0, 0.0]
 
+    @property
+    def holds_heading(self) -> bool:
+        """False from the loss of a rotor on: then the nose turns as it likes."""
+        return self._mixer.lost is None
+
+    def drop(self, rotor: int) -> None:
+        """Fly without this rotor (0 to 5) from now on."""
+        self._mixer.drop(rotor)
+        self.reset()
+
     def aim(self, acceleration: Vector, heading: float, quaternion: Quaternion) -> None:
-        """Choose the body axes whose z carries the acceleration and whose x points to the heading."""
+        """Choose the body axes whose z carries the acceleration and whose x points to the heading, if it can."""
+        if not self.holds_heading:
+            heading = heading_of(quaternion)
         force = add(acceleration, (0.0, 0.0, GRAVITY))
         z = unit(force)
         y = unit(cross(z, (math.cos(heading), math.sin(heading), 0.0)))
@@ -75,7 +105,7 @@ class AttitudeLoop:
 
     def thrusts(self, quaternion: Quaternion, rate: Vector) -> list[float]:
         """Rotor thrusts (6) [N] for this attitude and angular rate (FLU)."""
-        return self._mix(self._torque(self._wanted_rate(quaternion), rate))
+        return self._mixer.thrusts(self._thrust, self._torque(self._wanted_rate(quaternion), rate))
 
     def _wanted_rate(self, quaternion: Quaternion) -> Vector:
         now = axes(quaternion)
@@ -83,7 +113,8 @@ class AttitudeLoop:
         for actual, wanted in zip(now, self._axes, strict=True):
             error = add(error, scale(0.5, cross(actual, wanted)))
         roll, pitch, yaw = (dot(axis, error) for axis in now)
-        return clamp(5.0 * roll, -2.0, 2.0), clamp(5.0 * pitch, -2.0, 2.0), clamp(2.0 * yaw, -0.8, 0.8)
+        turn = clamp(2.0 * yaw, -0.8, 0.8) if self.holds_heading else 0.0
+        return clamp(5.0 * roll, -2.0, 2.0), clamp(5.0 * pitch, -2.0, 2.0), turn
 
     def _torque(self, wanted: Vector, rate: Vector) -> Vector:
         ix, iy, iz = self._airframe.inertia
@@ -92,18 +123,7 @@ class AttitudeLoop:
             error = wanted[i] - rate[i]
             self._integral[i] = clamp(self._integral[i] + 3.0 * error * self._dt, -2.0, 2.0)
             angular[i] = gain * error + self._integral[i]
+        if not self.holds_heading:
+            self._integral[2] = 0.0
         p, q, r = rate
         return ix * angular[0] + (iz - iy) * q * r, iy * angular[1] + (ix - iz) * r * p, iz * angular[2]
-
-    def _mix(self, torque: Vector) -> list[float]:
-        """Thrust and tilt first; yaw gets what the rotors have left."""
-        base = self._thrust / len(self._mixer)
-        tilt = [base + row[1] * torque[0] + row[2] * torque[1] for row in self._mixer]
-        yaw = [row[3] * torque[2] for row in self._mixer]
-        share = 1.0
-        for lift, turn in zip(tilt, yaw, strict=True):
-            if turn > 0.0 and lift + turn > MAX_THRUST:
-                share = min(share, max(0.0, (MAX_THRUST - lift) / turn))
-            elif turn < 0.0 and lift + turn < MIN_THRUST:
-                share = min(share, max(0.0, (MIN_THRUST - lift) / turn))
-        return [clamp(lift + share * turn, MIN_THRUST, MAX_THRUST) for lift, turn in zip(tilt, yaw, strict=True)]

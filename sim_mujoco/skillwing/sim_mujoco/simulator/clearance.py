@@ -9,20 +9,36 @@ from skillwing.sim_mujoco.frames.vectors import Vector
 from skillwing.sim_mujoco.world.triangles import Triangles
 
 
+_CELL = 4.0
+
+
 class Clearance:
-    """Exact distances from points to the triangles that do not carry the label `ignore`."""
+    """Exact distances from points to the triangles that do not carry the label `ignore`.
+
+    Triangles are looked at in groups, by cubes of 4 m that their middles lie in: of a village only what is near counts.
+    """
 
     def __init__(self, triangles: Triangles, ignore: int) -> None:
-        keep = triangles.labels != ignore
-        a, b, c = (corner[keep].astype(np.float64) for corner in triangles.corners())
+        keep = np.flatnonzero(triangles.labels != ignore)
+        a, b, c = triangles.corners()
+        cells = np.floor((a[keep] + b[keep] + c[keep]) / (3.0 * _CELL)).astype(np.int64)
+        _, group = np.unique(cells, axis=0, return_inverse=True)
+        keep = keep[np.argsort(group, kind="stable")]
+        a, b, c = (corner[keep].astype(np.float64) for corner in (a, b, c))
         self._a, self._ab, self._ac = a, b - a, c - a
-        self._low, self._high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+        self._counts = np.bincount(group)
+        starts = np.cumsum(self._counts) - self._counts
+        self._low = np.minimum.reduceat(np.minimum(np.minimum(a, b), c), starts) if len(keep) else a
+        self._high = np.maximum.reduceat(np.maximum(np.maximum(a, b), c), starts) if len(keep) else a
 
     def distance(self, point: Vector, reach: float = 15.0) -> float:
         """Distance [m] from `point` to the nearest surface, or `reach` where none is nearer."""
         p = np.array(point)
         outside = np.maximum(np.maximum(self._low - p, p - self._high), 0.0)
-        near = np.flatnonzero(np.einsum("ij,ij->i", outside, outside) < reach * reach)
+        farthest = np.maximum(np.abs(p - self._low), np.abs(self._high - p))
+        # All of a group lies nearer than the farthest corner of its box, so no other needs to be looked at beyond that.
+        within = min(reach * reach, float(np.einsum("ij,ij->i", farthest, farthest).min(initial=np.inf)))
+        near = np.flatnonzero(np.repeat(np.einsum("ij,ij->i", outside, outside) <= within, self._counts))
         if len(near) == 0:
             return reach
         away = p - _closest_points(p, self._a[near], self._ab[near], self._ac[near])

@@ -33,11 +33,12 @@ _SKID = GEAR_HEIGHT - 0.015
 
 @dataclass(frozen=True, slots=True)
 class Airframe:
-    """Mass [kg], diagonal inertia [kg m2], and the mixer: rotor thrusts from (thrust, torque x, y, z), (6, 4)."""
+    """Mass [kg], diagonal inertia [kg m2], and the allocation (4, 6): thrust and torque (x, y, z) for each newton that
+    a rotor gives."""
 
     mass: float
     inertia: Vector
-    mixer: NDArray[np.float64]
+    allocation: NDArray[np.float64]
 
 
 def attach_to(spec: mujoco.MjSpec, position: Vector) -> None:
@@ -59,8 +60,7 @@ def airframe(model: mujoco.MjModel) -> Airframe:
     x, y, z = np.diag(rotation @ np.diag(model.body_inertia[body]) @ rotation.T)
     angles, spin = np.array(_ANGLES), np.array(_SPIN)
     allocation = np.vstack([np.ones(ROTORS), ARM * np.sin(angles), -ARM * np.cos(angles), -TORQUE_PER_THRUST * spin])
-    mixer = np.asarray(np.linalg.pinv(allocation), dtype=np.float64)
-    return Airframe(float(model.body_mass[body]), (float(x), float(y), float(z)), mixer)
+    return Airframe(float(model.body_mass[body]), (float(x), float(y), float(z)), allocation)
 
 
 def _mjcf() -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from skillwing.sim_mujoco.frames.motion import Motion
 from skillwing.sim_mujoco.frames.vectors import Vector, norm
@@ -28,6 +29,7 @@ class Physics:
         self._data = mujoco.MjData(self._model)
         self._skids = {self._geom("skid-left"), self._geom("skid-right")}
         self._last_contact = -_SEPARATE
+        self._shares: NDArray[np.float64] | None = None
         self.collisions = 0
         mujoco.mj_forward(self._model, self._data)
 
@@ -53,8 +55,12 @@ class Physics:
         return tuple(self._data.sensordata.tolist())
 
     def set_wind(self, wind: Vector) -> None:
-        """Steady wind in the world frame [m/s]."""
+        """Wind from now on, in the world frame [m/s]."""
         self._model.opt.wind[:] = wind
+
+    def set_rotors(self, shares: list[float]) -> None:
+        """What part of the commanded thrust each rotor (6) gives from now on."""
+        self._shares = np.array(shares) if min(shares) < 1.0 else None
 
     def place(self, position: Vector, heading: float = 0.0) -> None:
         """Put the drone at rest somewhere, hovering: for tests of control."""
@@ -66,6 +72,8 @@ class Physics:
     def step(self, thrusts: list[float]) -> None:
         """Advance by `dt` with these commanded rotor thrusts (6) [N]."""
         self._data.ctrl[:] = thrusts
+        if self._shares is not None:
+            self._data.ctrl *= self._shares
         mujoco.mj_step(self._model, self._data)
         if self._data.ncon:
             self._judge_contacts()

@@ -17,7 +17,8 @@ from skillwing.sim_mujoco.sensors import depth_camera, lidar
 from skillwing.sim_mujoco.sensors.channel import Channel, Measurement
 from skillwing.sim_mujoco.sensors.corruptors import KINDS, Fault, UnknownFaultError
 from skillwing.sim_mujoco.sensors.depth_camera import DepthCamera
-from skillwing.sim_mujoco.sensors.health import Change, Limits
+from skillwing.sim_mujoco.sensors.health import Change, Condition
+from skillwing.sim_mujoco.sensors.health import Limits as SensorLimits
 from skillwing.sim_mujoco.sensors.instruments import (
     ACCELERATION_LIMIT,
     IMU_BATCH,
@@ -31,11 +32,13 @@ from skillwing.sim_mujoco.sensors.instruments import (
 )
 from skillwing.sim_mujoco.sensors.lidar import Lidar
 from skillwing.sim_mujoco.sensors.rays import RayScene
-from skillwing.sim_mujoco.simulator.autopilot import Autopilot, Estimate, Setpoint
+from skillwing.sim_mujoco.simulator.autopilot import Autopilot, Estimate, Limits, Setpoint
 from skillwing.sim_mujoco.simulator.battery import Battery
 from skillwing.sim_mujoco.simulator.clearance import Clearance
-from skillwing.sim_mujoco.simulator.hexacopter import HULL_RADIUS
+from skillwing.sim_mujoco.simulator.hexacopter import HULL_RADIUS, ROTORS
 from skillwing.sim_mujoco.simulator.physics import Physics
+from skillwing.sim_mujoco.simulator.rotor_faults import ROTOR_NAMES, RotorFaults, check_rotor_fault
+from skillwing.sim_mujoco.simulator.wind import Gust, Wind
 from skillwing.sim_mujoco.world.world import TERRAIN, World
 
 TICK = 0.01
@@ -48,13 +51,15 @@ IDLE_THRUST = 1.0
 _HOME_FIX = 1.0
 _RANGE_VALID = 0.3
 _CHANNELS = {
-    "zed": (depth_camera.PERIOD, 0.03, Limits(0.2, 20.5)),
-    "lidar": (lidar.PERIOD, 0.0, Limits(0.3, 60.5)),
-    "imu": (IMU_BATCH, 0.0, Limits(-ACCELERATION_LIMIT, ACCELERATION_LIMIT)),
-    "range": (RANGE_PERIOD, 0.0, Limits(0.0, RANGE_REACH + 0.5)),
+    "zed": (depth_camera.PERIOD, 0.03, SensorLimits(0.2, 20.5)),
+    "lidar": (lidar.PERIOD, 0.0, SensorLimits(0.3, 60.5)),
+    "imu": (IMU_BATCH, 0.0, SensorLimits(-ACCELERATION_LIMIT, ACCELERATION_LIMIT)),
+    "range": (RANGE_PERIOD, 0.0, SensorLimits(0.0, RANGE_REACH + 0.5)),
 }
 """Period [s], delay [s] and possible values of each sensor."""
 SENSORS = tuple(_CHANNELS)
+_ROTOR = "rotor/"
+_NO_SHARE = [0.0] * ROTORS
 
 
 @dataclass(slots=True)
@@ -75,15 +80,22 @@ class Simulator:
         *,
         faults: Iterable[Fault] = (),
         wind: Vector = (0.0, 0.0, 0.0),
+        turbulence: float = 0.0,
+        gusts: Iterable[Gust] = (),
+        limits: Limits | None = None,
         battery_percent: float = 100.0,
         sensors: Collection[str] = SENSORS,
     ) -> None:
-        """`sensors` names those that are fitted. Raises UnknownFaultError if a fault names a sensor or kind that
-        does not exist, ValueError for a charge that no battery has."""
+        """`wind` [m/s] ENU, with `turbulence` of this strength (see `wind.Turbulence`) and `gusts`; `limits` of the
+        autopilot, by default with the world's fence; `sensors` names those that are fitted. Raises UnknownFaultError
+        if a fault names a sensor, rotor or kind that does not exist, ValueError for a wind or charge that cannot be."""
         self.world = world
         self._physics = Physics(world)
+        self._wind = Wind(self._random(6), wind, turbulence, gusts)
         self._physics.set_wind(wind)
-        self.autopilot = Autopilot(self._physics.airframe, Physics.dt)
+        self._rotors = RotorFaults()
+        limits = limits or Limits(fence=world.geofence)
+        self.autopilot = Autopilot(self._physics.airframe, Physics.dt, limits)
         self.battery = Battery(battery_percent)
         triangles = world.triangles()
         rays = RayScene(triangles)
@@ -98,7 +110,7 @@ class Simulator:
         self._ticks = 0
         self._track = deque([self._physics.motion], maxlen=round(lidar.PERIOD / TICK) + 1)
         self._inertial: deque[tuple[float, ...]] = deque(maxlen=round(IMU_BATCH / IMU_PERIOD))
-        self._ground: tuple[float, float] | None = None
+        self._ground, self._range_is_good = (0.0, 0.0), True
         self.clearance = self._distance_to_hull()
 
     @property
@@ -134,13 +146,19 @@ class Simulator:
         self.autopilot.command(setpoint, self.t)
 
     def set_fault(self, sensor: str, kind: str, on: bool, magnitude: float | None = None) -> None:
-        """Switch a corruptor of a sensor. Raises UnknownFaultError."""
+        """Switch a corruptor of a sensor, or a fault of a rotor ("rotor/2"). Raises UnknownFaultError."""
+        if sensor.startswith(_ROTOR):
+            self._rotors.switch(sensor, kind, on, magnitude)
+            self._physics.set_rotors(self._rotors.shares)
+            return
         if sensor not in self._channels:
             raise UnknownFaultError("sensor", sensor, tuple(self._channels))
         self._channels[sensor].corruption.switch(kind, on, magnitude)
 
     def active_faults(self, sensor: str) -> tuple[str, ...]:
-        """Kinds of fault that are switched on for a sensor."""
+        """Kinds of fault that are switched on for a sensor or a rotor."""
+        if sensor in ROTOR_NAMES:
+            return self._rotors.active(sensor)
         return self._channels[sensor].corruption.active
 
     def advance(self, until: float) -> Happened:
@@ -154,28 +172,49 @@ class Simulator:
         if self._ticks % 2 == 0:
             self._guide(happened)
         self._switch_scheduled_faults()
+        self._blow()
         for step in range(_STEPS):
             self._step(step)
         self._ticks += 1
         self._track.append(self._physics.motion)
-        self.battery.drain(self._physics.thrust, TICK)
+        self._drain()
         self._measure()
         for channel in self._channels.values():
             arrived, changes = channel.collect(self.t)
             happened.measurements += arrived
             happened.health += [(channel.sensor, change) for change in changes]
-            if channel.sensor == "range" and arrived:
-                self._ground = arrived[-1].end, float(arrived[-1].data[0])
+            if channel.sensor == "range":
+                self._look_down(arrived, changes)
         if self._ticks % _CLEARANCE_TICKS == 0:
             self.clearance = self._distance_to_hull()
 
     def _guide(self, happened: Happened) -> None:
         solution = self._navigation.measure(self._physics.motion)
         happened.solutions.append(solution)
-        ground = None
-        if self._ground is not None and self.t - self._ground[0] < _RANGE_VALID and self._ground[1] > 0.0:
-            ground = self._ground[1]
-        self.autopilot.guide(self.t, Estimate(solution.position, solution.velocity, solution.quaternion, ground))
+        measured_at, ground = self._ground
+        known = self._range_is_good and ground > 0.0 and self.t - measured_at < _RANGE_VALID
+        now = Estimate(
+            solution.position, solution.velocity, solution.quaternion, ground if known else None, measured_at
+        )
+        self.autopilot.battery(self.battery.percent, self.battery.voltage)
+        self.autopilot.guide(self.t, now, solution.rate)
+
+    def _look_down(self, arrived: list[Measurement], changes: list[Change]) -> None:
+        """What the range-finder has measured, and whether it trusts itself."""
+        if arrived:
+            self._ground = arrived[-1].end, float(arrived[-1].data[0])
+        if changes:
+            self._range_is_good = changes[-1].condition is not Condition.FAILED
+
+    def _blow(self) -> None:
+        if not self._wind.is_steady:
+            motion = self._physics.motion
+            self._physics.set_wind(self._wind.advance(self.t, TICK, motion.position[2], motion.velocity))
+
+    def _drain(self) -> None:
+        self.battery.drain(self._physics.thrust, TICK)
+        if self.battery.is_empty:
+            self._physics.set_rotors(_NO_SHARE)
 
     def _step(self, step: int) -> None:
         motion = self._physics.motion
@@ -206,9 +245,11 @@ class Simulator:
     def _plan(faults: Iterable[Fault]) -> list[tuple[float, bool, Fault]]:
         plan: list[tuple[float, bool, Fault]] = []
         for fault in faults:
-            if fault.sensor not in SENSORS:
+            if fault.sensor.startswith(_ROTOR):
+                check_rotor_fault(fault.sensor, fault.kind)
+            elif fault.sensor not in SENSORS:
                 raise UnknownFaultError("sensor", fault.sensor, SENSORS)
-            if fault.kind not in KINDS:
+            elif fault.kind not in KINDS:
                 raise UnknownFaultError("kind of fault", fault.kind, KINDS)
             plan.append((fault.at, True, fault))
             if fault.duration is not None:
