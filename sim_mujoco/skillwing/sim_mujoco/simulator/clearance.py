@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from skillwing.sim_mujoco.frames.vectors import Vector
 from skillwing.sim_mujoco.world.triangles import Triangles
 
-
 _CELL = 4.0
 
 
