@@ -7,7 +7,7 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from pathlib import Path
 from types import TracebackType
@@ -22,15 +22,21 @@ LONGEST = 3600.0
 """Wall seconds after which a flight's process is taken for hung and killed."""
 LOOK_PERIOD = 0.2
 """Wall seconds between two looks whether the campaign is called off."""
+WORKER = (sys.executable, "-m", "skillwing.m600.campaign.worker")
+"""The command of a flight's process; plan and run directory come behind it."""
 SINGLE_THREADED = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 """Cores are shared out among flights, not within one."""
 
 
 class Crew:
-    """`jobs` flights at once. On leaving, flights that are under way are ended and leave no result."""
+    """`jobs` flights at once. On leaving, flights that are under way are ended and leave no result.
 
-    def __init__(self, jobs: int) -> None:
+    worker: the command that flies a plan and prints its result.
+    """
+
+    def __init__(self, jobs: int, worker: Sequence[str] = WORKER) -> None:
         self._jobs = jobs
+        self._worker = worker
         self._pool = ThreadPoolExecutor(jobs)
         self._lock = threading.Lock()
         self._flying: set[subprocess.Popen[bytes]] = set()
@@ -67,7 +73,7 @@ class Crew:
             yield from (future.result() for future in done)
 
     def _fly(self, plan: FlightPlan, run_dir: Path | None) -> FlightResult:
-        command = [sys.executable, "-m", "skillwing.m600.campaign.worker", msgspec.json.encode(plan).decode()]
+        command = [*self._worker, msgspec.json.encode(plan).decode()]
         if run_dir is not None:
             command.append(str(run_dir))
         with tempfile.TemporaryFile() as complaints:

@@ -83,11 +83,14 @@ def processes(plan: FlightPlan, options: dict[str, Any]) -> tuple[ProcessSpec, .
 
 
 def _coverage(plan: FlightPlan, witness: Witness, run_dir: Path | None) -> float | None:
-    """The share that was mapped of what can be seen from the route; with a run directory the report is written too."""
+    """The share that was mapped of what can be seen from the route, after a flight that came to its end.
+
+    With a run directory the report is written as well.
+    """
     if run_dir is not None:
         report = evaluate(run_dir, ROBOT.load_skillset(), mission=plan.mission, seed=plan.seed, world=plan.world)
         return report.coverage.all
-    if witness.map is None:
+    if witness.map is None or not witness.over:
         return None
     world = make_world(plan.seed, plan.world)
     return judge_map(world, world.site.way, witness.map).all

@@ -1,0 +1,141 @@
+"""A campaign's flight is the whole robot in one process: the same one every time, and judged by what is true."""
+
+from __future__ import annotations
+
+import pytest
+
+from skillwing.m600.campaign.conditions import Condition, Handover
+from skillwing.m600.campaign.flight import fly
+from skillwing.m600.campaign.plan import FlightPlan
+from skillwing.m600.campaign.result import End
+from skillwing.m600.campaign.witness import HELD_FOR, Witness
+from skillwing.m600.robot import ROBOT
+from skillwing.services.bus import Request
+from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.protocol import Keys, MissionStatus, decode, encode
+from skillwing.sim_mujoco.topics import FLIGHT, PILOT, TRUTH, Done, FlightState, SetPilot, Truth
+
+TAKE_OFF = 4.0
+"""Robot seconds: the drone is in the air, and all its sensors have spoken."""
+
+
+@pytest.mark.slow
+def test_the_same_plan_is_the_same_flight_bit_by_bit_and_another_seed_is_another() -> None:
+    plans = [
+        FlightPlan(mission="mapping", world="courtyard", seed=seed, condition=Condition.GUST) for seed in (1, 1, 2)
+    ]
+    first, again, other = (fly(plan, longest=TAKE_OFF) for plan in plans)
+    assert first.end is End.FLYING
+    assert (again.digest, again.clearance) == (first.digest, first.clearance)
+    assert other.digest != first.digest
+
+
+# --- the witness -----------------------------------------------------------------------------------------------------
+
+
+class Scene:
+    """A drone that the test moves, and the witness who sees it."""
+
+    def __init__(self, *pilot: Handover) -> None:
+        self.network = InProcessNetwork()
+        self.witness = Witness(ROBOT.skillset.stem, pilot)
+        self.network.attach(self.witness)
+        self.bus = self.network.bus("drone")
+        self.truth, self.flight = self.bus.advertise(TRUTH), self.bus.advertise(FLIGHT)
+        self.mission = self.bus.advertise(Keys(ROBOT.skillset.stem).mission_status, events=True)
+        self.network.run_for(0.1)
+
+    def be(
+        self,
+        x: float,
+        z: float,
+        *,
+        seconds: float = 0.1,
+        on_ground: bool = False,
+        authority: bool = True,
+        inside: bool = True,
+        failsafe: str = "",
+    ) -> None:
+        """Be at a place for a while."""
+        end = self.bus.now() + seconds
+        while (t := self.bus.now()) < end - 1e-9:
+            state = FlightState(
+                t=t,
+                on_ground=on_ground,
+                rotors_on=not on_ground,
+                home_valid=True,
+                authority=authority,
+                failsafe=failsafe,
+            )
+            truth = Truth(
+                t=t,
+                position=(x, 0.0, z),
+                quaternion=(1.0, 0.0, 0.0, 0.0),
+                velocity=(0.0, 0.0, 0.0),
+                collisions=0,
+                clearance=x - 1.0,
+                inside_fence=inside,
+            )
+            self.flight.put(encode(state))
+            self.truth.put(encode(truth))
+            self.network.run_for(0.1)
+
+    def end_mission(self, phase: str = "FAILED") -> None:
+        self.mission.put(
+            encode(MissionStatus(mission="mapping", phase=phase, t=self.bus.now(), text="as the test says"))
+        )
+        self.network.run_for(0.1)
+
+
+@pytest.mark.parametrize(("x", "end"), [(1.9, End.HOME), (2.1, End.ELSEWHERE)])
+def test_a_drone_has_landed_when_its_rotors_are_off(x: float, end: End) -> None:
+    scene = Scene()
+    scene.be(x, 4.0)
+    scene.end_mission()
+    assert (scene.witness.end, scene.witness.over) == (End.FLYING, False)
+    scene.be(x, 0.1, on_ground=True)
+    assert (scene.witness.end, scene.witness.over) == (end, True)
+
+
+def test_a_drone_in_the_pilots_hands_is_handed_over_once_it_has_held_its_place() -> None:
+    scene = Scene()
+    scene.end_mission()
+    for x in (5.0, 8.0, 11.0):
+        scene.be(x, 4.0, authority=False)
+    scene.be(11.0, 4.0, authority=False, seconds=HELD_FOR - 0.2)
+    assert scene.witness.end is End.FLYING
+    scene.be(11.0, 4.0, authority=False, seconds=0.6)
+    assert scene.witness.end is End.HANDED_OVER
+    scene.be(11.0, 4.0, authority=True)
+    assert scene.witness.end is End.FLYING
+
+
+def test_the_pilot_acts_on_time_and_a_flight_waits_for_him_to_give_back_what_he_took() -> None:
+    scene = Scene(Handover(at=2.0, authority=False), Handover(at=20.0, authority=True))
+    asked: list[tuple[float, bool]] = []
+
+    def hand_over(request: Request) -> None:
+        asked.append((scene.bus.now(), decode(request.payload, SetPilot).authority))
+        request.reply(encode(Done()))
+
+    scene.bus.serve(PILOT, hand_over)
+    scene.end_mission()
+    scene.be(5.0, 4.0, authority=False, seconds=15.0)
+    assert scene.witness.end is End.FLYING
+    scene.network.run_for(10.0)
+    assert [(round(t), authority) for t, authority in asked] == [(2, False), (20, True)]
+
+
+def test_leaving_the_fence_counts_once_until_the_drone_is_back_inside() -> None:
+    scene = Scene()
+    for inside in (True, False, False, True, False):
+        scene.be(3.0, 4.0, inside=inside)
+    assert scene.witness.breaches == 2
+
+
+def test_the_least_clearance_and_each_failsafe_are_remembered() -> None:
+    scene = Scene()
+    for x, failsafe in ((4.0, ""), (2.5, "no setpoints: holding"), (6.0, "no setpoints: holding"), (6.0, "landing")):
+        scene.be(x, 4.0, failsafe=failsafe)
+    assert scene.witness.clearance == 1.5
+    assert scene.witness.failsafes == ["no setpoints: holding", "landing"]

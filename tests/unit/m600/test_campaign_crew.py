@@ -1,0 +1,62 @@
+"""Many flights at once, each in a process that may crash, hang, or be called off."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from skillwing.m600.campaign.command import make_plans
+from skillwing.m600.campaign.crew import Crew
+from skillwing.m600.campaign.plan import FlightPlan
+from skillwing.m600.campaign.result import End
+
+LANDS = """
+import json, sys
+plan = json.loads(sys.argv[1])
+print(json.dumps({"plan": plan, "end": "landed at home", "text": " ".join(sys.argv[2:])}))
+"""
+CRASHES = "import sys; sys.exit('Segmentation fault, as it were.')"
+HANGS = "import sys; sys.stdin.read()"
+
+
+def nowhere(plan: FlightPlan) -> None:
+    return None
+
+
+def plans(count: int) -> list[FlightPlan]:
+    return make_plans("mapping", f"0:{count}", "none", "courtyard", watched=True)
+
+
+def test_each_plan_is_flown_once(tmp_path: Path) -> None:
+    with Crew(3, (sys.executable, "-c", LANDS)) as crew:
+        results = list(crew.fly(plans(5), lambda plan: tmp_path / plan.name))
+    assert sorted(result.plan.seed for result in results) == [0, 1, 2, 3, 4]
+    assert all(result.end is End.HOME for result in results)
+    assert {result.text for result in results} == {str(tmp_path / plan.name) for plan in plans(5)}
+
+
+def test_a_flight_whose_process_dies_breaks_off_and_says_why() -> None:
+    with Crew(2, (sys.executable, "-c", CRASHES)) as crew:
+        (result,) = crew.fly(plans(1), nowhere)
+    assert result.broken == ("broke off: Its process ended with code 1. Segmentation fault, as it were.",)
+
+
+def test_calling_a_campaign_off_ends_the_flights_that_are_under_way() -> None:
+    looks = iter(range(3))
+
+    def look() -> None:
+        if next(looks, None) is None:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt), Crew(2, (sys.executable, "-c", HANGS)) as crew:
+        list(crew.fly(plans(4), nowhere, look))
+
+
+def test_the_real_worker_says_what_it_cannot_fly() -> None:
+    unknown = FlightPlan(mission="picnic", world="courtyard", seed=1, condition=plans(1)[0].condition)
+    with Crew(1) as crew:
+        (result,) = crew.fly([unknown], nowhere)
+    assert result.end is End.BROKE_OFF
+    assert "picnic" in result.error

@@ -1,0 +1,90 @@
+"""What a campaign flies, and what befalls each flight, follows from the seeds alone."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from skillwing.dsl.model import UnknownNameError
+from skillwing.m600.campaign.command import make_plans, parse_seeds
+from skillwing.m600.campaign.conditions import EARLIEST, SENSOR_FAULTS, Circumstances, Condition, draw
+from skillwing.m600.campaign.plan import FlightPlan, flight_time
+from skillwing.m600.robot import ROBOT
+from skillwing.services.errors import InvalidOptionError
+from skillwing.services.processes.node_host import make_node
+
+FLIGHT_TIME = 60.0
+SEEDS = st.integers(0, 2**32 - 1)
+
+
+@given(st.sampled_from(Condition), SEEDS)
+def test_the_same_seed_meets_the_same(condition: Condition, seed: int) -> None:
+    assert draw(condition, seed, FLIGHT_TIME) == draw(condition, seed, FLIGHT_TIME)
+
+
+@given(st.sampled_from(Condition), SEEDS)
+def test_whatever_happens_happens_in_flight(condition: Condition, seed: int) -> None:
+    met = draw(condition, seed, FLIGHT_TIME)
+    faults = met.simulation.get("faults", [])
+    assert all(EARLIEST <= fault["at"] <= FLIGHT_TIME and fault["kind"] in SENSOR_FAULTS for fault in faults)
+    assert all(handover.at >= EARLIEST for handover in met.pilot)
+    assert list(met.pilot) == sorted(met.pilot, key=lambda handover: handover.at)
+
+
+@pytest.mark.parametrize(
+    ("condition", "sensors"),
+    [(Condition.CAMERA, {"zed"}), (Condition.LIDAR, {"lidar"}), (Condition.BOTH, {"zed", "lidar"})],
+)
+def test_the_sensors_fail_that_the_condition_names(condition: Condition, sensors: set[str]) -> None:
+    assert {fault["sensor"] for fault in draw(condition, 4, FLIGHT_TIME).simulation["faults"]} == sensors
+
+
+def test_a_flight_without_fault_meets_nothing() -> None:
+    assert draw(Condition.NONE, 4, FLIGHT_TIME) == Circumstances()
+
+
+def test_the_pilot_who_returns_gives_the_authority_back() -> None:
+    assert [handover.authority for handover in draw(Condition.PILOT_RETURNS, 4, FLIGHT_TIME).pilot] == [False, True]
+
+
+@pytest.mark.parametrize("condition", [Condition.BOTH, Condition.GUST, Condition.BATTERY])
+def test_the_robot_and_the_mission_take_what_a_plan_tells_them(condition: Condition) -> None:
+    plan = FlightPlan(mission="mapping", world="courtyard", seed=5, condition=condition, watched=False)
+    for spec in ROBOT.functional_layer(plan.robot_options()):
+        assert make_node(spec).name == spec.name
+    assert flight_time(plan.site()) > 30.0
+
+
+def test_every_seed_is_flown_under_every_condition_before_the_next_one() -> None:
+    plans = make_plans("mapping", "3:5", "none,pilot", "courtyard", watched=True)
+    assert [(plan.seed, plan.condition) for plan in plans] == [(3, "none"), (3, "pilot"), (4, "none"), (4, "pilot")]
+    assert len({plan.name for plan in plans}) == len(plans)
+
+
+def test_the_command_of_a_flight_flies_that_flight() -> None:
+    plan = make_plans("mapping", "17", "both", "courtyard", watched=False)[0]
+    words = plan.command.split()
+    assert words[:3] == ["skillwing", "campaign", "mapping"]
+    options = dict(zip(words[3::2], words[4::2], strict=False))
+    assert make_plans("mapping", options["--seeds"], options["--faults"], options["--worlds"], watched=False) == [plan]
+    assert "--without-obstacles" in words
+
+
+@pytest.mark.parametrize("text", ["", "a", "5:", ":5", "5:5", "7:3", "-1:3", "1:2:3", "0:99999999999"])
+def test_what_are_no_seeds_is_refused(text: str) -> None:
+    with pytest.raises(InvalidOptionError, match="seed"):
+        parse_seeds(text)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "meant"),
+    [
+        (("maping", "1", "none", "courtyard"), "mapping"),
+        (("mapping", "1", "camra", "courtyard"), "camera"),
+        (("mapping", "1", "none", "courtyad"), "courtyard"),
+    ],
+)
+def test_a_slip_of_the_pen_is_named(arguments: tuple[str, str, str, str], meant: str) -> None:
+    with pytest.raises(UnknownNameError, match=f"did you mean `{meant}`"):
+        make_plans(*arguments, watched=True)

@@ -1,0 +1,108 @@
+"""What counts as a broken promise, how flights are counted, and what of a campaign outlives its end."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from skillwing.m600.campaign import page
+from skillwing.m600.campaign.conditions import Condition
+from skillwing.m600.campaign.ledger import LEDGER_FILE, Ledger
+from skillwing.m600.campaign.outcomes import outcomes
+from skillwing.m600.campaign.plan import FlightPlan
+from skillwing.m600.campaign.result import End, FlightResult
+from skillwing.services.errors import InvalidOptionError
+
+RESULTS = st.builds(
+    FlightResult,
+    plan=st.builds(
+        FlightPlan,
+        mission=st.just("mapping"),
+        world=st.sampled_from(["courtyard", "street"]),
+        seed=st.integers(0, 50),
+        condition=st.sampled_from(Condition),
+    ),
+    end=st.sampled_from(End),
+    phase=st.sampled_from(["SUCCEEDED", "FAILED", "ABORTED", ""]),
+    collisions=st.integers(0, 2),
+    breaches=st.integers(0, 2),
+    clearance=st.none() | st.floats(-1.0, 10.0),
+    coverage=st.none() | st.floats(0.0, 1.0),
+    end_time=st.floats(0.0, 1000.0),
+)
+
+
+def flown(seed: int, end: End = End.HOME, phase: str = "SUCCEEDED", collisions: int = 0) -> FlightResult:
+    plan = FlightPlan(mission="mapping", world="courtyard", seed=seed, condition=Condition.NONE)
+    return FlightResult(plan=plan, end=end, phase=phase, collisions=collisions, clearance=2.0, version="1")
+
+
+@given(RESULTS)
+def test_a_promise_is_kept_by_a_drone_that_hits_nothing_stays_inside_and_comes_down(result: FlightResult) -> None:
+    down = result.end in (End.HOME, End.ELSEWHERE, End.HANDED_OVER)
+    assert result.kept == (down and not result.collisions and not result.breaches)
+    assert result.kept == (not result.broken)
+
+
+@given(st.lists(RESULTS, max_size=20))
+def test_every_flight_is_counted_once_in_its_row_and_once_in_all(results: list[FlightResult]) -> None:
+    rows = outcomes(results)
+    single = [row for row in rows if row.world != "all"]
+    assert sum(row.flights for row in single) == len(results)
+    for row in rows:
+        assert row.at_home + row.elsewhere + row.handed_over + row.not_landed == row.flights
+    if len(single) > 1:
+        assert rows[-1].flights == len(results)
+        assert rows[-1].collided == sum(row.collided for row in single)
+
+
+def test_a_broken_promise_is_worse_than_any_failure() -> None:
+    kept, failed, hit = flown(1), flown(2, phase="FAILED"), flown(3, collisions=1)
+    assert sorted([failed, hit, kept], key=lambda result: result.badness, reverse=True) == [hit, failed, kept]
+
+
+def test_a_campaign_that_was_killed_goes_on_after_its_last_whole_line(tmp_path: Path) -> None:
+    ledger = Ledger(tmp_path, resume=False)
+    for seed in (1, 2):
+        ledger.add(flown(seed))
+    ledger.close()
+    with (tmp_path / LEDGER_FILE).open("ab") as file:
+        file.write(b'{"plan": {"mission": "map')
+    resumed = Ledger(tmp_path, resume=True)
+    assert resumed.results == [flown(1), flown(2)]
+    resumed.add(flown(3))
+    resumed.close()
+    again = Ledger(tmp_path, resume=True)
+    again.close()
+    assert again.results == [flown(1), flown(2), flown(3)]
+
+
+def test_a_campaign_is_not_written_over(tmp_path: Path) -> None:
+    Ledger(tmp_path, resume=False).close()
+    with pytest.raises(InvalidOptionError, match="--resume"):
+        Ledger(tmp_path, resume=False)
+
+
+def test_a_file_that_is_no_ledger_is_left_alone(tmp_path: Path) -> None:
+    (tmp_path / LEDGER_FILE).write_text("shopping list\n", encoding="utf-8")
+    with pytest.raises(InvalidOptionError, match="is not a campaign's"):
+        Ledger(tmp_path, resume=True)
+    assert (tmp_path / LEDGER_FILE).read_text(encoding="utf-8") == "shopping list\n"
+
+
+def test_a_section_replaces_the_one_before_and_leaves_the_rest_of_the_page(tmp_path: Path) -> None:
+    path = tmp_path / "missions.md"
+    path.write_text("# Missions\n\nWords.\n", encoding="utf-8")
+    for results in ([flown(1)], [flown(1), flown(2), flown(4, collisions=1)]):
+        words = ["skillwing", "campaign", "mapping"]
+        page.write(path, "mapping", page.section("Mapping", words, results, outcomes(results)))
+        page.write(path, "other", page.section("Other", words, [flown(9)], outcomes([flown(9)])))
+    text = path.read_text(encoding="utf-8")
+    assert text.startswith(
+        "# Missions\n\nWords.\n\n<!-- campaign: mapping -->\n## Mapping\n\n3 flights, seeds 1 to 2, 4, of"
+    )
+    assert text.count("## Mapping") == text.count("## Other") == 1
+    assert "| mapping-courtyard-none-4 | 1 collision |" in text
