@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import msgspec
+
 from skillwing.sim_mujoco.frames.vectors import Vector
+from skillwing.sim_mujoco.topics import Vector3
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,6 +20,17 @@ class Box:
     def contains(self, point: Vector, margin: float = 0.0) -> bool:
         """Whether the point lies inside, or outside by no more than `margin`."""
         return all(low - margin <= x <= high + margin for low, x, high in zip(self.low, point, self.high, strict=True))
+
+
+class FenceOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A box as an option of a node: `{"low": [x, y, z], "high": [x, y, z]}` [m]."""
+
+    low: Vector3
+    high: Vector3
+
+    @property
+    def box(self) -> Box:
+        return Box(self.low, self.high)
 
 
 COURTYARD = Box((-10.0, -10.0, -1.0), (40.0, 30.0, 12.0))

@@ -75,7 +75,11 @@ class Navigation(Message, frozen=True, kw_only=True):
 
 
 class FlightState(Message, frozen=True, kw_only=True):
-    """`authority`: the safety pilot lets this computer fly. `failsafe` is "" or what the autopilot does by itself."""
+    """`authority`: the safety pilot lets this computer fly. `failsafe` is "" or what the autopilot does by itself.
+
+    `follows`: setpoints count; False while the autopilot overrules them, however fresh. `holds_heading`: the nose can
+    be pointed somewhere; False from the loss of a rotor on.
+    """
 
     t: Time
     on_ground: bool
@@ -83,6 +87,8 @@ class FlightState(Message, frozen=True, kw_only=True):
     home_valid: bool
     authority: bool
     failsafe: str = ""
+    follows: bool = True
+    holds_heading: bool = True
 
 
 class Battery(Message, frozen=True, kw_only=True):

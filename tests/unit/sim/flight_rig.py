@@ -89,6 +89,8 @@ class Rig:
                 home_valid=self.sim.home_valid,
                 authority=autopilot.authority,
                 failsafe=autopilot.failsafe,
+                follows=autopilot.follows,
+                holds_heading=autopilot.holds_heading,
             )
         )
         report = self.obstacles(t, self.status)

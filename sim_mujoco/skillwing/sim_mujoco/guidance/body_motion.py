@@ -72,6 +72,11 @@ class BodyMotion:
         """It is taking off: on the ground, but not to stay."""
         return isinstance(self._motion, TakeOff) and self.axis.state is MotionState.MOVING
 
+    @property
+    def lands(self) -> bool:
+        """It is coming down to land."""
+        return isinstance(self._motion, Land) and self.axis.state is MotionState.MOVING
+
     def is_flying(self, motion: Motion) -> bool:
         return self.axis.state in (*BUSY, MotionState.DONE) and motion in (self._motion, self._next)
 

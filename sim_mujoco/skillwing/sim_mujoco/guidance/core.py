@@ -75,6 +75,10 @@ class GuidanceCore:
             self._body.touched_down()
         if was is not None and was.authority and not flight.authority and self._body.has_plans:
             self._body.abort(flight.t, "the safety pilot has taken over")
+        if was is not None and was.follows and not flight.follows and self._body.has_plans and not self._body.lands:
+            self._body.abort(flight.t, f"the autopilot acts by itself ({flight.failsafe})")
+        if was is not None and was.holds_heading and not flight.holds_heading:
+            self._heading.give_up("the drone cannot hold its heading any more")
 
     def range(self, t: float, distance: float | None) -> None:
         """The range-finder's distance to the ground [m] at `t`, None if it sees none."""
@@ -100,7 +104,7 @@ class GuidanceCore:
         motion = command.motion
         if isinstance(motion, Stop):
             return self._stop(command, t)
-        flight, navigation = self._require_ready()
+        flight, navigation = self._require_ready(motion)
         axes = self._axes_of(motion)
         for axis in axes:
             axis.require_fresh(command.goal_id, command.token)
@@ -137,7 +141,7 @@ class GuidanceCore:
             body.path, self._setpoint = None, navigation.position
             body.axis.become(body.axis.state, f"nobody has commanded the drone for {LAND_AFTER:g} s: it lands")
             return None
-        if body.path is None or not flight.authority:
+        if body.path is None or not flight.authority or not flight.follows:
             body.hold(navigation.position, t)
             self._heading.settle(navigation.heading)
         self._heading.advance(dt, navigation.heading)
@@ -172,7 +176,7 @@ class GuidanceCore:
 
     # --- commands --------------------------------------------------------------------------------------------
 
-    def _require_ready(self) -> tuple[FlightState, Navigation]:
+    def _require_ready(self, motion: Motion) -> tuple[FlightState, Navigation]:
         if self._flight is None or self._navigation is None:
             raise RefusedError(
                 ErrorCode.UNAVAILABLE, "guidance does not know yet where the drone is", "wait for the first fix"
@@ -180,6 +184,12 @@ class GuidanceCore:
         if not self._flight.authority:
             raise RefusedError(
                 ErrorCode.NOT_ALLOWED, "the safety pilot has the authority", "wait until the pilot gives it back"
+            )
+        if not self._flight.follows and not isinstance(motion, Land):
+            raise RefusedError(
+                ErrorCode.NOT_ALLOWED,
+                f"the autopilot acts by itself ({self._flight.failsafe})",
+                "let it; it takes no command for as long",
             )
         return self._flight, self._navigation
 

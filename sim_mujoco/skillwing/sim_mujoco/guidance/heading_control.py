@@ -45,6 +45,11 @@ class HeadingControl:
         self._target = self.setpoint
         self.axis.become(state, text)
 
+    def give_up(self, why: str) -> None:
+        """Nobody can point the nose any more: whoever turned it or held it is told so."""
+        if self.axis.state in (MotionState.TURNING, MotionState.DONE):
+            self.stop(MotionState.ABORTED, why)
+
     def advance(self, dt: float, actual: float) -> None:
         """Move the setpoint on by `dt` seconds; `actual` is the heading now."""
         step = TURN_RATE * dt

@@ -11,11 +11,10 @@ from skillwing.services.bus import Bus, Publisher
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.protocol import Message, encode
 from skillwing.sim_mujoco import topics
-from skillwing.sim_mujoco.geofence import COURTYARD_FENCE, Box
+from skillwing.sim_mujoco.geofence import COURTYARD_FENCE, FenceOptions
 from skillwing.sim_mujoco.guidance.core import GuidanceCore
 from skillwing.sim_mujoco.messaging import answer_with
 from skillwing.sim_mujoco.options import read_options
-from skillwing.sim_mujoco.topics import Vector3
 
 M = TypeVar("M", bound=Message)
 STATUS_PERIOD = 0.05
@@ -70,11 +69,6 @@ class GuidanceNode:
             self._status.put(encode(self._core.status(self._bus.now())))
 
 
-class FenceOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    low: Vector3
-    high: Vector3
-
-
 class GuidanceOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Options of `make_guidance`. Without a geofence that of the courtyard holds. `watch` False flies without regard to
     obstacles: a test switch."""
@@ -86,5 +80,5 @@ class GuidanceOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 def make_guidance(options: dict[str, Any]) -> GuidanceNode:
     """The guidance node. Raises OptionsError."""
     wanted = read_options(options, GuidanceOptions)
-    fence = Box(wanted.geofence.low, wanted.geofence.high) if wanted.geofence else COURTYARD_FENCE
+    fence = wanted.geofence.box if wanted.geofence else COURTYARD_FENCE
     return GuidanceNode(GuidanceCore(fence, watch=wanted.watch))

@@ -19,6 +19,8 @@ LAND_AFTER = 5.0
 """And after so much more it lands [s]."""
 NAVIGATION_REGAINED = 2.0
 """How long navigation has to be good before it is trusted again [s]."""
+CRITICAL_CHARGE, CRITICAL_VOLTAGE = 8.0, 3.3 * CELLS
+"""Of the battery, for coming down from anywhere under the ceiling with a good reserve [%], [V]."""
 _VOLTAGE_SMOOTHING = 2.0
 
 
@@ -46,8 +48,8 @@ class Limits:
     """When the autopilot steps in: below this charge [%] or this voltage [V], and at this fence."""
 
     fence: Box | None = None
-    charge: float = 8.0
-    voltage: float = 3.3 * CELLS
+    charge: float = CRITICAL_CHARGE
+    voltage: float = CRITICAL_VOLTAGE
 
 
 class Emergencies:

@@ -14,6 +14,7 @@ from skillwing.services.protocol import ClockTick, ErrorCode, Message, encode
 from skillwing.sim_mujoco import topics
 from skillwing.sim_mujoco.axis import RefusedError
 from skillwing.sim_mujoco.frames.vectors import heading_of
+from skillwing.sim_mujoco.geofence import FenceOptions
 from skillwing.sim_mujoco.messaging import answer_with
 from skillwing.sim_mujoco.options import OptionsError, read_options
 from skillwing.sim_mujoco.sensors import lidar
@@ -23,8 +24,10 @@ from skillwing.sim_mujoco.sensors.corruptors import Fault, UnknownFaultError
 from skillwing.sim_mujoco.sensors.depth_camera import depth_header
 from skillwing.sim_mujoco.sensors.health import Change
 from skillwing.sim_mujoco.sensors.instruments import Solution
-from skillwing.sim_mujoco.simulator.autopilot import Setpoint
+from skillwing.sim_mujoco.simulator.autopilot import Limits, Setpoint
+from skillwing.sim_mujoco.simulator.failsafes import CRITICAL_CHARGE
 from skillwing.sim_mujoco.simulator.simulator import SENSORS, Simulator
+from skillwing.sim_mujoco.simulator.wind import Gust
 from skillwing.sim_mujoco.topics import Vector3
 from skillwing.sim_mujoco.world.world import make_world
 
@@ -142,6 +145,8 @@ class SimNode:
             home_valid=self._sim.home_valid,
             authority=autopilot.authority,
             failsafe=autopilot.failsafe,
+            follows=autopilot.follows,
+            holds_heading=autopilot.holds_heading,
         )
         due = self._flight_cadence.due(t)
         if due or self._flight is None or _differs(state, self._flight):
@@ -192,7 +197,7 @@ def _millimetres(depth: np.ndarray) -> np.ndarray:
 
 def _differs(one: topics.FlightState, other: topics.FlightState) -> bool:
     """Whether anything but the time has changed."""
-    names = ("on_ground", "rotors_on", "home_valid", "authority", "failsafe")
+    names = ("on_ground", "rotors_on", "home_valid", "authority", "failsafe", "follows", "holds_heading")
     return any(getattr(one, name) != getattr(other, name) for name in names)
 
 
@@ -206,14 +211,30 @@ class FaultOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rena
     magnitude: float | None = None
 
 
+class GustOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"duration": "for"}):
+    """A gust: `{"at": 30.0, "velocity": [6.0, 0.0, 0.0], "for": 4.0}`, in s and m/s (ENU)."""
+
+    at: float
+    velocity: Vector3
+    duration: float
+
+
 class SimOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Options of `make_sim`. `factor` is the pace that the clock announces; `authority` is who has it at the start."""
+    """Options of `make_sim`. `factor` is the pace that the clock announces; `authority` is who has it at the start.
+
+    `turbulence` is the wind at a height of 6 m that stirs the air [m/s]; `battery_floor` is the charge [%] below which
+    the autopilot lands; `geofence` is the one that it keeps the drone inside of, by default the world's.
+    """
 
     seed: int = 1
     world: str = "courtyard"
     faults: tuple[FaultOptions, ...] = ()
     wind: Vector3 = (0.0, 0.0, 0.0)
+    turbulence: float = 0.0
+    gusts: tuple[GustOptions, ...] = ()
     battery: float = 100.0
+    battery_floor: float = CRITICAL_CHARGE
+    geofence: FenceOptions | None = None
     factor: float = 1.0
     authority: bool = True
     sensors: tuple[str, ...] = ("zed", "lidar", "imu", "range")
@@ -224,10 +245,15 @@ def make_sim(options: dict[str, Any]) -> SimNode:
     wanted = read_options(options, SimOptions)
     faults = [Fault(f.sensor, f.kind, f.at, f.duration, f.magnitude) for f in wanted.faults]
     try:
+        world = make_world(wanted.seed, wanted.world)
+        fence = wanted.geofence.box if wanted.geofence else world.geofence
         simulator = Simulator(
-            make_world(wanted.seed, wanted.world),
+            world,
             faults=faults,
             wind=wanted.wind,
+            turbulence=wanted.turbulence,
+            gusts=[Gust(g.at, g.velocity, g.duration) for g in wanted.gusts],
+            limits=Limits(fence=fence, charge=wanted.battery_floor),
             battery_percent=wanted.battery,
             sensors=wanted.sensors,
         )
