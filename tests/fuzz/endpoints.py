@@ -52,6 +52,7 @@ PUBLICATIONS = (
     Endpoint(topics.FLIGHT, topics.FlightState),
     Endpoint(topics.BATTERY, topics.Battery),
     Endpoint(topics.RANGE, topics.Range),
+    Endpoint(topics.IMU, topics.ImuHeader, array=True),
     Endpoint(topics.LIDAR, topics.LidarHeader, array=True),
     Endpoint(topics.ZED_DEPTH, topics.DepthHeader, array=True),
     Endpoint(topics.health_key("zed"), topics.Health),
@@ -60,6 +61,7 @@ PUBLICATIONS = (
     Endpoint(topics.GUIDANCE_STATUS, topics.GuidanceStatus),
     Endpoint(topics.AUTHORITY, topics.Revoked),
     Endpoint(topics.OBSTACLE_STATUS, topics.ObstacleStatus),
+    Endpoint(topics.SLAM_ODOMETRY, topics.Odometry),
     Endpoint(topics.MAPPING_STATUS, topics.MappingStatus),
     Endpoint(topics.MAP, topics.MapHeader, array=True),
 )

@@ -159,4 +159,6 @@ def test_scans_that_contradict_the_map_do_not_spoil_it_and_in_a_row_mean_diverge
     assert mapper.scans == 13
     mapper.stop()
     mapper.start()
-    assert not mapper.diverged
+    assert mapper.diverged
+    mapper.renew()
+    assert (mapper.diverged, mapper.running, mapper.scans, len(mapper.grid.occupied())) == (False, True, 0, 0)

@@ -12,7 +12,7 @@ from skillwing.services.bus import Answered, Node, Refused
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import ErrorCode, Message, decode, encode
 from skillwing.sim_mujoco import topics
-from skillwing.sim_mujoco.mapping.node import POSE_SOURCE, make_mapping
+from skillwing.sim_mujoco.mapping.node import MISFITS, make_mapping
 from skillwing.sim_mujoco.obstacles.node import make_obstacles
 from skillwing.sim_mujoco.options import OptionsError
 from skillwing.sim_mujoco.sensors.directions import lidar_directions
@@ -226,7 +226,7 @@ def test_rubbish_is_refused_or_dropped_and_the_node_lives(obstacles: Bench) -> N
 
 @pytest.fixture
 def mapping() -> Bench:
-    bench = Bench(make_mapping({"low": [-15.0, -15.0, -5.0], "high": [15.0, 15.0, 15.0]}))
+    bench = Bench(make_mapping({"low": [-15.0, -15.0, -5.0], "high": [15.0, 15.0, 15.0], "poses": "navigation"}))
     bench.follow(topics.MAPPING_STATUS)
     bench.follow(topics.MAP)
     bench.run(1.05)
@@ -245,7 +245,7 @@ def snapshot(bench: Bench) -> tuple[topics.MapHeader, np.ndarray]:
 
 def test_it_maps_only_while_it_runs_and_keeps_the_map(mapping: Bench) -> None:
     assert (status(mapping).running, status(mapping).scans, status(mapping).voxels) == (False, 0, 0)
-    assert status(mapping).pose_source == POSE_SOURCE
+    assert status(mapping).pose_source == "navigation solution"
     mapping.ask(topics.MAPPING_COMMAND, control("g", 1, True))
     mapping.run(2.0)
     assert status(mapping).running
@@ -288,7 +288,24 @@ def test_it_says_when_the_world_no_longer_fits_the_map(mapping: Bench) -> None:
     mapping.wall = 3.0
     mapping.run(2.0)
     assert status(mapping).diverged
+    assert status(mapping).text == MISFITS
     assert np.array_equal(snapshot(mapping)[1], before)
+
+
+def test_a_new_goal_after_a_divergence_begins_a_new_map_and_a_repeated_command_does_not(mapping: Bench) -> None:
+    mapping.ask(topics.MAPPING_COMMAND, control("g", 1, True))
+    mapping.run(3.0)
+    mapping.wall = 3.0
+    mapping.run(2.0)
+    mapping.ask(topics.MAPPING_COMMAND, control("g", 1, True))
+    mapping.run(1.0)
+    assert status(mapping).diverged
+    mapping.ask(topics.MAPPING_COMMAND, control("h", 2, True))
+    mapping.run(2.0)
+    assert not status(mapping).diverged
+    centres = snapshot(mapping)[1]
+    assert len(centres) > 20
+    assert np.abs(centres[:, 1] - 3.0).max() <= 0.4
 
 
 def test_mapping_obeys_only_the_newest_token(mapping: Bench) -> None:
@@ -324,6 +341,7 @@ def test_a_scan_without_poses_is_not_mapped(mapping: Bench) -> None:
         {"low": [0.0, 0.0, 0.0], "high": [0.0, 1.0, 1.0]},
         {"voxel_size": 0.001},
         {"colour": "red"},
+        {"poses": "guessed"},
     ],
 )
 def test_options_that_do_not_fit_are_refused_in_words(options: dict[str, Any]) -> None:

@@ -17,7 +17,7 @@ class Mapper:
     """A map that grows while it runs, and is kept when it stops.
 
     Scans that do not fit are left out. The map has diverged when ten in a row did not fit: then the poses are wrong,
-    or the ranges, and nothing more is taken in until it is started anew.
+    or the ranges, and nothing more is taken in until it is renewed.
     """
 
     def __init__(self, grid: OccupancyGrid) -> None:
@@ -28,10 +28,13 @@ class Mapper:
         self._misfits = 0
 
     def start(self) -> None:
-        """Map on, and believe the scans again if they were not believed before."""
-        if not self.running:
-            self.diverged, self._misfits = False, 0
+        """Map on."""
         self.running = True
+
+    def renew(self) -> None:
+        """Begin with an empty map: poses that begin anew need not agree with what was mapped before."""
+        self.grid.clear()
+        self.diverged, self._misfits, self.scans = False, 0, 0
 
     def stop(self) -> None:
         self.running = False

@@ -1,8 +1,12 @@
-"""Mapping as a process: LiDAR scans and poses in, a voxel map out."""
+"""Odometry and map as a process: scans and inertial measurements in, poses and a voxel map out.
+
+Odometry runs as long as the process, so that it has begun on the ground when a map is wanted in the air; mapping is
+switched on and off.
+"""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 import msgspec
 import numpy as np
@@ -12,16 +16,20 @@ from skillwing.services.bus.reading import message_reader
 from skillwing.services.protocol import ErrorCode, ErrorReply, ProtocolError, decode, encode
 from skillwing.sim_mujoco import topics
 from skillwing.sim_mujoco.axis import Axis
-from skillwing.sim_mujoco.frames.pose_history import PoseHistory
-from skillwing.sim_mujoco.mapping.mapper import REACH, Mapper
+from skillwing.sim_mujoco.frames.vectors import Vector, add, subtract
+from skillwing.sim_mujoco.mapping.localiser import ByNavigation, ByOdometry, Localiser, Placement
+from skillwing.sim_mujoco.mapping.mapper import Mapper
 from skillwing.sim_mujoco.mapping.occupancy import OccupancyGrid, Voxels, grid_shape
 from skillwing.sim_mujoco.messaging import answer_with, stream_reader
-from skillwing.sim_mujoco.options import OptionsError
+from skillwing.sim_mujoco.options import OptionsError, read_options
 from skillwing.sim_mujoco.sensors.scans import LidarScan
+from skillwing.sim_mujoco.slam.inertial import Inertial
 
-POSE_SOURCE = "simulated navigation solution (true pose + noise)"
+MISFITS = "the scans no longer fit the map"
 STATUS_PERIOD, MAP_PERIOD = 0.5, 1.0
 _LARGEST = 64_000_000
+_BEYOND: Vector = (30.0, 30.0, 10.0)
+Poses = Literal["odometry", "navigation"]
 
 
 class MappingNode:
@@ -30,21 +38,22 @@ class MappingNode:
     name = "mapping"
     owns_clock = False
 
-    def __init__(self, mapper: Mapper) -> None:
-        self._mapper = mapper
+    def __init__(self, mapper: Mapper, localiser: Localiser) -> None:
+        self._mapper, self._localiser = mapper, localiser
         self._holder = Axis("map")
-        self._poses = PoseHistory()
-        self._waiting: LidarScan | None = None
         self._published: Voxels = np.empty(0, dtype=np.int64)
         self._bus: Bus | None = None
         self._status: Publisher | None = None
         self._map: Publisher | None = None
+        self._odometry: Publisher | None = None
 
     def attach(self, bus: Bus) -> None:
         self._bus = bus
         self._status = bus.advertise(topics.MAPPING_STATUS)
         self._map = bus.advertise(topics.MAP)
+        self._odometry = bus.advertise(topics.SLAM_ODOMETRY)
         bus.subscribe(topics.NAVIGATION, message_reader(topics.Navigation, self._on_navigation))
+        bus.subscribe(topics.IMU, stream_reader(Inertial.decode, self._on_imu))
         bus.subscribe(topics.LIDAR, stream_reader(LidarScan.decode, self._on_scan), latest_only=True)
         bus.subscribe(topics.AUTHORITY, message_reader(topics.Revoked, self._on_revoked), events=True)
         bus.serve(topics.MAPPING_COMMAND, answer_with(topics.ControlMapping, self._on_command))
@@ -61,13 +70,27 @@ class MappingNode:
         holder = self._holder
         holder.require_fresh(command.goal_id, command.token)
         if command.run:
-            holder.take(command.goal_id, command.token)
-            self._mapper.start()
-            return "mapping"
+            return self._start(command)
         if holder.goal == command.goal_id:
             self._release()
             return "stopped; the map is kept"
         return "this goal does not hold the map; nothing to stop"
+
+    def _start(self, command: topics.ControlMapping) -> str:
+        """A new goal after a divergence begins a new odometry and a new map; a repeated command changes nothing."""
+        holder = self._holder
+        is_new = holder.goal != command.goal_id
+        holder.take(command.goal_id, command.token)
+        self._mapper.start()
+        if is_new and self._diverged:
+            self._localiser.restart()
+            self._mapper.renew()
+            return "mapping anew"
+        return "mapping"
+
+    @property
+    def _diverged(self) -> bool:
+        return self._mapper.diverged or bool(self._localiser.lost)
 
     def _on_revoked(self, revoked: topics.Revoked) -> None:
         if self._holder.revoke(revoked.goal_id, revoked.token):
@@ -80,35 +103,37 @@ class MappingNode:
     # --- what it maps ----------------------------------------------------------------------------------------
 
     def _on_navigation(self, navigation: topics.Navigation) -> None:
-        self._poses.add(navigation)
-        self._place_scan()
+        self._take(self._localiser.navigation(navigation))
+
+    def _on_imu(self, batch: Inertial) -> None:
+        self._take(self._localiser.imu(batch))
 
     def _on_scan(self, scan: LidarScan) -> None:
-        self._waiting = scan
-        self._place_scan()
+        self._take(self._localiser.scan(scan))
 
-    def _place_scan(self) -> None:
-        """A scan waits until the drone's pose is known up to its end."""
-        scan = self._waiting
-        if scan is None or not self._poses.covers(*scan.span):
+    def _take(self, placement: Placement | None) -> None:
+        if placement is None:
             return
-        self._waiting = None
-        if self._mapper.running:
-            self._mapper.add(scan.place(self._poses, REACH))
+        if placement.odometry is not None and self._odometry is not None:
+            self._odometry.put(encode(placement.odometry))
+        if placement.points is not None and not self._localiser.lost:
+            self._mapper.add(placement.points)
 
     # --- what it says ----------------------------------------------------------------------------------------
 
     def _publish_status(self) -> None:
         assert self._bus is not None
         assert self._status is not None
-        mapper = self._mapper
+        mapper, localiser = self._mapper, self._localiser
+        localiser.check(self._bus.now())
         status = topics.MappingStatus(
             t=self._bus.now(),
             running=mapper.running,
-            diverged=mapper.diverged,
+            diverged=self._diverged,
             scans=mapper.scans,
             voxels=len(mapper.grid.occupied()),
-            pose_source=POSE_SOURCE,
+            pose_source=localiser.source,
+            text=localiser.text or (MISFITS if mapper.diverged else ""),
         )
         self._status.put(encode(status))
 
@@ -138,7 +163,7 @@ class MappingNode:
 
 
 class MappingOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Options of `make_mapping`: the corners of the box that is mapped, and the size of its voxels [m].
+    """Options of `make_mapping`: the corners of the box that is mapped, the size of its voxels [m], whence the poses.
 
     The box is the courtyard and what can be seen from there.
     """
@@ -146,17 +171,24 @@ class MappingOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     low: topics.Vector3 = (-50.0, -50.0, -8.0)
     high: topics.Vector3 = (80.0, 70.0, 24.0)
     voxel_size: float = 0.4
+    poses: Poses = "odometry"
 
 
 def make_mapping(options: dict[str, Any]) -> MappingNode:
     """The mapping node. Raises OptionsError."""
+    wanted = read_options(options, MappingOptions)
     try:
-        wanted = msgspec.convert(options, MappingOptions)
         shape = grid_shape(wanted.low, wanted.high, wanted.voxel_size)
     except ValueError as error:
-        raise OptionsError(
-            f"these options do not fit the mapping node: {error}; known are low, high and voxel_size"
-        ) from error
+        raise OptionsError(f"these options do not fit the mapping node: {error}") from error
     if (count := shape[0] * shape[1] * shape[2]) > _LARGEST:
         raise OptionsError(f"a map of {count} voxels does not fit into memory; choose a smaller box or larger voxels")
-    return MappingNode(Mapper(OccupancyGrid(wanted.low, wanted.high, wanted.voxel_size)))
+    mapper = Mapper(OccupancyGrid(wanted.low, wanted.high, wanted.voxel_size))
+    return MappingNode(mapper, _localiser(wanted))
+
+
+def _localiser(wanted: MappingOptions) -> Localiser:
+    if wanted.poses == "navigation":
+        return ByNavigation()
+    # Odometry holds on to what it sees outside the map as well.
+    return ByOdometry(subtract(wanted.low, _BEYOND), add(wanted.high, _BEYOND))

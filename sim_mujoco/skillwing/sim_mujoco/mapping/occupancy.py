@@ -86,6 +86,10 @@ class OccupancyGrid:
         self._log_odds[passed] = np.maximum(self._log_odds[passed] + np.int8(_MISS), _LOWEST)
         self._log_odds[hits] = np.minimum(before + np.int8(_HIT), _HIGHEST)
 
+    def clear(self) -> None:
+        """Forget everything."""
+        self._log_odds.fill(0)
+
     def occupied(self) -> Voxels:
         """The occupied voxels."""
         return np.flatnonzero(self._log_odds > _OCCUPIED)

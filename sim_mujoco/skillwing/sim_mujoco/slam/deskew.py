@@ -1,0 +1,67 @@
+"""A scan as if the whole of it had been measured at its end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skillwing.sim_mujoco.sensors.scans import OWN_BODY, LidarScan
+from skillwing.sim_mujoco.slam.propagation import Track
+from skillwing.sim_mujoco.slam.so3 import Floats
+
+_HASHES = 1 << 17
+
+
+@dataclass(frozen=True, slots=True)
+class StillScan:
+    """Returns (N, 3) in body axes at the end of the scan [m], their `ranges` (N,) as measured [m], and `sensor` (3,),
+    where the sensor was in the middle of the scan."""
+
+    points: NDArray[np.float32]
+    ranges: NDArray[np.float32]
+    sensor: Floats
+
+    def within(self, reach: float) -> NDArray[np.float32]:
+        """The points whose ranges were at most `reach` [m]."""
+        return self.points[self.ranges <= reach]
+
+
+def deskew(scan: LidarScan, track: Track, reach: float) -> StillScan:
+    """Put each column where it was measured, as seen from the end of the track, which must cover the scan.
+
+    Between two samples of the track, some milliseconds apart, poses are interpolated linearly. Returns from farther
+    than `reach` [m] and from the drone itself are left out.
+    """
+    header, columns = scan.header, scan.header.columns
+    steps = np.array([*(np.arange(columns) + 0.5) / columns, 0.5])
+    times = header.t0 + steps * (header.t1 - header.t0)
+    before = np.clip(np.searchsorted(track.times, times, side="right") - 1, 0, len(track.times) - 2)
+    share = (times - track.times[before]) / (track.times[before + 1] - track.times[before])
+    last_turn, last_position = track.turns[-1], track.positions[-1]
+    relative = last_turn.T @ track.turns
+    offsets = (track.positions - last_position) @ last_turn
+    turns = relative[before] + share[:, None, None] * (relative[before + 1] - relative[before])
+    places = offsets[before] + share[:, None] * (offsets[before + 1] - offsets[before])
+    mount = np.array(header.mount)
+    in_body = scan.in_body()
+    points = np.matmul(in_body, turns[:-1].transpose(0, 2, 1).astype(np.float32))
+    points += places[:-1, None].astype(np.float32)
+    kept = (scan.ranges > 0.0) & (scan.ranges <= reach)
+    kept &= np.einsum("ijk,ijk->ij", in_body, in_body) > OWN_BODY**2
+    return StillScan(points[kept], scan.ranges[kept], places[-1] + turns[-1] @ mount)
+
+
+def thinned(points: NDArray[np.float32], cell: float) -> NDArray[np.float32]:
+    """At most one of the points (N, 3) in each cube of side `cell` [m].
+
+    Cubes are found by a hash of their indices. Where two share a hash one loses its point, which does no harm.
+    """
+    cells = np.floor(points * np.float32(1.0 / cell)).astype(np.int32)
+    hashes = (cells[:, 0] * 73856093) ^ (cells[:, 1] * 19349663) ^ (cells[:, 2] * 83492791)
+    hashes &= _HASHES - 1
+    owners = np.empty(_HASHES, dtype=np.int32)
+    numbers = np.arange(len(points), dtype=np.int32)
+    owners[hashes] = numbers
+    return points[owners[hashes] == numbers]

@@ -1,0 +1,189 @@
+"""LiDAR-inertial odometry as one object without I/O: feed it measurements, and take a fix for each scan."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Final
+
+import numpy as np
+
+from skillwing.sim_mujoco.frames.vectors import Vector
+from skillwing.sim_mujoco.sensors.scans import LidarScan, PlacedPoints
+from skillwing.sim_mujoco.slam.beginning import Beginning
+from skillwing.sim_mujoco.slam.deskew import StillScan, deskew, thinned
+from skillwing.sim_mujoco.slam.filter import Posterior, update
+from skillwing.sim_mujoco.slam.inertial import Inertial, InertialMemory
+from skillwing.sim_mujoco.slam.plane_map import PlaneMap
+from skillwing.sim_mujoco.slam.propagation import ImuNoise, Prediction, predict
+from skillwing.sim_mujoco.slam.registration import Agreement, Registration
+from skillwing.sim_mujoco.slam.so3 import Floats
+from skillwing.sim_mujoco.slam.state import POSITION, SIZE, State
+from skillwing.sim_mujoco.slam.vigil import Vigil, judge
+from skillwing.sim_mujoco.topics import Navigation
+
+VOXEL: Final = 1.0
+"""Side of the voxels that hold a plane each [m]."""
+REACH: Final = 60.0
+"""Returns from farther away are not used [m]."""
+_MATCHED_CELL, _INSERTED_CELL = 0.35, 0.12
+"""At most one point in each cube of this side is compared with the map, or put into it [m]."""
+SCAN_PATIENCE: Final = 2.0
+IMU_PATIENCE: Final = 0.5
+"""Without scans, or without inertial measurements, for so long the drone is lost [s]."""
+LARGEST_GAP: Final = 0.1
+"""Inertial measurements that are missing for longer are not bridged [s]."""
+
+DRIFT: Final = 0.003
+"""Standard deviation of the drift along each axis, as a share of the way: see docs/mapping.md."""
+
+
+class Phase(StrEnum):
+    STARTING = "STARTING"  # there is no pose yet
+    TRACKING = "TRACKING"
+    DOUBTING = "DOUBTING"  # the last scans did not fit: the pose comes from inertial measurements
+    LOST = "LOST"  # poses are not to be believed any more; a new start is needed
+
+
+@dataclass(frozen=True, slots=True)
+class Fix:
+    """What a scan made known: the state at `t`, the covariance (15, 15) of its error, how the scan agrees with the map,
+    and its returns. `believed`: the scan was used; `way`: how far the drone has come since odometry began [m]."""
+
+    t: float
+    state: State
+    covariance: Floats
+    agreement: Agreement
+    believed: bool
+    way: float
+    scan: StillScan
+
+    @property
+    def position_sigma(self) -> Floats:
+        """Standard deviation (3,) of the position in its frame [m].
+
+        The filter takes its map for true, so that its own uncertainty is that against the map. The map drifts with the
+        drone, by a share of the way that was measured on flights.
+        """
+        return np.sqrt(np.diag(self.covariance)[POSITION] + (DRIFT * self.way) ** 2)
+
+    def placed(self, reach: float) -> PlacedPoints:
+        """The returns within `reach` of the sensor [m], in the world frame."""
+        turn = self.state.turn.astype(np.float32)
+        points = self.scan.within(reach) @ turn.T + self.state.position.astype(np.float32)
+        origin = self.state.position + self.state.turn @ self.scan.sensor
+        return PlacedPoints(self.t, self.state.turn, origin, points)
+
+
+class Odometry:
+    """One flight's odometry inside the box from `low` to `high`.
+
+    Its frame is ENU as navigation has it when odometry begins; see `Beginning`. A scan is worked on once the inertial
+    measurements cover it, so that `imu` and `scan` both may give a fix.
+    """
+
+    def __init__(self, low: Vector, high: Vector, noise: ImuNoise | None = None) -> None:
+        self._low, self._high = low, high
+        self._noise = noise or ImuNoise()
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget everything, and begin anew from navigation."""
+        self.phase, self.text = Phase.STARTING, "waits for navigation and for two seconds at rest"
+        self.begun_at: float | None = None
+        self._beginning: Beginning | None = Beginning()
+        self._memory = InertialMemory()
+        self._waiting: LidarScan | None = None
+        self._vigil = Vigil()
+        self._map = PlaneMap(self._low, self._high, VOXEL)
+        self._empty = True
+        self._t = self._way = 0.0
+        self._state: State | None = None
+        self._covariance = np.zeros((SIZE, SIZE))
+
+    def navigation(self, navigation: Navigation) -> None:
+        """A navigation solution: it matters only until odometry has begun."""
+        if self._beginning is not None:
+            self._beginning.navigation(navigation)
+
+    def imu(self, batch: Inertial) -> Fix | None:
+        """A batch of inertial measurements."""
+        if not self._memory.add(batch):
+            return None
+        if self._beginning is not None:
+            self._beginning.imu(batch)
+        return self._advance()
+
+    def scan(self, scan: LidarScan) -> Fix | None:
+        """A scan. One that comes while another still waits for inertial measurements takes its place."""
+        self._waiting = scan
+        return self._advance()
+
+    def check(self, t: float) -> None:
+        """Time has passed: notice when one of the sensors has fallen silent."""
+        if self._state is None or self.phase is Phase.LOST:
+            return
+        covered = self._memory.covered_until
+        if covered is not None and t - covered > IMU_PATIENCE:
+            self._lose(f"there were no inertial measurements for {IMU_PATIENCE:g} s")
+        elif t - self._t > SCAN_PATIENCE:
+            self._lose(f"there were no scans for {SCAN_PATIENCE:g} s")
+
+    def _advance(self) -> Fix | None:
+        scan, covered = self._waiting, self._memory.covered_until
+        if scan is None or covered is None or covered < scan.span[1] - 1e-6 or self.phase is Phase.LOST:
+            return None
+        self._waiting = None
+        if self._state is None:
+            self._begin(scan.span[1])
+            return None
+        return self._follow(self._state, scan)
+
+    def _begin(self, t: float) -> None:
+        assert self._beginning is not None
+        begun = self._beginning.begin(t)
+        if begun is None:
+            return
+        self._state, self._covariance = begun
+        self._t = self.begun_at = t
+        self._beginning = None
+        self.phase, self.text = Phase.TRACKING, ""
+
+    def _follow(self, state: State, scan: LidarScan) -> Fix | None:
+        start, end = scan.span
+        if start < self._t - 1e-6:
+            return None
+        measured = self._memory.take(self._t, end)
+        if (gap := measured.largest_gap(self._t, end)) > LARGEST_GAP:
+            self._lose(f"inertial measurements are missing for {gap:.2f} s")
+            return None
+        predicted = predict(state, self._covariance, measured, self._t, end, self._noise)
+        still = deskew(scan, predicted.track, REACH)
+        registration = Registration(thinned(still.points, _MATCHED_CELL).astype(np.float64), (self._map,))
+        posterior, believed = self._weigh(predicted, registration)
+        self._way += float(np.linalg.norm(posterior.state.position - state.position))
+        self._t, self._state, self._covariance = end, posterior.state, posterior.covariance
+        if believed:
+            points = thinned(still.points, _INSERTED_CELL)
+            self._map.insert(points @ posterior.state.turn.T + posterior.state.position)
+            self._empty = False
+        if self._vigil.verdict:
+            self._lose(self._vigil.verdict)
+        else:
+            self.phase = Phase.DOUBTING if self._vigil.doubting else Phase.TRACKING
+        return Fix(end, self._state, self._covariance, registration.agreement, believed, self._way, still)
+
+    def _weigh(self, predicted: Prediction, registration: Registration) -> tuple[Posterior, bool]:
+        """The state after the scan, and whether the scan is believed. The first one has nothing to be compared with."""
+        unchanged = Posterior(predicted.state, predicted.covariance, np.zeros(SIZE))
+        if self._empty:
+            return unchanged, True
+        posterior = update(predicted.state, predicted.covariance, registration)
+        judgement = judge(registration.agreement, predicted.covariance, posterior)
+        if judgement.doubt:
+            posterior = unchanged
+        self._vigil.observe(judgement, posterior)
+        return posterior, not judgement.doubt
+
+    def _lose(self, why: str) -> None:
+        self.phase, self.text = Phase.LOST, why

@@ -1,0 +1,139 @@
+"""Space as small planes: in each voxel the plane through the points that were seen there, if they lie on one.
+
+As in VoxelMap (Yuan et al., 2022) and the surfel maps before it, with a dense grid of voxels instead of a hash table:
+a bounded site is small, and updates are array operations.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skillwing.sim_mujoco.frames.vectors import Vector
+from skillwing.sim_mujoco.slam.so3 import Floats
+
+T = TypeVar("T", bound=np.generic)
+_FEWEST = 8
+"""Points that make a plane."""
+_MOST = 200
+"""After so many points a voxel takes no more: the map must not follow a drifting drone."""
+_REFIT = 1.3
+"""A plane is fitted anew when its voxel has so many times the points of the last fit."""
+_NOISE = 0.02
+"""Of a point about its plane at least [m]."""
+_ROOM = 8192
+_NORMAL, _CENTRE, _ROUGHNESS, _OFFSET, _TILT = slice(0, 3), slice(3, 6), 6, 7, 8
+"""Columns of a plane."""
+_PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+
+
+@dataclass(frozen=True, slots=True)
+class Matches:
+    """Points that lie in voxels with a plane: their numbers (N,), the planes' unit normals (N, 3), the points'
+    distances from the planes (N,) [m], the planes' roughness (N,) as variances [m2], and the variances (N,) of the
+    planes themselves at the points [m2], which grow outward from where a plane was seen."""
+
+    points: NDArray[np.int64]
+    normals: Floats
+    distances: Floats
+    roughness: Floats
+    doubt: Floats
+
+
+class PlaneMap:
+    """Cubic voxels of `size` metres that fill the box from `low` to `high`. What lies outside is not mapped."""
+
+    def __init__(self, low: Vector, high: Vector, size: float) -> None:
+        self._size = size
+        self._low = np.array(low)
+        self._shape = np.ceil((np.array(high) - self._low) / size).astype(np.int64)
+        self._rows = np.full(int(self._shape.prod()), -1, dtype=np.int32)
+        """Of each voxel, its row in the table of those in which anything was seen, or -1."""
+        self._used = 0
+        self._corners = np.zeros((_ROOM, 3))
+        self._sums = np.zeros((_ROOM, 10))
+        """Over each voxel's points: their number, their coordinates from its corner, and products of these (_PAIRS)."""
+        self._fitted = np.zeros(_ROOM)
+        """How many points there were when the plane was fitted."""
+        self._is_plane = np.zeros(_ROOM, dtype=np.bool_)
+        self._planes = np.zeros((_ROOM, 9))
+        """Normal, centre, roughness, and variances of offset and tilt."""
+
+    @property
+    def planes(self) -> int:
+        """How many voxels hold a plane."""
+        return int(np.count_nonzero(self._is_plane))
+
+    def match(self, points: Floats) -> Matches:
+        """Compare points (N, 3), world frame, with the planes of their voxels."""
+        voxels, inside = self._voxels_at(points)
+        rows = self._rows[voxels]
+        numbers = np.flatnonzero(inside & (rows >= 0) & self._is_plane[rows])
+        planes = self._planes[rows[numbers]]
+        normals, ways = planes[:, _NORMAL], points[numbers] - planes[:, _CENTRE]
+        distances = np.einsum("ij,ij->i", normals, ways)
+        doubt = planes[:, _OFFSET] + planes[:, _TILT] * np.einsum("ij,ij->i", ways, ways)
+        return Matches(numbers, normals, distances, planes[:, _ROUGHNESS], doubt)
+
+    def insert(self, points: Floats) -> None:
+        """Take in points (N, 3), world frame."""
+        voxels, inside = self._voxels_at(points)
+        points, voxels = points[inside], voxels[inside]
+        self._open(voxels)
+        rows = self._rows[voxels]
+        wanting = self._sums[rows, 0] < _MOST
+        if wanting.any():
+            self._accumulate(points[wanting], rows[wanting])
+
+    def _open(self, voxels: NDArray[np.int64]) -> None:
+        """Give those voxels a row that have none."""
+        new = np.unique(voxels[self._rows[voxels] < 0])
+        first, self._used = self._used, self._used + len(new)
+        while self._used > len(self._sums):
+            self._corners, self._sums, self._planes = map(_doubled, (self._corners, self._sums, self._planes))
+            self._fitted, self._is_plane = _doubled(self._fitted), _doubled(self._is_plane)
+        self._rows[new] = np.arange(first, self._used)
+        cells = np.stack(np.unravel_index(new, tuple(self._shape)), axis=-1)
+        self._corners[first : self._used] = self._low + cells * self._size
+
+    def _accumulate(self, points: Floats, rows: NDArray[np.int32]) -> None:
+        touched, place = np.unique(rows, return_inverse=True)
+        number = len(touched)
+        # Sums are taken from the voxels' corners: far from the origin their squares would lose digits.
+        local = points - self._corners[rows]
+        terms = [None, *local.T, *(local[:, a] * local[:, b] for a, b in _PAIRS)]
+        self._sums[touched] += np.stack([np.bincount(place, term, number) for term in terms], axis=1)
+        counts = self._sums[touched, 0]
+        self._fit(touched[(counts >= _FEWEST) & (counts >= _REFIT * self._fitted[touched])])
+
+    def _fit(self, rows: NDArray[np.int32]) -> None:
+        """Fit planes by the principal axes of the points."""
+        counts = self._sums[rows, 0]
+        means = self._sums[rows, 1:] / counts[:, None]
+        scatter = np.empty((len(rows), 3, 3))
+        for column, (a, b) in enumerate(_PAIRS, start=3):
+            scatter[:, a, b] = scatter[:, b, a] = means[:, column] - means[:, a] * means[:, b]
+        spreads, axes = np.linalg.eigh(scatter)
+        thin, middle = np.maximum(spreads[:, 0], 0.0), spreads[:, 1]
+        # Thin in one direction, wide in the two others: neither a lump nor a line.
+        flat = (thin < (0.06 * self._size) ** 2 + 0.03**2) & (thin < 0.15 * middle)
+        self._is_plane[rows] = flat & (middle > 0.01 * self._size**2)
+        centres, offsets = self._corners[rows] + means[:, :3], np.maximum(thin, _NOISE**2) / counts
+        tilts = offsets / np.maximum(middle, 1e-6)
+        self._planes[rows] = np.column_stack([axes[:, :, 0], centres, thin, offsets, tilts])
+        self._fitted[rows] = counts
+
+    def _voxels_at(self, points: Floats) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+        """Flat indices of the points' voxels, and whether they lie in the box; others get index 0."""
+        cells = np.floor((points - self._low) * (1.0 / self._size)).astype(np.int64)
+        inside = np.all((cells >= 0) & (cells < self._shape), axis=1)
+        flat = (cells[:, 0] * self._shape[1] + cells[:, 1]) * self._shape[2] + cells[:, 2]
+        return np.where(inside, flat, 0), inside
+
+
+def _doubled(table: NDArray[T]) -> NDArray[T]:
+    """The table with as many rows again, of zeros."""
+    return np.concatenate([table, np.zeros_like(table)])

@@ -1,0 +1,52 @@
+"""Rotations as matrices, and small ones as vectors: the exponential map of SO(3), for one or for arrays of them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+def skew(vectors: Floats) -> Floats:
+    """Matrices (..., 3, 3) that multiply like the cross product with `vectors` (..., 3) from the left."""
+    matrices = np.zeros((*vectors.shape, 3))
+    matrices[..., 0, 1], matrices[..., 0, 2] = -vectors[..., 2], vectors[..., 1]
+    matrices[..., 1, 0], matrices[..., 1, 2] = vectors[..., 2], -vectors[..., 0]
+    matrices[..., 2, 0], matrices[..., 2, 1] = -vectors[..., 1], vectors[..., 0]
+    return matrices
+
+
+def exp(vectors: Floats) -> Floats:
+    """Rotation matrices (..., 3, 3) of rotation vectors (..., 3) [rad], by Rodrigues' formula."""
+    angles = np.linalg.norm(vectors, axis=-1)[..., None, None]
+    cross = skew(vectors)
+    # np.sinc(x) is sin(pi x) / (pi x), which is sound at zero.
+    first = np.sinc(angles / np.pi)
+    second = 0.5 * np.sinc(angles / (2.0 * np.pi)) ** 2
+    return np.eye(3) + first * cross + second * (cross @ cross)
+
+
+def log(turn: Floats) -> Floats:
+    """The rotation vector (3,) [rad] of a rotation matrix (3, 3) by less than half a turn."""
+    axis = 0.5 * np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
+    sine = math.sqrt(axis @ axis)
+    angle = math.atan2(sine, 0.5 * (float(np.trace(turn)) - 1.0))
+    return axis if sine < 1e-12 else axis * (angle / sine)
+
+
+def quaternion(turn: Floats) -> tuple[float, float, float, float]:
+    """The unit quaternion (w, x, y, z), w >= 0, of a rotation matrix (3, 3)."""
+    vector = log(turn)
+    angle = float(np.linalg.norm(vector))
+    x, y, z = (0.5 * np.sinc(angle / (2.0 * np.pi)) * vector).tolist()
+    return math.cos(0.5 * angle), x, y, z
+
+
+def matrix(wxyz: Floats) -> Floats:
+    """The rotation matrix (3, 3) of a quaternion (4,), (w, x, y, z), of any length but zero."""
+    w, x, y, z = wxyz / np.linalg.norm(wxyz)
+    cross = skew(np.array([x, y, z]))
+    return np.eye(3) + 2.0 * (w * cross + cross @ cross)

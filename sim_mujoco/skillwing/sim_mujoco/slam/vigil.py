@@ -1,0 +1,84 @@
+"""Whether odometry can still be believed: what it notices about itself, without knowing the truth.
+
+A scan is doubted when it contradicts the map or the inertial measurements. Doubted scans change nothing; several in a
+row mean that odometry has diverged, whoever is wrong: the scans, the inertial measurements, or the map.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from skillwing.sim_mujoco.slam.filter import Posterior
+from skillwing.sim_mujoco.slam.registration import Agreement
+from skillwing.sim_mujoco.slam.so3 import Floats
+from skillwing.sim_mujoco.slam.state import POSE, POSITION
+
+LEAST_CLOSE: Final = 0.85
+"""Of the points that have a plane this share has to be close to it. In sound flights it never fell below 0.96."""
+LARGEST_SURPRISE: Final = 30.0
+"""Squared Mahalanobis length of what a scan may change about the predicted pose, of 6 degrees of freedom. In sound
+flights at most 13."""
+FEWEST_MATCHES: Final = 60
+"""Points on planes without which a scan says nothing."""
+DOUBTS: Final = 5
+"""So many doubted scans more than believed ones, counted from the last time they were even, end the belief."""
+LARGEST_SIGMA: Final = 0.5
+"""Position uncertainty of the filter beyond which the drone is lost [m]: nothing around holds it in some direction."""
+LARGEST_GYRO_BIAS, LARGEST_ACCEL_BIAS = 0.05, 0.6
+"""No sound IMU has larger ones [rad/s, m/s2]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """Of one scan. `doubt` is a sentence without full stop, empty for a scan that is believed; `surprise` as in
+    LARGEST_SURPRISE."""
+
+    doubt: str
+    surprise: float
+
+
+def judge(agreement: Agreement, predicted: Floats, posterior: Posterior) -> Judgement:
+    """Judge what a scan would change about a prediction of this covariance (15, 15)."""
+    step = posterior.step[POSE]
+    surprise = float(step @ np.linalg.solve(predicted[POSE, POSE], step))
+    if agreement.matched < FEWEST_MATCHES:
+        return Judgement(f"only {agreement.matched} points lie on known planes", surprise)
+    if agreement.close < LEAST_CLOSE * agreement.matched:
+        share = 100 * agreement.close / agreement.matched
+        return Judgement(f"only {share:.0f} % of the points fit the planes of the map", surprise)
+    if surprise > LARGEST_SURPRISE:
+        return Judgement("the scan contradicts the inertial measurements", surprise)
+    return Judgement("", surprise)
+
+
+class Vigil:
+    """Sums up the judgements. `verdict` says why odometry is not to be believed any more, empty while it is."""
+
+    def __init__(self) -> None:
+        self.verdict = ""
+        self._doubts = 0
+
+    @property
+    def doubting(self) -> bool:
+        """Whether the last scans were not all believed."""
+        return self._doubts > 0
+
+    def observe(self, judgement: Judgement, posterior: Posterior) -> None:
+        """Take a judgement into account, and the state that holds after it."""
+        self._doubts = self._doubts + 1 if judgement.doubt else max(self._doubts - 1, 0)
+        self.verdict = self.verdict or self._decide(judgement, posterior)
+
+    def _decide(self, judgement: Judgement, posterior: Posterior) -> str:
+        if self._doubts >= DOUBTS:
+            return f"{judgement.doubt}, {DOUBTS} times"
+        sigma = float(np.sqrt(np.diag(posterior.covariance)[POSITION].max()))
+        if sigma > LARGEST_SIGMA:
+            return f"the position is uncertain by {sigma:.1f} m"
+        if np.abs(posterior.state.gyro_bias).max() > LARGEST_GYRO_BIAS:
+            return "the gyroscopes drift more than sound ones do"
+        if np.abs(posterior.state.accel_bias).max() > LARGEST_ACCEL_BIAS:
+            return "the accelerometers are off by more than sound ones are"
+        return ""
