@@ -228,6 +228,41 @@ def test_a_takeoff_that_fails_on_the_ground_commands_no_landing(flight: Flight) 
     assert [goal.skill for goal in flight.goals] == ["takeoff"]
 
 
+def test_a_low_battery_sends_the_drone_home(flight: Flight) -> None:
+    flight.start_mapping()
+    flight.interface.states["battery_status"] = "LOW"
+    flight.tick()
+    leg = flight.goal("goto_straight")
+    assert leg.interrupts == 1
+    leg.end("IT")
+    flight.tick()
+    assert [flight.goal(skill).interrupts for skill in ("lidar_mapping", "zed_depthmap")] == [0, 0], "they watch the way"
+    flight.goal("return_home").end("S_ARRIVED", success=True)
+    flight.tick()
+    for skill in ("lidar_mapping", "zed_depthmap"):
+        flight.goal(skill).end("IT")
+    flight.tick(later=CALM)
+    flight.goal("land").end("S_LANDED", success=True)
+    assert flight.tick() is Status.FAILURE, "the route was not flown"
+    assert [(step[1], step[2]) for step in flight.journal] == [("mapping", "coming home early")]
+
+
+def test_a_battery_that_empties_on_the_way_home_lands_the_drone(flight: Flight) -> None:
+    flight.start_mapping()
+    flight.interface.states["battery_status"] = "LOW"
+    flight.tick()
+    flight.goal("goto_straight").end("IT")
+    flight.tick()
+    flight.interface.states["battery_status"] = "CRITICAL"
+    flight.tick()
+    assert flight.goal("return_home").interrupts == 1
+    for goal in flight.goals:
+        if not goal.done:
+            goal.end("IT")
+    flight.tick(later=1.0)
+    assert flight.alive() == ["land"]
+
+
 def test_an_empty_battery_ends_the_flight_on_the_spot(flight: Flight) -> None:
     flight.start_mapping()
     flight.interface.states["battery_status"] = "CRITICAL"

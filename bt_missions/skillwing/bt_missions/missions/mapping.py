@@ -169,7 +169,7 @@ def _by_camera(context: MissionContext, route: Route, options: MappingOptions) -
             until=in_order(
                 "fly route and home",
                 ResourceIs("looking ahead", context, "depthmap_source", "ZED", wait=DEPTH_MAP_WAIT),
-                Until("until the route is done", route.is_done, leg),
+                _route_or_turn_back(context, route, leg),
                 _home(context, options),
             ),
         ),
@@ -207,9 +207,29 @@ def _by_lidar(context: MissionContext, route: Route, options: MappingOptions) ->
             until=in_order(
                 "fly route and home",
                 ResourceIs("looking along", context, "depthmap_source", "LIDAR", wait=DEPTH_MAP_WAIT),
-                Until("until the route is done", route.is_done, leg),
+                _route_or_turn_back(context, route, leg),
                 _home(context, options),
             ),
+        ),
+    )
+
+
+def _route_or_turn_back(context: MissionContext, route: Route, leg: Behaviour) -> Behaviour:
+    """Fly legs until the route is done, or until the battery is low: then it is time to come home.
+
+    A critical one lands the drone where it is, which is the business of the guards above.
+    """
+    return first_that_works(
+        "route or turn back",
+        guarded(
+            "while there is charge",
+            ResourceIs("charged?", context, "battery_status", "NORMAL"),
+            Until("until the route is done", route.is_done, leg),
+        ),
+        in_order(
+            "turn back",
+            ResourceIs("low battery?", context, "battery_status", "LOW", question=True),
+            NoteSwitch("why", context, "mission", "mapping", "coming home early"),
         ),
     )
 
