@@ -46,6 +46,17 @@ MAPPING_COMMAND = "fl/mapping/command"  # query ControlMapping -> Done
 MAPPING_STATUS = "fl/mapping/status"  # MappingStatus, 2 Hz
 MAP = "fl/mapping/map"  # float32 [n, 3] centres of occupied voxels that changed since the last one, MapHeader, 1 Hz
 MAP_SNAPSHOT = "fl/mapping/snapshot"  # query Empty -> float32 [n, 3] all occupied voxel centres + MapHeader
+CAMERA = "fl/camera/image"  # uint8 [height, width, 3] RGB, CameraHeader; only while somebody wants pictures
+CAMERA_COMMAND = "fl/camera/command"  # query ControlCamera -> Done
+VIDEO_COMMAND = "fl/video/command"  # query ControlVideo -> Done
+VIDEO_ENCODER = "fl/video/encoder"  # EncoderStatus, 2 Hz while a stream runs
+VIDEO_SENT = "fl/video/sent"  # a piece of an H.264 access unit, VideoPiece; video -> link
+VIDEO_RECEIVED = "fl/video/received"  # the same where the link has not lost it; link -> ground
+VIDEO_REPORT = "fl/video/report"  # VideoStatus, 4 Hz while a stream comes in; ground -> link
+VIDEO_STATUS = "fl/video/status"  # the same once it is back on board; link -> video and whoever wants to know
+VIDEO_SHOWN = "fl/video/shown"  # JPEG of what the ground sees, VideoShown, at most 4 Hz
+LINK_STATUS = "fl/link/status"  # LinkStatus, 1 Hz; 5 Hz while something crosses the link
+LINK_FAULT = "fl/link/fault"  # query SetLinkFault -> Done
 
 
 def health_key(sensor: str) -> str:
@@ -366,3 +377,101 @@ class MapHeader(Message, frozen=True, kw_only=True):
     voxel_size: Annotated[float, msgspec.Meta(gt=0.0, le=100.0)]
     count: int
     complete: bool
+
+
+class CameraHeader(Message, frozen=True, kw_only=True):
+    """Pinhole model of the RGB camera; `mount` is its place in FLU. Its optical axis is the body's x, turned down by
+    `tilt` [rad]."""
+
+    t: Time
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    mount: Vector3
+    tilt: float = 0.0
+
+
+class ControlCamera(Message, frozen=True, kw_only=True):
+    """Pictures are wanted for the next `seconds`, at this rate; who wants more asks again in time."""
+
+    fps: Annotated[float, msgspec.Meta(gt=0.0, le=50.0)]
+    seconds: Annotated[float, msgspec.Meta(ge=0.0, le=60.0)]
+    tilt: Annotated[float, msgspec.Meta(ge=-1.6, le=1.6)] = 0.0
+
+
+class ControlVideo(Message, frozen=True, kw_only=True):
+    """Start or stop the live video of a goal. `min_fps` and `min_quality` are what the ground needs at least: between
+    them the sender chooses what to give up first."""
+
+    goal_id: str
+    token: int
+    run: bool
+    min_fps: float = 10.0
+    min_quality: float = 0.7
+
+
+class EncoderStatus(Message, frozen=True, kw_only=True):
+    """What the sender aims at: `bitrate` [bit/s]; `changes` counts how often it has changed its mind."""
+
+    t: Time
+    stream: str
+    bitrate: float
+    fps: float
+    changes: int
+
+
+class VideoPiece(Message, frozen=True, kw_only=True):
+    """One of `parts` pieces of picture number `frame`, taken at `t`. `sequence` counts the pieces of a stream."""
+
+    t: Time
+    stream: str
+    sequence: int
+    frame: int
+    part: int
+    parts: int
+    keyframe: bool
+
+
+class VideoStatus(Message, frozen=True, kw_only=True):
+    """What arrives on the ground, over the last second: pictures shown, `bitrate` [bit/s], share of pieces `lost`,
+    median time from shutter to screen [s]. `quality` is the SSIM of pictures shown, None while there are none."""
+
+    t: Time
+    stream: str
+    fps: float
+    quality: float | None
+    bitrate: float
+    lost: float
+    latency: float | None
+    wants_keyframe: bool = False
+
+
+class VideoShown(Message, frozen=True, kw_only=True):
+    t: Time
+    width: int
+    height: int
+
+
+class LinkStatus(Message, frozen=True, kw_only=True):
+    """What the modem on board knows: the `bandwidth` [bit/s] of its present modulation, delay and share of packets lost
+    on the air, how long what it holds will take to be sent [s], what it has sent in the last second [bit/s], and how
+    many packets it had no room for since it was switched on."""
+
+    t: Time
+    bandwidth: float
+    latency: float
+    loss: float
+    queued: float
+    sent: float
+    dropped: int
+
+
+class SetLinkFault(Message, frozen=True, kw_only=True):
+    """Switch a fault of the link. Kinds: narrow (`magnitude` is what is left, in Mbit/s), cut."""
+
+    kind: str
+    on: bool = True
+    magnitude: Annotated[float, msgspec.Meta(ge=0.0, le=1e6)] | None = None
