@@ -15,7 +15,7 @@ from skillwing.bt_missions.subtrees.composites import alongside, first_that_work
 
 
 def problems(*leaves: Behaviour) -> list[str]:
-    return preflight([in_order("tree", *leaves)], SKILLSET)
+    return [found.text for found in preflight([in_order("tree", *leaves)], SKILLSET)]
 
 
 def test_a_tree_that_fits_has_no_problem(mission: FakeMission) -> None:

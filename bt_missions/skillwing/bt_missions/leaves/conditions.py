@@ -10,6 +10,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from skillwing.bt_missions.leaves.context import MissionContext
+from skillwing.bt_missions.leaves.places import put_caller
 
 Sign: TypeAlias = Literal["==", "!=", "<", "<=", ">", ">="]
 
@@ -41,6 +42,7 @@ class ResourceIs(Behaviour):
         question: bool = False,
     ) -> None:
         super().__init__(name)
+        put_caller(self)
         self.resource = resource
         self.states = states
         self._context = context
@@ -73,6 +75,7 @@ class DataCompare(Behaviour):
 
     def __init__(self, name: str, context: MissionContext, datum: str, sign: Sign, value: float | str | bool) -> None:
         super().__init__(name)
+        put_caller(self)
         self.datum, *self.fields = datum.split(".")
         self._context = context
         self.sign: Sign = sign

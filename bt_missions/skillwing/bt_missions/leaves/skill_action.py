@@ -14,6 +14,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from skillwing.bt_missions.leaves.context import MissionContext
+from skillwing.bt_missions.leaves.places import put_caller
 from skillwing.bt_missions.leaves.reaper import Mark
 from skillwing.bt_missions.leaves.skills import Goal
 from skillwing.dsl.model import UnknownNameError
@@ -61,6 +62,7 @@ class SkillAction(Behaviour):
         patience: float = DEFAULT_PATIENCE,
     ) -> None:
         super().__init__(name)
+        put_caller(self)
         self.skill = skill
         self.inputs = dict(inputs or {})
         self.outcomes = dict(outcomes or {})

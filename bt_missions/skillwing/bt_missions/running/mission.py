@@ -6,7 +6,9 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint, entry_points
-from typing import Any, ClassVar
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
 
 import msgspec
 from py_trees.behaviour import Behaviour
@@ -39,6 +41,17 @@ class Progress:
 
 
 @dataclass(frozen=True, slots=True)
+class Misfit:
+    """What does not fit, as a sentence. place: `file:line` of the mission where it is written, if that is known."""
+
+    text: str
+    place: str | None = None
+
+    def __str__(self) -> str:
+        return f"{self.place}: {self.text}" if self.place else self.text
+
+
+@dataclass(frozen=True, slots=True)
 class MissionTrees:
     """What a mission is made of. root: flies it. rescue: brings the drone to safety when `root` cannot go on, because
     somebody aborted the mission or a leaf raised."""
@@ -55,14 +68,18 @@ class Mission(ABC):
     needs: for each resource, the states in one of which it has to be before the tree is ticked for the first time.
     """
 
-    name: ClassVar[str]
-    summary: ClassVar[str]
-    needs: ClassVar[Mapping[str, tuple[str, ...]]] = {}
-    Options: ClassVar[type[MissionOptions]] = MissionOptions
+    name: str
+    summary: str
+    needs: Mapping[str, tuple[str, ...]] = MappingProxyType({})
+    Options: type[MissionOptions] = MissionOptions
 
     @abstractmethod
     def build(self, context: MissionContext, options: Any) -> MissionTrees:
         """Build the trees. Called once, before the robot is known to be ready: look at nothing yet."""
+
+    def draft(self, context: MissionContext, options: Any) -> tuple[MissionTrees, list[Misfit]]:
+        """Build the trees as far as that goes, and list what keeps them from being flown."""
+        return self.build(context, options), []
 
     def describe(self) -> dict[str, Any]:
         """Every option with its default, as plain values: text, numbers, lists."""
@@ -87,7 +104,14 @@ def installed_missions() -> dict[str, EntryPoint]:
 
 
 def find_mission(name: str) -> Mission:
-    """The mission of that name. Raises UnknownNameError."""
+    """The mission of that name, or in that file where the name ends with `.xml`.
+
+    Raises UnknownNameError, or TreeFileError for a file that cannot be read.
+    """
+    if name.endswith(".xml"):
+        from skillwing.bt_missions.xml.mission import load_mission  # noqa: PLC0415 - it makes missions of this module
+
+        return load_mission(Path(name))
     found = installed_missions()
     if name not in found:
         raise UnknownNameError("mission", name, found)

@@ -7,7 +7,9 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from py_trees.behaviour import Behaviour
 
 from skillwing.bt_missions.leaves.conditions import DataCompare, ResourceIs
+from skillwing.bt_missions.leaves.places import place_of
 from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.running.mission import Misfit
 from skillwing.bt_missions.running.tree_check import shape_problems
 from skillwing.dsl.model import Skill, Skillset, UnknownNameError
 from skillwing.services.core.values import fit_fields
@@ -16,19 +18,21 @@ from skillwing.services.protocol import Ending
 
 def preflight(
     trees: Iterable[Behaviour], skillset: Skillset, needs: Mapping[str, tuple[str, ...]] | None = None
-) -> list[str]:
-    """Every problem as a sentence; an empty list says that the mission fits this robot.
+) -> list[Misfit]:
+    """Everything that does not fit; an empty list says that the mission fits this robot.
 
     needs: resources and states that the mission waits for before it starts.
     """
-    problems: list[str] = []
+    found: list[Misfit] = []
     for resource, states in (needs or {}).items():
-        problems.extend(f"The mission's needs: {problem}" for problem in _resource_problems(skillset, resource, states))
+        problems = _resource_problems(skillset, resource, states)
+        found.extend(Misfit(f"The mission's needs: {problem}") for problem in problems)
     for root in trees:
-        problems.extend(shape_problems(root, skillset))
+        found.extend(Misfit(problem, place_of(node)) for node, problem in shape_problems(root, skillset))
         for leaf in _leaves(root):
-            problems.extend(f"Leaf `{leaf.name}`: {problem}" for problem in _leaf_problems(leaf, skillset))
-    return list(dict.fromkeys(problems))
+            problems = _leaf_problems(leaf, skillset)
+            found.extend(Misfit(f"Leaf `{leaf.name}`: {problem}", place_of(leaf)) for problem in problems)
+    return list(dict.fromkeys(found))
 
 
 def _leaves(node: Behaviour) -> Iterator[Behaviour]:

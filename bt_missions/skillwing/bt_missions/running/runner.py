@@ -144,7 +144,9 @@ class MissionNode:
         ]
         problems = preflight([self._trees.root, self._trees.rescue], self._skillset, {**self.mission.needs})
         if problems:
-            self._end(Phase.FAILED, "The mission does not fit this robot: " + " ".join(problems), rescue=False)
+            self._end(
+                Phase.FAILED, "The mission does not fit this robot: " + " ".join(map(str, problems)), rescue=False
+            )
         self._wake()
 
     def detach(self) -> None:

@@ -16,22 +16,23 @@ from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.dsl.model import Skill, Skillset
 
 
-def shape_problems(root: Behaviour, skillset: Skillset) -> Iterator[str]:
-    """Every problem as a sentence. Skills that the skillset does not know are passed over."""
+def shape_problems(root: Behaviour, skillset: Skillset) -> Iterator[tuple[Behaviour, str]]:
+    """Every problem as a sentence, with its node. Skills that the skillset does not know are passed over."""
     for node in root.iterate():
         yield from _unreachable(node, skillset)
         if isinstance(node, Parallel):
-            yield from _taken_twice(node, skillset)
+            for problem in _taken_twice(node, skillset):
+                yield node, problem
 
 
-def _unreachable(node: Behaviour, skillset: Skillset) -> Iterator[str]:
+def _unreachable(node: Behaviour, skillset: Skillset) -> Iterator[tuple[Behaviour, str]]:
     """Children that are never ticked, for the one before them always has the same end."""
     if not isinstance(node, Selector | Sequence):
         return
     needed, word = (Status.FAILURE, "fail") if isinstance(node, Selector) else (Status.SUCCESS, "succeed")
     for before, child in pairwise(node.children):
         if needed not in _ends(before, skillset):
-            yield f"Branch `{child.name}` of `{node.name}` is never reached: `{before.name}` cannot {word}."
+            yield child, f"Branch `{child.name}` of `{node.name}` is never reached: `{before.name}` cannot {word}."
             return
 
 
