@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import pytest
-from flights import ROUTE, Flight
+from flights import ROOT, ROUTE, Flight
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from skillwing.bt_missions.running.mission import find_mission
 from skillwing.services.protocol import RecordKind
+
+TREE_FILE = ROOT / "bt_missions/skillwing/bt_missions/missions/mapping.xml"
 
 LONGEST = 42.0
 """Longer than the nominal mission takes, in seconds: a failure may also come after it."""
@@ -53,6 +56,17 @@ def test_the_camera_fails_on_the_second_leg() -> None:
     assert subjects[-1] == "zed_status"
     begun = next(record for record in flight.records if record.subject == "lidar_depthmap")
     assert switch in flight.chain(begun)
+
+
+@pytest.mark.parametrize("failure", [None, 17.0])
+def test_the_tree_file_flies_as_the_mission_in_python_does(failure: float | None) -> None:
+    flights = [Flight(), Flight(mission=find_mission(str(TREE_FILE)), route=ROUTE)]
+    for flight in flights:
+        if failure is not None:
+            flight.at(failure, lambda flight=flight: flight.drone.set("zed_status", "FAILED"))
+        assert flight.fly().phase == "SUCCEEDED"
+    by_python, by_file = ([(goal.skill, goal.terminal) for goal in flight.goals.values()] for flight in flights)
+    assert by_file == by_python
 
 
 @given(seed=seeds, moment=moments)

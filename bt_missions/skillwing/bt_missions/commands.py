@@ -1,8 +1,9 @@
-"""`skillwing mission`: list the missions there are, and fly one on the running system."""
+"""`skillwing mission`: list, check and write the missions there are, and fly one on the running system."""
 
 from __future__ import annotations
 
 import signal
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -11,14 +12,32 @@ from rich.text import Text
 
 from skillwing.bt_missions.running.mission import find_mission, installed_missions
 from skillwing.bt_missions.running.option_words import parse_options
+from skillwing.bt_missions.running.rehearsal import grounded_context, rehearse
 from skillwing.bt_missions.running.runner import MissionNode, Phase
 from skillwing.bt_missions.running.tree_text import render
+from skillwing.bt_missions.xml.writer import write_mission, write_models
+from skillwing.dsl import load
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.commands.exit_codes import FAILED, OK
 from skillwing.services.commands.output import make_console, print_json, print_table
 from skillwing.services.protocol import MissionStatus
+from skillwing.services.robot import find_robot
 
-mission = typer.Typer(no_args_is_help=True, help="List and fly missions.")
+OptionWords = Annotated[
+    list[str] | None,
+    typer.Argument(metavar="[OPTION=VALUE]...", help='Options, as in speed=1.5 "route=30,0,4; 30,20,4; 0,0,4".'),
+]
+OutputOption = Annotated[
+    Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write there instead of to the terminal.")
+]
+RobotTableOption = Annotated[
+    str, typer.Option("--robot", "-r", metavar="NAME", help="Robot that it has to fit: name, or folder of its package.")
+]
+SkillsetOption = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Skillset that it has to fit, instead of a robot's.")
+]
+
+mission = typer.Typer(no_args_is_help=True, help="List, check, fly and write missions.")
 
 _COLOURS = {Phase.SUCCEEDED: "bold green", Phase.FAILED: "bold red", Phase.ABORTED: "bold yellow"}
 
@@ -38,11 +57,8 @@ def list_missions(as_json: JsonOption = False) -> None:
 
 @mission.command()
 def run(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="Mission to fly.", show_default=False)],
-    options: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="[OPTION=VALUE]...", help='Options, as in speed=1.5 "route=30,0,4; 30,20,4; 0,0,4".'),
-    ] = None,
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Mission to fly, or tree file.", show_default=False)],
+    options: OptionWords = None,
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -66,6 +82,63 @@ def run(
     elif node.status.phase != Phase.SUCCEEDED:
         console.print(render(node.snapshot))
     raise typer.Exit(OK if node.status.phase == Phase.SUCCEEDED else FAILED)
+
+
+@mission.command()
+def check(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Mission, or tree file.", show_default=False)],
+    options: OptionWords = None,
+    robot: RobotTableOption = "m600",
+    skillset: SkillsetOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """List everything in a mission that does not fit the robot. Nothing has to run for that.
+
+    Exit codes: 0 it fits, 1 it does not, 2 unknown name or malformed value.
+    """
+    chosen = find_mission(name)
+    model = load(skillset or find_robot(robot).skillset)
+    misfits = rehearse(chosen, model, chosen.read_options(parse_options(options or [])))
+    if as_json:
+        print_json(misfits)
+    else:
+        console = make_console()
+        for misfit in misfits:
+            console.print(str(misfit), soft_wrap=True, highlight=False)
+        verdict = f"{len(misfits)} problem{'s' * (len(misfits) != 1)}" if misfits else f"fits {model.name}"
+        console.print(f"{chosen.name}: {verdict}")
+    raise typer.Exit(FAILED if misfits else OK)
+
+
+@mission.command()
+def export(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Mission to write.", show_default=False)],
+    options: OptionWords = None,
+    output: OutputOption = None,
+    robot: RobotTableOption = "m600",
+    skillset: SkillsetOption = None,
+) -> None:
+    """Write a mission as a tree file (BehaviorTree.CPP 4), with these options as fixed values.
+
+    Exit codes: 0 written, 1 it does something in Python that no tree file can say, 2 unknown name or malformed value.
+    """
+    chosen = find_mission(name)
+    model = load(skillset or find_robot(robot).skillset)
+    trees = chosen.build(grounded_context(model), chosen.read_options(parse_options(options or [])))
+    _put(write_mission(chosen.name, trees, model), output)
+
+
+@mission.command()
+def nodes(output: OutputOption = None, robot: RobotTableOption = "m600", skillset: SkillsetOption = None) -> None:
+    """Write the models of the nodes that a tree file may use: the palette that Groot2 imports."""
+    _put(write_models(load(skillset or find_robot(robot).skillset)), output)
+
+
+def _put(text: str, output: Path | None) -> None:
+    if output is None:
+        typer.echo(text, nl=False)
+    else:
+        output.write_text(text, encoding="utf-8")
 
 
 def _written(value: Any) -> str:

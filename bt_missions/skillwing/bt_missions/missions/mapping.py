@@ -6,8 +6,8 @@ sees only sideways, so the drone turns its nose across the motion and flies like
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Annotated, ClassVar
+from types import MappingProxyType
+from typing import Annotated
 
 import msgspec
 from py_trees.behaviour import Behaviour
@@ -75,17 +75,19 @@ class MappingOptions(MissionOptions, frozen=True, kw_only=True):
 class MappingMission(Mission):
     name = "mapping"
     summary = "Map the surroundings of a route with the LiDAR; fly on by LiDAR when the depth camera fails."
-    needs: ClassVar[Mapping[str, tuple[str, ...]]] = {
-        "SDK_authority": ("AVAILABLE",),
-        "homepoint_status": ("VALID",),
-        "flight_status": ("ON_GROUND",),
-        # On the ground a landing may not have let go of them yet.
-        "axes_authority": ("AVAILABLE",),
-        "heading_authority": ("AVAILABLE",),
-        "zed_status": ("OK", "FAILED"),
-        "lidar_status": ("OK",),
-        "battery_status": ("NORMAL",),
-    }
+    needs = MappingProxyType(
+        {
+            "SDK_authority": ("AVAILABLE",),
+            "homepoint_status": ("VALID",),
+            "flight_status": ("ON_GROUND",),
+            # On the ground a landing may not have let go of them yet.
+            "axes_authority": ("AVAILABLE",),
+            "heading_authority": ("AVAILABLE",),
+            "zed_status": ("OK", "FAILED"),
+            "lidar_status": ("OK",),
+            "battery_status": ("NORMAL",),
+        }
+    )
     Options = MappingOptions
 
     def build(self, context: MissionContext, options: MappingOptions) -> MissionTrees:

@@ -1,0 +1,122 @@
+"""Leaves that look at the robot, and leaves for the change of branches."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import cast
+
+from py_trees.behaviour import Behaviour
+from py_trees.behaviours import Failure, Success
+
+from skillwing.bt_missions.leaves.conditions import SIGNS, DataCompare, ResourceIs, Sign
+from skillwing.bt_missions.leaves.settling import NoteSwitch, Settled
+from skillwing.bt_missions.xml.node_type import TRUTHS, Call, Category, NodeType, Port
+from skillwing.bt_missions.xml.values import written
+
+PATIENCE = "10"
+
+
+def _make_resource_is(call: Call) -> Behaviour:
+    return ResourceIs(
+        call.name,
+        call.context,
+        call.text("resource"),
+        *call.words("states"),
+        wait=call.number("wait"),
+        question=call.truth("question"),
+    )
+
+
+def _describe_resource_is(node: Behaviour) -> Mapping[str, str] | None:
+    if not isinstance(node, ResourceIs):
+        return None
+    attributes = {"resource": node.resource, "states": " ".join(node.states)}
+    if node.wait:
+        attributes["wait"] = written(node.wait)
+    return {**attributes, "question": "true"} if node.question else attributes
+
+
+def _make_data_compare(call: Call) -> Behaviour:
+    sign = cast(Sign, call.choice("sign", SIGNS))
+    return DataCompare(call.name, call.context, call.text("datum"), sign, _plain(call.text("value")))
+
+
+def _describe_data_compare(node: Behaviour) -> Mapping[str, str] | None:
+    if not isinstance(node, DataCompare):
+        return None
+    return {"datum": ".".join([node.datum, *node.fields]), "sign": node.sign, "value": written(node.value)}
+
+
+def _plain(text: str) -> float | str | bool:
+    """A number or truth where the text is one."""
+    if text.lower() in TRUTHS:
+        return TRUTHS[text.lower()]
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def _describe_switch(node: Behaviour) -> Mapping[str, str] | None:
+    return dict(zip(("subject", "before", "after"), node.step, strict=True)) if isinstance(node, NoteSwitch) else None
+
+
+LOOKING = (
+    NodeType(
+        "ResourceIs",
+        Category.CONDITION,
+        _make_resource_is,
+        _describe_resource_is,
+        (
+            Port("resource", "name of the resource"),
+            Port("states", "in one of which it has to be"),
+            Port("wait", "robot seconds to wait for it", "double", "0"),
+            Port("question", "true: a no is an answer, and not what went wrong", "bool", "false"),
+        ),
+    ),
+    NodeType(
+        "DataCompare",
+        Category.CONDITION,
+        _make_data_compare,
+        _describe_data_compare,
+        (
+            Port("datum", "name of the datum; `position.z` names a field"),
+            Port("sign", "one of " + " ".join(SIGNS)),
+            Port("value", "what to compare it with"),
+        ),
+    ),
+    NodeType(
+        "NoteSwitch",
+        Category.ACTION,
+        make=lambda call: NoteSwitch(
+            call.name, call.context, call.text("subject"), call.text("before"), call.text("after")
+        ),
+        describe=_describe_switch,
+        ports=(
+            Port("subject", "what goes over to something else"),
+            Port("before", "from what"),
+            Port("after", "to what"),
+        ),
+    ),
+    NodeType(
+        "Settled",
+        Category.ACTION,
+        make=lambda call: Settled(call.name, call.context, call.number("patience")),
+        describe=lambda node: {"patience": written(node.patience)} if isinstance(node, Settled) else None,
+        ports=(Port("patience", "robot seconds to wait at most for what is stopping", "double", PATIENCE),),
+    ),
+    NodeType(
+        "AlwaysSuccess",
+        Category.ACTION,
+        make=lambda call: Success(call.name),
+        describe=lambda node: {} if isinstance(node, Success) else None,
+        standard=True,
+    ),
+    NodeType(
+        "AlwaysFailure",
+        Category.ACTION,
+        make=lambda call: Failure(call.name),
+        describe=lambda node: {} if isinstance(node, Failure) else None,
+        standard=True,
+    ),
+)

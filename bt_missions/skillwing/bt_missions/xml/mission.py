@@ -1,0 +1,113 @@
+"""A tree file as a mission."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, cast
+
+import msgspec
+from py_trees.behaviour import Behaviour
+
+from skillwing.bt_missions.leaves.context import MissionContext
+from skillwing.bt_missions.planning.detour import Area, Position
+from skillwing.bt_missions.running.mission import Misfit, Mission, MissionOptions, MissionTrees, Progress
+from skillwing.bt_missions.running.option_words import plain_value
+from skillwing.bt_missions.xml.builder import Builder
+from skillwing.bt_missions.xml.node_types import node_types
+from skillwing.bt_missions.xml.plans import PlanRoute
+from skillwing.bt_missions.xml.problems import Problem, TreeFileError
+from skillwing.bt_missions.xml.scope import Scope
+from skillwing.bt_missions.xml.tree_file import RESCUE, DeclaredPort, TreeFile, read_tree_file
+from skillwing.dsl.suggest import listed
+from skillwing.services.errors import InvalidOptionError
+
+OPTION_TYPES: dict[str, Any] = {
+    "double": float,
+    "float": float,
+    "int": int,
+    "bool": bool,
+    "string": str,
+    "Position": Position,
+    "Position[]": tuple[Position, ...],
+    "Area": Area | None,
+}
+"""What the ports of the main tree may be."""
+
+
+def load_mission(file: Path) -> XmlMission:
+    """The mission in a tree file. Raises TreeFileError."""
+    return XmlMission(read_tree_file(file))
+
+
+class XmlMission(Mission):
+    """name: ID of the main tree; its input ports are the options. Metadata of its model give summary and needs."""
+
+    def __init__(self, source: TreeFile) -> None:
+        """Raises TreeFileError for options and needs that mean nothing."""
+        self._source = source
+        problems: list[Problem] = []
+        self.name = source.main
+        self.summary = source.main_model.metadata.get("summary", "")
+        self.needs = dict(_needs(source, problems))
+        fields = list(_options(source, problems))
+        if problems:
+            raise TreeFileError(source.file, problems)
+        options = msgspec.defstruct("Options", fields, bases=(MissionOptions,), frozen=True, kw_only=True)
+        self.Options = cast(type[MissionOptions], options)
+
+    def build(self, context: MissionContext, options: MissionOptions) -> MissionTrees:
+        """Raises TreeFileError with every problem there is between the file and the skillset."""
+        trees, problems = self._draft(context, options)
+        if problems:
+            raise TreeFileError(self._source.file, problems)
+        return trees
+
+    def draft(self, context: MissionContext, options: MissionOptions) -> tuple[MissionTrees, list[Misfit]]:
+        trees, problems = self._draft(context, options)
+        return trees, [Misfit(problem.text, f"{self._source.file}:{problem.line}") for problem in problems]
+
+    def _draft(self, context: MissionContext, options: MissionOptions) -> tuple[MissionTrees, list[Problem]]:
+        builder = Builder(self._source, node_types(context.skillset), context)
+        scope = Scope()
+        for name in options.__struct_fields__:
+            scope.cell(name).hold(getattr(options, name))
+        root = builder.build(self._source.main, scope)
+        rescue = builder.build(RESCUE, scope)
+        builder.finish()
+        return MissionTrees(root, rescue, lambda: _progress(root)), builder.problems
+
+
+def _progress(root: Behaviour) -> Progress:
+    plan = next((node for node in root.iterate() if isinstance(node, PlanRoute)), None)
+    return Progress() if plan is None else Progress.of(plan.route.planner)
+
+
+def _options(source: TreeFile, problems: list[Problem]) -> Iterator[tuple[str, Any, Any]]:
+    for port in source.main_model.ports:
+        if port.kind not in OPTION_TYPES:
+            text = f"Option `{port.name}` is of type `{port.kind}`; it may be {listed(OPTION_TYPES)}."
+            problems.append(Problem(port.line, text))
+        elif port.default is None:
+            problems.append(Problem(port.line, f"Option `{port.name}` has no default; give it one."))
+        else:
+            yield from _option(port, port.default, problems)
+
+
+def _option(port: DeclaredPort, default: str, problems: list[Problem]) -> Iterator[tuple[str, Any, Any]]:
+    kind = OPTION_TYPES[port.kind]
+    try:
+        plain = default if kind is str else plain_value(port.name, default)
+        yield port.name, kind, msgspec.convert(None if plain == "" else plain, kind, strict=False)
+    except (InvalidOptionError, msgspec.ValidationError) as error:
+        problems.append(Problem(port.line, f"The default of option `{port.name}` cannot be read: {error}."))
+
+
+def _needs(source: TreeFile, problems: list[Problem]) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """Of `needs="SDK_authority: AVAILABLE; zed_status: OK FAILED"`."""
+    model = source.main_model
+    for need in filter(str.strip, model.metadata.get("needs", "").split(";")):
+        resource, colon, states = need.partition(":")
+        if not colon or not states.split():
+            problems.append(Problem(model.line, f"`{need.strip()}` in `needs` is not of the form RESOURCE: STATE ..."))
+        yield resource.strip(), tuple(states.split())

@@ -1,0 +1,18 @@
+"""Every tag that a tree file may use."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from skillwing.bt_missions.xml.conditions import LOOKING
+from skillwing.bt_missions.xml.node_type import NodeType
+from skillwing.bt_missions.xml.plans import PLANNING
+from skillwing.bt_missions.xml.skills import skill_types
+from skillwing.bt_missions.xml.structure import STRUCTURE
+from skillwing.dsl.model import Skillset
+
+
+def node_types(skillset: Skillset) -> Mapping[str, NodeType]:
+    """By tag: those that every robot has, and one for each skill. A skill never takes the name of another tag."""
+    own = (*STRUCTURE, *LOOKING, *PLANNING)
+    return {each.tag: each for each in (*skill_types(skillset), *own)}

@@ -1,0 +1,113 @@
+"""Tags around a route: the plan, the leaf that writes its next leg, the loop over its legs, and the judgement."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import msgspec
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from skillwing.bt_missions.planning.detour import Area, Position, RoutePlanner
+from skillwing.bt_missions.planning.waypoints import Route, RouteFulfilled, WaypointWriter
+from skillwing.bt_missions.subtrees.loop import Until
+from skillwing.bt_missions.xml.node_type import Call, Category, NodeType, Port, PortError
+from skillwing.bt_missions.xml.skills import CRAB, PLAN, TARGET
+
+_PLAN_PORT = Port("plan", "the route under way", "Route")
+
+
+class PlanRoute(Behaviour):
+    """The plan is made when the tree is built; in flight there is nothing left to do, and this is SUCCESS."""
+
+    def __init__(self, name: str, route: Route) -> None:
+        super().__init__(name)
+        self.route = route
+
+    def update(self) -> Status:
+        return Status.SUCCESS
+
+
+def _make_plan(call: Call) -> Behaviour:
+    planner = RoutePlanner(_converted(call, "route", tuple[Position, ...]), area=_converted(call, "area", Area | None))
+    route = Route(call.context, planner)
+    call.output("plan").hold(route)
+    return PlanRoute(call.name, route)
+
+
+def _converted(call: Call, port: str, kind: Any) -> Any:
+    """A value of an option, or one written as JSON."""
+    value = call.value(port)
+    try:
+        if isinstance(value, str):
+            return msgspec.json.decode(value or "null", type=kind)
+        return msgspec.convert(value, kind)
+    except (msgspec.DecodeError, msgspec.ValidationError) as error:
+        raise PortError(f"`{port}` is `{call.ports[port]}`, which cannot be read: {error}.") from error
+
+
+def _describe_plan(node: Behaviour) -> Mapping[str, str] | None:
+    if not isinstance(node, PlanRoute):
+        return None
+    planner = node.route.planner
+    values = {"route": planner.route, "area": planner.known.area}
+    return {**{port: msgspec.json.encode(value).decode() for port, value in values.items()}, "plan": PLAN}
+
+
+def _make_writer(call: Call) -> Behaviour:
+    route = call.route("plan")
+    call.output("target").source = route.target
+    call.output("crab").source = route.crab
+    return WaypointWriter(call.name, call.context, route)
+
+
+def _describe_writer(node: Behaviour) -> Mapping[str, str] | None:
+    return {"plan": PLAN, "target": TARGET, "crab": CRAB} if isinstance(node, WaypointWriter) else None
+
+
+def _make_until(call: Call) -> Behaviour:
+    route = call.route("plan")
+    return Until(call.name, route.is_done, call.children[0])
+
+
+def _describe_until(node: Behaviour) -> Mapping[str, str] | None:
+    if not isinstance(node, Until):
+        return None
+    if getattr(node.done, "__func__", None) is not Route.is_done:
+        raise PortError(f"`{node.name}` asks Python code when to stop, which no tree file can say.")
+    return {"plan": PLAN}
+
+
+PLANNING = (
+    NodeType(
+        "PlanRoute",
+        Category.ACTION,
+        _make_plan,
+        _describe_plan,
+        (
+            Port("route", "waypoints, ENU, in m: an option, or JSON `[[x, y, z], ...]`", "Position[]"),
+            Port("area", "west, south, east, north border of the detours; empty for none", "Area", ""),
+            Port("plan", "the route under way", "Route", output=True),
+        ),
+    ),
+    NodeType(
+        "WaypointWriter",
+        Category.ACTION,
+        _make_writer,
+        _describe_writer,
+        (
+            _PLAN_PORT,
+            Port("target", "end of the next leg", "Position", TARGET, output=True),
+            Port("crab", "heading that lays it into the plane of the LiDAR, rad", "double", CRAB, output=True),
+        ),
+    ),
+    NodeType("UntilRouteDone", Category.DECORATOR, _make_until, _describe_until, (_PLAN_PORT,)),
+    NodeType(
+        "RouteFulfilled",
+        Category.CONDITION,
+        make=lambda call: RouteFulfilled(call.name, call.context, call.route("plan")),
+        describe=lambda node: {"plan": PLAN} if isinstance(node, RouteFulfilled) else None,
+        ports=(_PLAN_PORT,),
+    ),
+)

@@ -1,0 +1,63 @@
+"""The blackboard of a tree file: named cells, and one set of names for every subtree."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+_NOTHING: Any = object()
+
+
+class Cell:
+    """One entry. It holds what an option gave it before the flight, or asks `source` whenever it is read."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.source: Callable[[], Any] | None = None
+        self._value = _NOTHING
+
+    @property
+    def is_known(self) -> bool:
+        """Whether its value is known before the flight, and stays."""
+        return self.source is None and self._value is not _NOTHING
+
+    @property
+    def is_filled(self) -> bool:
+        """Whether anything gives it a value, now or in flight."""
+        return self.source is not None or self._value is not _NOTHING
+
+    def hold(self, value: Any) -> Cell:
+        self._value = value
+        return self
+
+    def __call__(self) -> Any:
+        """The value now. Raises LookupError where nothing has given one."""
+        if self.source is not None:
+            return self.source()
+        if self._value is _NOTHING:
+            raise LookupError(f"`{{{self.name}}}` has no value; let an option or an output port give it one.")
+        return self._value
+
+
+class Scope:
+    """The names that one subtree sees. links: its ports, tied to cells outside; inherit: it sees all of `outer`."""
+
+    def __init__(
+        self, outer: Scope | None = None, links: Mapping[str, Cell] | None = None, *, inherit: bool = False
+    ) -> None:
+        self._outer = outer
+        self._inherit = inherit
+        self._cells = dict(links or {})
+
+    def cell(self, name: str) -> Cell:
+        """The cell of that name, made if there is none. `@name` is one of the main tree, from wherever it is used."""
+        if name.startswith("@"):
+            return self._outermost.cell(name[1:])
+        if name not in self._cells:
+            inherited = self._outer is not None and self._inherit and not name.startswith("_")
+            self._cells[name] = self._outer.cell(name) if inherited and self._outer is not None else Cell(name)
+        return self._cells[name]
+
+    @property
+    def _outermost(self) -> Scope:
+        return self if self._outer is None else self._outer._outermost

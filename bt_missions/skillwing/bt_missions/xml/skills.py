@@ -1,0 +1,122 @@
+"""A tag for every skill of a skillset: its inputs are its ports."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from skillwing.bt_missions.leaves.skill_action import DEFAULT_PATIENCE, SkillAction
+from skillwing.bt_missions.planning.waypoints import Route
+from skillwing.bt_missions.xml.node_type import Call, Category, NodeType, Port, PortError
+from skillwing.bt_missions.xml.scope import Cell
+from skillwing.bt_missions.xml.values import read, written
+from skillwing.dsl.model import ArrayType, Field, Skill, Skillset, Type
+from skillwing.services.core.values import type_text
+
+TARGET, CRAB, PLAN = "{target}", "{crab}", "{plan}"
+"""Where a written tree keeps what a WaypointWriter says."""
+_OWN_PORTS = (
+    Port("success_on", "endings that are SUCCESS, as in `S_ARRIVED S_BLOCKED`; by default its successes", default=""),
+    Port("failure_on", "endings that are FAILURE; by default all others", default=""),
+    Port("patience", "robot seconds to wait for resources that are being freed", "double", written(DEFAULT_PATIENCE)),
+    Port("leg_of", "the plan that is told how this leg ended", default=""),
+)
+_RESERVED = ("name", "ID", *(port.name for port in _OWN_PORTS))
+
+
+def skill_types(skillset: Skillset) -> Iterator[NodeType]:
+    """The tags of a skillset's skills, in its order."""
+    for skill in skillset.skills:
+        yield _skill_type(skill)
+
+
+def input_port(name: str) -> str:
+    """The port of an input; one whose name means something else in a tag gets an underscore."""
+    return f"{name}_" if name in _RESERVED else name
+
+
+def _skill_type(skill: Skill) -> NodeType:
+    inputs = tuple(
+        Port(
+            input_port(field.name),
+            # Its limits are for the manager's check and the preflight, which know them all.
+            f"{type_text(field.type)}{f', in {field.unit}' if field.unit else ''}",
+            _type_name(field.type),
+            _default(field),
+        )
+        for field in skill.inputs
+    )
+    return NodeType(
+        skill.name,
+        Category.ACTION,
+        make=lambda call: _make(skill, call),
+        describe=lambda node: _describe(skill, node),
+        ports=(*inputs, *_OWN_PORTS),
+    )
+
+
+def _default(field: Field) -> str:
+    """The text of a port that is not given: what the skill fills in by itself, or nothing."""
+    return "" if field.default is None else written(field.default)
+
+
+def _type_name(kind: Type) -> str:
+    return f"{_type_name(kind.element)}[]" if isinstance(kind, ArrayType) else kind.name
+
+
+def _make(skill: Skill, call: Call) -> Behaviour:
+    inputs: dict[str, object] = {}
+    for field in skill.inputs:
+        port = input_port(field.name)
+        text, cell = call.ports[port], call.cell(port)
+        if cell is not None:
+            # What is known now can be checked now; anything else is asked for at the moment of the start.
+            inputs[field.name] = read(written(cell()), field.type, port) if cell.is_known else cell
+        elif text != _default(field):
+            inputs[field.name] = read(text, field.type, port)
+    outcomes = dict.fromkeys(call.words("success_on"), Status.SUCCESS)
+    outcomes |= dict.fromkeys(call.words("failure_on"), Status.FAILURE)
+    try:
+        return SkillAction(
+            call.name,
+            call.context,
+            skill.name,
+            inputs,
+            outcomes=outcomes,
+            on_end=call.route("leg_of").leg_ended if call.ports["leg_of"] else None,
+            patience=call.number("patience"),
+        )
+    except ValueError as error:
+        raise PortError(str(error)) from error
+
+
+def _describe(skill: Skill, node: Behaviour) -> Mapping[str, str] | None:
+    if not isinstance(node, SkillAction) or node.skill != skill.name:
+        return None
+    attributes = {input_port(name): _source(node, name) for name in node.inputs}
+    for port, status in (("success_on", Status.SUCCESS), ("failure_on", Status.FAILURE)):
+        labels = [label for label, meaning in node.outcomes.items() if meaning is status]
+        if labels:
+            attributes[port] = " ".join(labels)
+    if node.patience != DEFAULT_PATIENCE:
+        attributes["patience"] = written(node.patience)
+    if node.on_end is not None:
+        if getattr(node.on_end, "__func__", None) is not Route.leg_ended:
+            raise PortError(f"`{node.name}` calls Python code when it ends, which no tree file can say.")
+        attributes["leg_of"] = PLAN
+    return attributes
+
+
+def _source(node: SkillAction, name: str) -> str:
+    """Where the input of a leaf comes from, as an attribute."""
+    value = node.inputs[name]
+    if not callable(value):
+        return written(value)
+    if isinstance(value, Cell):
+        return f"{{{value.name}}}"
+    cell = {Route.target: TARGET, Route.crab: CRAB}.get(getattr(value, "__func__", None))
+    if cell is None:
+        raise PortError(f"`{node.name}` takes `{name}` from Python code, which no tree file can say.")
+    return cell

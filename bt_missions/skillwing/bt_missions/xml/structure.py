@@ -1,0 +1,139 @@
+"""Controls and decorators: BehaviorTree.CPP's names for what py_trees and `subtrees/` do.
+
+`Sequence` and `Fallback` remember where they are while a child runs; the `Reactive` ones ask every child anew at each
+tick. A `Parallel` here ends with the first child that fails.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import ParallelPolicy
+from py_trees.composites import Parallel, Selector, Sequence
+from py_trees.decorators import FailureIsSuccess, Inverter, Repeat, Retry, SuccessIsFailure, SuccessIsRunning
+
+from skillwing.bt_missions.subtrees.composites import alongside
+from skillwing.bt_missions.subtrees.decorators import Deadline
+from skillwing.bt_missions.xml.node_type import Call, Category, NodeType, Port, PortError
+
+SECOND = 1000.0
+ALL = -1
+
+
+def _sequence(tag: str, *, memory: bool) -> NodeType:
+    return NodeType(
+        tag,
+        Category.CONTROL,
+        make=lambda call: Sequence(call.name, memory=memory, children=list(call.children)),
+        describe=lambda node: {} if isinstance(node, Sequence) and node.memory == memory else None,
+        standard=True,
+    )
+
+
+def _fallback(tag: str, *, memory: bool) -> NodeType:
+    return NodeType(
+        tag,
+        Category.CONTROL,
+        make=lambda call: Selector(call.name, memory=memory, children=list(call.children)),
+        describe=lambda node: {} if isinstance(node, Selector) and node.memory == memory else None,
+        standard=True,
+    )
+
+
+def _make_parallel(call: Call) -> Behaviour:
+    needed = call.count("success_count")
+    if call.count("failure_count") != 1:
+        raise PortError("`failure_count` has to be 1: a parallel ends with the first child that fails.")
+    if needed == 1:
+        policy: ParallelPolicy.Base = ParallelPolicy.SuccessOnOne()
+    elif needed in (ALL, len(call.children)):
+        policy = ParallelPolicy.SuccessOnAll()
+    else:
+        raise PortError(f"`success_count` is {needed}; it takes 1, or -1 for all children.")
+    return Parallel(call.name, policy=policy, children=list(call.children))
+
+
+def _describe_parallel(node: Behaviour) -> Mapping[str, str] | None:
+    if not isinstance(node, Parallel) or isinstance(node.policy, ParallelPolicy.SuccessOnSelected):
+        return None
+    one = isinstance(node.policy, ParallelPolicy.SuccessOnOne)
+    return {"success_count": "1" if one else str(ALL), "failure_count": "1"}
+
+
+def _make_alongside(call: Call) -> Behaviour:
+    *companions, until = call.children
+    return alongside(call.name, *companions, until=until)
+
+
+def _describe_alongside(node: Behaviour) -> Mapping[str, str] | None:
+    if not isinstance(node, Parallel) or not isinstance(node.policy, ParallelPolicy.SuccessOnSelected):
+        return None
+    return {} if list(node.policy.children) == node.children[-1:] else None
+
+
+def _make_timeout(call: Call) -> Behaviour:
+    return Deadline(call.name, call.context, call.number("msec") / SECOND, call.children[0])
+
+
+def _describe_timeout(node: Behaviour) -> Mapping[str, str] | None:
+    return {"msec": f"{node.seconds * SECOND:g}"} if isinstance(node, Deadline) else None
+
+
+def _decorator(tag: str, kind: type[FailureIsSuccess | Inverter | SuccessIsFailure | SuccessIsRunning]) -> NodeType:
+    return NodeType(
+        tag,
+        Category.DECORATOR,
+        make=lambda call: kind(call.name, call.children[0]),
+        describe=lambda node: {} if type(node) is kind else None,
+        standard=True,
+    )
+
+
+STRUCTURE = (
+    _sequence("Sequence", memory=True),
+    _sequence("ReactiveSequence", memory=False),
+    _fallback("Fallback", memory=True),
+    _fallback("ReactiveFallback", memory=False),
+    NodeType(
+        "Parallel",
+        Category.CONTROL,
+        _make_parallel,
+        _describe_parallel,
+        (
+            Port("success_count", "children that have to succeed: 1, or -1 for all", "int", "-1"),
+            Port("failure_count", "children that may fail before it fails: 1", "int", "1"),
+        ),
+        standard=True,
+    ),
+    # A companion that succeeds does not end it, which no standard node says.
+    NodeType("Alongside", Category.CONTROL, _make_alongside, _describe_alongside),
+    _decorator("Inverter", Inverter),
+    _decorator("ForceSuccess", FailureIsSuccess),
+    _decorator("ForceFailure", SuccessIsFailure),
+    _decorator("KeepRunningUntilFailure", SuccessIsRunning),
+    NodeType(
+        "RetryUntilSuccessful",
+        Category.DECORATOR,
+        make=lambda call: Retry(call.name, call.children[0], num_failures=call.count("num_attempts")),
+        describe=lambda node: {"num_attempts": str(node.num_failures)} if isinstance(node, Retry) else None,
+        ports=(Port("num_attempts", "how often it is tried", "int"),),
+        standard=True,
+    ),
+    NodeType(
+        "Repeat",
+        Category.DECORATOR,
+        make=lambda call: Repeat(call.name, call.children[0], num_success=call.count("num_cycles")),
+        describe=lambda node: {"num_cycles": str(node.num_success)} if isinstance(node, Repeat) else None,
+        ports=(Port("num_cycles", "how often it has to succeed; -1 for ever", "int"),),
+        standard=True,
+    ),
+    NodeType(
+        "Timeout",
+        Category.DECORATOR,
+        _make_timeout,
+        _describe_timeout,
+        (Port("msec", "milliseconds of robot time until the child is halted and this fails", "unsigned"),),
+        standard=True,
+    ),
+)

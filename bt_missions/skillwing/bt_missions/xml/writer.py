@@ -1,0 +1,105 @@
+"""Trees as XML: what `builder.py` would build again, with a model of every node for the Groot2 editor."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from xml.etree import ElementTree
+
+from py_trees.behaviour import Behaviour
+
+from skillwing.bt_missions.planning.waypoints import WaypointWriter
+from skillwing.bt_missions.running.mission import MissionTrees
+from skillwing.bt_missions.subtrees.composites import in_order
+from skillwing.bt_missions.xml.node_type import NodeType, PortError
+from skillwing.bt_missions.xml.node_types import node_types
+from skillwing.bt_missions.xml.plans import PlanRoute
+from skillwing.bt_missions.xml.tree_file import FORMAT, RESCUE
+from skillwing.dsl.model import Skillset
+from skillwing.services.errors import SkillwingError
+
+_MODELS = "TreeNodesModel"
+
+
+class NotWritableError(SkillwingError):
+    """A tree does something in Python that no tree file can say. problems: a sentence for each such node."""
+
+    def __init__(self, problems: Iterable[str]) -> None:
+        self.problems = tuple(problems)
+        super().__init__(" ".join(self.problems))
+
+
+def write_mission(name: str, trees: MissionTrees, skillset: Skillset) -> str:
+    """A mission as a tree file; options are written as the values that they had. Raises NotWritableError."""
+    types = node_types(skillset)
+    root = _document(name)
+    problems: list[str] = []
+    for tree, top in ((name, _with_plan(trees.root)), (RESCUE, trees.rescue)):
+        element = ElementTree.SubElement(root, "BehaviorTree", ID=tree)
+        _append(element, top, types, problems)
+    if problems:
+        raise NotWritableError(dict.fromkeys(problems))
+    used = {element.tag for element in root.iter()}
+    _append_models(root, (each for each in types.values() if each.tag in used))
+    return _text(root)
+
+
+def write_models(skillset: Skillset) -> str:
+    """The models of every node that BehaviorTree.CPP does not know: what Groot2 imports as its palette."""
+    root = _document(None)
+    _append_models(root, node_types(skillset).values())
+    return _text(root)
+
+
+def _document(main: str | None) -> ElementTree.Element:
+    root = ElementTree.Element("root", BTCPP_format=FORMAT)
+    if main is not None:
+        root.set("main_tree_to_execute", main)
+    return root
+
+
+def _with_plan(top: Behaviour) -> Behaviour:
+    """A tree of a Python mission finds its plan made; one of a file begins with it."""
+    nodes = list(top.iterate())
+    writer = next((node for node in nodes if isinstance(node, WaypointWriter)), None)
+    if writer is None or any(isinstance(node, PlanRoute) for node in nodes):
+        return top
+    return in_order("with a plan", PlanRoute("plan", writer.route), top)
+
+
+def _append(parent: ElementTree.Element, node: Behaviour, types: Mapping[str, NodeType], problems: list[str]) -> None:
+    tag, attributes = "AlwaysFailure", dict[str, str]()
+    try:
+        tag, attributes = _described(node, types)
+    except PortError as error:
+        problems.append(str(error))
+    element = ElementTree.SubElement(parent, tag, {"name": node.name, **attributes})
+    for child in node.children:
+        _append(element, child, types, problems)
+
+
+def _described(node: Behaviour, types: Mapping[str, NodeType]) -> tuple[str, dict[str, str]]:
+    for kind in types.values():
+        attributes = kind.describe(node)
+        if attributes is not None:
+            defaults = {port.name: port.default for port in kind.ports if not port.output}
+            return kind.tag, {name: text for name, text in attributes.items() if text != defaults.get(name)}
+    raise PortError(f"`{node.name}` is a {type(node).__name__}, for which there is no tag.")
+
+
+def _append_models(root: ElementTree.Element, types: Iterable[NodeType]) -> None:
+    models = ElementTree.SubElement(root, _MODELS)
+    for kind in types:
+        if kind.standard:
+            continue
+        model = ElementTree.SubElement(models, kind.category, ID=kind.tag)
+        for port in kind.ports:
+            direction = "output_port" if port.output else "input_port"
+            element = ElementTree.SubElement(model, direction, name=port.name, type=port.kind)
+            if port.default:
+                element.set("default", port.default)
+            element.text = port.about or None
+
+
+def _text(root: ElementTree.Element) -> str:
+    ElementTree.indent(root, "  ")
+    return ElementTree.tostring(root, encoding="unicode", xml_declaration=True) + "\n"

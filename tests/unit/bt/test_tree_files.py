@@ -1,0 +1,283 @@
+"""Tree files: read, written, and refused with a place and a sentence."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from fake_interface import SKILLSET, FakeMission
+from hypothesis import given
+from hypothesis import strategies as st
+from py_trees.behaviour import Behaviour
+from py_trees.behaviours import Failure, Success
+from py_trees.common import ParallelPolicy, Status
+from py_trees.composites import Parallel, Selector, Sequence
+from py_trees.decorators import FailureIsSuccess, Inverter, Repeat, Retry, SuccessIsFailure
+from typer.testing import CliRunner
+
+from skillwing.bt_missions.commands import mission as mission_command
+from skillwing.bt_missions.leaves.conditions import SIGNS, DataCompare, ResourceIs
+from skillwing.bt_missions.leaves.settling import NoteSwitch, Settled
+from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.missions.mapping import MISSION, MappingOptions
+from skillwing.bt_missions.running.mission import MissionTrees, Progress, find_mission
+from skillwing.bt_missions.running.rehearsal import grounded_context, rehearse
+from skillwing.bt_missions.subtrees.composites import alongside
+from skillwing.bt_missions.subtrees.decorators import Deadline
+from skillwing.bt_missions.xml.document import parse_document
+from skillwing.bt_missions.xml.mission import XmlMission
+from skillwing.bt_missions.xml.problems import TreeFileError
+from skillwing.bt_missions.xml.tree_file import tree_file
+from skillwing.bt_missions.xml.writer import NotWritableError, write_mission
+from skillwing.dsl import load
+
+ROOT = next(folder for folder in Path(__file__).parents if (folder / "pyproject.toml").exists())
+M600 = load(ROOT / "services/skillwing/m600/m600.skillset")
+MAPPING = ROOT / "bt_missions/skillwing/bt_missions/missions/mapping.xml"
+FILE = Path("mission.xml")
+RESCUE = '<BehaviorTree ID="rescue"><AlwaysSuccess/></BehaviorTree>'
+
+
+def mission_of(text: str) -> XmlMission:
+    return XmlMission(tree_file(parse_document(text.encode(), FILE), FILE))
+
+
+def with_tree(tree: str, more: str = "") -> str:
+    """A file whose tree `main` stands alone in the second line."""
+    main = f'<BehaviorTree ID="main">\n{tree}\n</BehaviorTree>'
+    return f'<root BTCPP_format="4" main_tree_to_execute="main">{main}\n{RESCUE}{more}</root>'
+
+
+def problems_of(text: str) -> list[str]:
+    """Every problem as `line: text`."""
+    try:
+        loaded = mission_of(text)
+    except TreeFileError as error:
+        return [f"{problem.line}: {problem.text}" for problem in error.problems]
+    misfits = rehearse(loaded, SKILLSET, loaded.Options())
+    return [str(misfit).removeprefix(f"{FILE}:") for misfit in misfits]
+
+
+def test_the_mapping_mission_of_the_library_is_the_one_written_in_python() -> None:
+    context = grounded_context(M600)
+    flown = find_mission(str(MAPPING))
+    by_file = flown.build(context, flown.Options())
+    by_python = MISSION.build(context, MappingOptions())
+    assert write_mission("mapping", by_file, M600) == write_mission("mapping", by_python, M600)
+    assert flown.needs == dict(MISSION.needs)
+
+
+def test_options_are_ports_of_the_main_tree() -> None:
+    flown = find_mission(str(MAPPING))
+    options = flown.read_options({"speed": "1.5", "route": [["1", "2", "3"]]})
+    trees = flown.build(grounded_context(M600), options)
+    legs = [leaf for leaf in trees.root.iterate() if isinstance(leaf, SkillAction) and leaf.skill == "goto"]
+    assert [leg.inputs["speed"] for leg in legs] == [1.5]
+    assert trees.progress().waypoints == 1
+
+
+LEAVES = st.one_of(
+    st.builds(lambda: Success("well")),
+    st.builds(lambda: Failure("ill")),
+    st.builds(
+        lambda states, wait, question: ResourceIs(
+            "camera?", grounded_context(SKILLSET), "camera", *states, wait=wait, question=question
+        ),
+        st.lists(st.sampled_from(["OK", "FAILED"]), min_size=1, unique=True),
+        st.sampled_from([0.0, 2.5]),
+        st.booleans(),
+    ),
+    st.builds(
+        lambda sign, value: DataCompare("enough?", grounded_context(SKILLSET), "position.z", sign, value),
+        st.sampled_from(SIGNS),
+        st.one_of(st.booleans(), st.sampled_from(["high", "low"]), st.floats(-1e3, 1e3)),
+    ),
+    st.builds(
+        lambda speed, success, patience: SkillAction(
+            "go there",
+            grounded_context(SKILLSET),
+            "go",
+            {"speed": speed},
+            outcomes={"S_ARRIVED": Status.SUCCESS, "S_BLOCKED": success},
+            patience=patience,
+        ),
+        st.floats(0.1, 5.0),
+        st.sampled_from([Status.SUCCESS, Status.FAILURE]),
+        st.sampled_from([15.0, 3.0]),
+    ),
+    st.builds(lambda: NoteSwitch("why", grounded_context(SKILLSET), "it", "this <&> that", 'an "other"')),
+    st.builds(lambda patience: Settled("calm", grounded_context(SKILLSET), patience), st.floats(0.1, 100.0)),
+)
+
+
+def _grown(children: st.SearchStrategy[Behaviour]) -> st.SearchStrategy[Behaviour]:
+    some = st.lists(children, min_size=1, max_size=3)
+    one, every = ParallelPolicy.SuccessOnOne, ParallelPolicy.SuccessOnAll
+    return st.one_of(
+        st.builds(lambda memory, below: Sequence("in order", memory, below), st.booleans(), some),
+        st.builds(lambda memory, below: Selector("else", memory, below), st.booleans(), some),
+        st.builds(lambda policy, below: Parallel("at once", policy(), below), st.sampled_from([one, every]), some),
+        st.builds(lambda below, last: alongside("beside", *below, until=last), some, children),
+        st.builds(lambda kind, below: kind("turned", below), st.sampled_from([Inverter, SuccessIsFailure]), children),
+        st.builds(lambda below: FailureIsSuccess("at least tried", below), children),
+        st.builds(lambda count, below: Retry("again", below, count), st.integers(1, 9), children),
+        st.builds(lambda count, below: Repeat("once more", below, count), st.integers(-1, 9), children),
+        st.builds(
+            lambda seconds, below: Deadline("soon", grounded_context(SKILLSET), seconds, below),
+            st.sampled_from([0.5, 900.0]),
+            children,
+        ),
+    )
+
+
+@given(st.recursive(LEAVES, _grown, max_leaves=8))
+def test_a_tree_that_was_written_is_read_as_the_same(tree: Behaviour) -> None:
+    written = write_mission("main", MissionTrees(tree, Success("safe"), Progress), SKILLSET)
+    loaded = mission_of(written)
+    again = loaded.build(grounded_context(SKILLSET), loaded.Options())
+    assert write_mission("main", again, SKILLSET) == written
+    assert _shape(again.root) == _shape(tree)
+
+
+def _shape(node: Behaviour) -> object:
+    policy = type(node.policy).__name__ if isinstance(node, Parallel) else None
+    return type(node), node.name, getattr(node, "memory", None), policy, [_shape(child) for child in node.children]
+
+
+def test_what_only_python_can_do_is_not_written() -> None:
+    leaf = SkillAction("go", grounded_context(SKILLSET), "go", {"speed": lambda: 1.0}, on_end=print)
+    with pytest.raises(NotWritableError, match="Python"):
+        write_mission("main", MissionTrees(leaf, Success("safe"), Progress), SKILLSET)
+
+
+@pytest.mark.parametrize(
+    ("tree", "problems"),
+    [
+        ('<go speed="2"/>', []),
+        ('<Action ID="go" speed="2" _uid="7"/>', []),
+        ("<tun/>", ["2: There is no node `tun`; did you mean `turn`?"]),
+        ('<go sped="2"/>', ["2: `go` has no port `sped`; did you mean `speed`?"]),
+        ('<go speed="fast"/>', ["2: `speed` is `fast`; it takes a finite number."]),
+        ('<go speed="9"/>', ["2: Leaf `go`: go: `speed` is 9;"]),
+        ('<go speed="{fast}"/>', ["2: `speed` reads `{fast}`, which nothing fills"]),
+        ('<go success_on="S_ARIVED"/>', ["2: Leaf `go`: There is no ending", "2: Leaf `go`: go can end"]),
+        ('<go success_on="IT"/>', ["2: Leaf `go` maps IT to SUCCESS"]),
+        ('<go leg_of="{plan}"/>', ["2: `leg_of` is `{plan}`, but", "2: `leg_of` reads `{plan}`"]),
+        ("<Sequence/>", ["2: `Sequence` has no children"]),
+        ("<Inverter><go/><go/></Inverter>", ["2: `Inverter` has 2 children; it takes one."]),
+        ("<go><go/></go>", ["2: `go` is a leaf"]),
+        ('<go _skipIf="x"/>', ["2: `_skipIf` is a script"]),
+        ('<Script code="x:=1"/>', ["2: `Script` runs a script"]),
+        ('<Timeout msec="x"><go/></Timeout>', ["2: `msec` is `x`; it takes a number."]),
+        ('<Parallel failure_count="2"><go/></Parallel>', ["2: `failure_count` has to be 1"]),
+        ('<Parallel success_count="2"><go/><look/><turn/></Parallel>', ["2: `success_count` is 2"]),
+        ('<Repeat num_cycles="1.5"><go/></Repeat>', ["2: `num_cycles` is `1.5`; it takes a whole number."]),
+        ('<ResourceIs resource="camera"/>', ["2: `ResourceIs` lacks its port `states`"]),
+        ('<ResourceIs resource="kamera" states="OK"/>', ["2: Leaf `ResourceIs`: There is no resource `kamera`"]),
+        ('<ResourceIs resource="camera" states="OK" question="perhaps"/>', ["2: `question` is `perhaps`"]),
+        ('<DataCompare datum="z" sign="=>" value="1"/>', ["2: `sign` is `=>`"]),
+        ('<SubTree ID="other"/>', ["2: There is no tree `other`"]),
+        ('<SubTree ID="main"/>', ["2: Tree `main` stands in itself"]),
+        ("<gi/><go/>", ["1: Tree `main` has 2 nodes at its top; it takes one."]),
+        ("<Sequence><gi/>\n<ResourceIs resource='x' states='y'/></Sequence>", ["2: There is no node", "3: Leaf"]),
+    ],
+)
+def test_every_problem_has_its_line_and_a_sentence(tree: str, problems: list[str]) -> None:
+    found = problems_of(with_tree(tree))
+    assert len(found) >= len(problems)
+    assert bool(found) == bool(problems)
+    for problem in problems:
+        assert any(each.startswith(problem) for each in found), found
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("<root", "1: This is no XML"),
+        ("", "1: This is no XML"),
+        ("<tree/>", '1: Begin with `<root BTCPP_format="4">`.'),
+        ('<root main_tree_to_execute="a"/>', '1: Begin with `<root BTCPP_format="4">`.'),
+        ('<root BTCPP_format="4"/>', "1: Name the tree to fly"),
+        ('<root BTCPP_format="4"><BehaviorTree ID="a"><go/></BehaviorTree></root>', "1: Add a `<BehaviorTree"),
+        (with_tree("<go/>", RESCUE), "4: There are two trees `rescue`"),
+        (with_tree("<go/>", '<include path="x"/>'), "4: Files are not included"),
+        (with_tree("<go/>", "<go/>"), "4: `go` does not belong here"),
+        (with_tree("<go/>", "<BehaviorTree/>"), "4: This tree has no ID"),
+        ('<!DOCTYPE r [<!ENTITY a "b">]><r>&a;</r>', "1: Take out the entity"),
+    ],
+)
+def test_a_file_that_is_no_tree_file_is_refused(text: str, problem: str) -> None:
+    assert any(found.startswith(problem) for found in problems_of(text)), problems_of(text)
+
+
+MODEL = """<TreeNodesModel><SubTree ID="main">
+<input_port name="{name}" type="{kind}" {rest}/>
+<MetadataFields><Metadata needs="{needs}"/></MetadataFields></SubTree></TreeNodesModel>"""
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "rest", "needs", "problem"),
+    [
+        ("speed", "double", 'default="2"', "camera: OK FAILED; axes: FREE", None),
+        ("speed", "Speed", 'default="2"', "", "Option `speed` is of type `Speed`"),
+        ("speed", "double", "", "", "Option `speed` has no default"),
+        ("speed", "double", 'default="much"', "", "The default of option `speed` cannot be read"),
+        ("speed", "double", 'default="2"', "camera", "`camera` in `needs`"),
+        ("speed", "double", 'default="2"', "camera: BLIND", "The mission's needs: There is no state"),
+        ("speed", "double", 'default="7"', "", "Leaf `go`: go: `speed` is 7;"),
+    ],
+)
+def test_options_and_needs_are_checked(name: str, kind: str, rest: str, needs: str, problem: str | None) -> None:
+    model = MODEL.format(name=name, kind=kind, rest=rest, needs=needs)
+    found = problems_of(with_tree('<go speed="{speed}"/>', model))
+    assert len(found) == (problem is not None), found
+    assert problem is None or problem in found[0]
+
+
+@pytest.mark.parametrize(
+    ("call", "inside", "speed"),
+    [
+        ('<SubTree ID="sub" pace="3"/>', "{pace}", 3.0),
+        ('<SubTree ID="sub" pace="{speed}"/>', "{pace}", 2.0),
+        ('<SubTree ID="sub" _autoremap="true"/>', "{speed}", 2.0),
+        ('<SubTree ID="sub"/>', "{@speed}", 2.0),
+        ('<SubTree ID="sub"/>', "{speed}", None),
+    ],
+)
+def test_a_subtree_sees_its_ports_and_no_more(call: str, inside: str, speed: float | None) -> None:
+    model = MODEL.format(name="speed", kind="double", rest='default="2"', needs="")
+    sub = f'<BehaviorTree ID="sub"><go speed="{inside}"/></BehaviorTree>'
+    text = with_tree(call, sub + model)
+    if speed is None:
+        assert "which nothing fills" in problems_of(text)[0]
+        return
+    loaded = mission_of(text)
+    go = loaded.build(grounded_context(SKILLSET), loaded.Options()).root
+    assert isinstance(go, SkillAction)
+    assert go.inputs == {"speed": speed}
+
+
+def test_a_file_flies(mission: FakeMission) -> None:
+    tree = '<Fallback><go speed="3" failure_on="S_ARRIVED S_BLOCKED"/><turn/></Fallback>'
+    loaded = mission_of(with_tree(tree))
+    root = loaded.build(mission.context, loaded.Options()).root
+    root.tick_once()
+    mission.goals[0].end("S_ARRIVED", success=True)
+    root.tick_once()
+    assert [(goal.skill, goal.inputs) for goal in mission.goals] == [("go", {"speed": 3.0}), ("turn", {})]
+
+
+def test_the_command_checks_a_file_and_says_where(tmp_path: Path) -> None:
+    file = tmp_path / "wrong.xml"
+    file.write_text(with_tree("<takeof/>"))
+    result = CliRunner().invoke(mission_command, ["check", str(file)])
+    assert result.exit_code == 1
+    assert f"{file}:2: There is no node `takeof`; did you mean `takeoff`?" in result.output
+    assert CliRunner().invoke(mission_command, ["check", str(MAPPING)]).exit_code == 0
+
+
+def test_the_command_writes_a_file_that_fits(tmp_path: Path) -> None:
+    file = tmp_path / "mapping.xml"
+    assert CliRunner().invoke(mission_command, ["export", "mapping", "speed=1", "-o", str(file)]).exit_code == 0
+    assert CliRunner().invoke(mission_command, ["check", str(file)]).exit_code == 0
+    assert 'ID="goto"' in CliRunner().invoke(mission_command, ["nodes"]).output
