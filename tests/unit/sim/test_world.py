@@ -2,75 +2,160 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Iterator
+from dataclasses import replace
 from hashlib import sha256
+from itertools import pairwise
 
 import msgspec
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
+from skillwing.sim_mujoco.geofence import Box
+from skillwing.sim_mujoco.sensors.rays import RayScene
 from skillwing.sim_mujoco.world.footprint import Footprint
-from skillwing.sim_mujoco.world.kinds import make_site
-from skillwing.sim_mujoco.world.layouts.courtyard import ALTITUDE, PASSAGE, make_courtyard
-from skillwing.sim_mujoco.world.layouts.plot import HOME, LEG_CLEARANCE, PAD_CLEARANCE, legs_of, passage
+from skillwing.sim_mujoco.world.kinds import KINDS, make_site
+from skillwing.sim_mujoco.world.layouts.plot import legs_of
+from skillwing.sim_mujoco.world.promises import broken_promises
 from skillwing.sim_mujoco.world.site import Site
-from skillwing.sim_mujoco.world.world import BUILDING, OTHER, TERRAIN, make_world
+from skillwing.sim_mujoco.world.things.obstacle import Kind, Obstacle
+from skillwing.sim_mujoco.world.triangulation import local_triangles
+from skillwing.sim_mujoco.world.world import BUILDING, OTHER, TERRAIN, World, make_world
 
 seeds = st.integers(min_value=0, max_value=2**31)
-LEGS = legs_of(make_site(0).way)
 
 
-@given(seeds)
-@example(2337)  # a thin pole once stood beside its leg
-@settings(max_examples=25, deadline=None)
-def test_every_courtyard_blocks_a_leg_and_leaves_a_way_round(seed: int) -> None:
-    obstacles = make_courtyard(seed)
-    blockers = [o for o in obstacles if o.leg is not None]
-    assert blockers
-    for blocker in blockers:
-        assert blocker.leg is not None
-        assert blocker.height > ALTITUDE + 1.0
-        assert blocker.footprint.distance_to_segment(*LEGS[blocker.leg]) == 0.0
-        assert 2 * max(blocker.footprint.half) <= 6.0
-        free = passage(blocker, LEGS, PASSAGE)
-        others = [o for o in obstacles if o is not blocker]
-        assert min(free.distance_to_footprint(o.footprint) for o in others) > 0.0
-        assert free.half[1] - max(blocker.footprint.half) - blocker.footprint.radius >= 3.0
+@pytest.mark.parametrize("kind", KINDS)
+@given(seeds, st.booleans())
+@example(2337, False)  # a thin pole once stood beside its leg in the courtyard
+@settings(max_examples=6, deadline=None)
+def test_no_world_breaks_a_promise(kind: str, seed: int, is_small: bool) -> None:
+    """`python benchmarks/worlds.py` tries thousands of seeds, and every scale."""
+    site = make_site(seed, kind, KINDS[kind].scales[0] if is_small else 1.0)
+    assert broken_promises(site, KINDS[kind].build(site).obstacles) == []
 
 
-@given(seeds)
-@settings(max_examples=25, deadline=None)
-def test_everything_else_keeps_clear_of_the_legs_and_the_pad(seed: int) -> None:
-    for obstacle in make_courtyard(seed):
-        assert obstacle.footprint.distance_to(HOME) >= PAD_CLEARANCE
-        if obstacle.leg is None:
-            assert min(obstacle.footprint.distance_to_segment(a, b) for a, b in LEGS) >= LEG_CLEARANCE
+def test_broken_promises_are_noticed() -> None:
+    site = make_site(1)
+    obstacles = KINDS["courtyard"].build(site).obstacles
+    blocker = next(each for each in obstacles if each.leg is not None)
+    assert blocker.leg is not None
+    start, end = legs_of(site.way)[blocker.leg]
+    other = next(each for each in obstacles if each.leg is None)
+
+    def broken(*changed: Obstacle) -> str:
+        return "; ".join(broken_promises(site, [*(each for each in obstacles if each.leg is None), *changed]))
+
+    x, y = blocker.footprint.centre
+    assert "nothing stands on the route" in broken()
+    assert "stands beside its leg" in broken(replace(blocker, footprint=Footprint((x + 1.0, y + 1.0), radius=0.2)))
+    assert "hardly higher" in broken(replace(blocker, height=5.0))
+    assert "too wide" in broken(replace(blocker, footprint=Footprint((x, y), (4.0, 0.2))))
+    assert "too close to the pad" in broken(replace(other, footprint=Footprint((-2.0, -2.0), radius=0.5)))
+    halfway = (start[0] + end[0]) / 2, (start[1] + end[1]) / 2
+    assert "too close to a leg" in broken(replace(other, footprint=Footprint(halfway, radius=0.1)))
+    assert "in the way round" in broken(blocker, replace(other, footprint=Footprint((x + 2.9, y + 2.9), radius=0.3)))
+    assert "higher than the ceiling" in broken(replace(other, height=11.0))
 
 
-@given(
-    st.tuples(*[st.floats(-20, 20)] * 4),
-    st.floats(-3, 3),
-    st.floats(0, 2),
-    st.tuples(st.floats(0.1, 4), st.floats(0.1, 4)),
-)
-def test_distance_to_a_segment_is_the_least_distance_to_its_points(
-    ends: tuple[float, ...], yaw: float, radius: float, half: tuple[float, float]
-) -> None:
-    outline = Footprint((1.0, -2.0), half, yaw, radius)
-    a, b = (ends[0], ends[1]), (ends[2], ends[3])
-    sampled = min(
-        outline.distance_to((a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1]))) for s in np.linspace(0, 1, 200)
+def test_sites_that_do_not_fit_together_are_noticed() -> None:
+    site = make_site(1)
+    obstacles = KINDS["courtyard"].build(site).obstacles
+
+    def broken(**changed: object) -> str:
+        return "; ".join(broken_promises(replace(site, **changed), obstacles))
+
+    assert "bounds of the map" in broken(bounds=Box((-5.0, -50.0, -8.0), (80.0, 70.0, 24.0)))
+    assert "fence does not hold" in broken(return_height=29.5)
+    assert "not over everything" in broken(return_height=9.0)
+    assert "area of detours" in broken(area=(-11.0, -11.0, 30.5, 31.0))
+    assert "does not end where it began" in broken(route=site.route[:-1])
+
+
+def test_wires_and_bystanders_of_an_inspection_are_noticed() -> None:
+    site = make_site(1, "industrial")
+    obstacles = list(KINDS["industrial"].build(site).obstacles)
+    wire = next(each for each in obstacles if each.kind is Kind.WIRE)
+    lower = Footprint((wire.footprint.centre[0], wire.footprint.centre[1] - 3.0), wire.footprint.half)
+    assert "hangs too close" in "; ".join(broken_promises(site, [*obstacles, replace(wire, footprint=lower)]))
+    site = make_site(1, "inspection")
+    target, other, *rest = KINDS["inspection"].build(site).obstacles
+    assert site.target is not None
+    x, y = site.target.centre
+    near = Footprint((x, y + site.target.radius + 3.0), radius=0.5)
+    assert "circle of the inspection" in "; ".join(
+        broken_promises(site, [target, replace(other, footprint=near), *rest])
     )
-    step = math.dist(a, b) / 199
-    exact = outline.distance_to_segment(a, b)
-    assert exact - 1e-9 <= sampled <= exact + step + 1e-9
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_no_solid_reaches_beyond_the_outline_and_the_height_of_its_obstacle(kind: str) -> None:
+    """Outlines and heights are what promises speak of: physics and rays must agree with them."""
+    world = make_world(4, kind)
+    for obstacle, corners in corners_of(world):
+        assert obstacle.height - 0.05 < corners[:, 2].max() < obstacle.height + 1e-3, obstacle.name
+        assert outside(obstacle.footprint, corners) < 2e-3, obstacle.name
+
+
+def corners_of(world: World) -> Iterator[tuple[Obstacle, NDArray[np.float64]]]:
+    """Each obstacle with the corners (N, 3) of its triangles: solids come in their order, terrain first."""
+    model = world.spec().compile()
+    names = [model.geom(geom).name for geom in range(model.ngeom)]
+    triangles = world.triangles()
+    sizes = [len(faces) for _, faces in (local_triangles(model, geom) for geom in range(model.ngeom))]
+    ends = np.cumsum(sizes)
+    for obstacle in world.obstacles:
+        own = [g for g, name in enumerate(names) if name == obstacle.name or name.startswith(f"{obstacle.name}-")]
+        assert len(own) == len(obstacle.solids)
+        faces = np.concatenate([triangles.faces[ends[geom] - sizes[geom] : ends[geom]] for geom in own])
+        yield obstacle, triangles.vertices[faces.ravel()].astype(np.float64)
+
+
+def outside(outline: Footprint, points: NDArray[np.float64]) -> float:
+    """How far the farthest of the points (N, 3) lies outside the outline [m]."""
+    away = points[:, :2] - np.array(outline.centre)
+    c, s = np.cos(outline.yaw), np.sin(outline.yaw)
+    local = np.abs(away @ np.array([(c, -s), (s, c)]))
+    return float((np.linalg.norm(np.maximum(local - outline.half, 0.0), axis=1) - outline.radius).max())
+
+
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "inspection"])
+def test_what_stands_on_a_leg_is_met_by_who_flies_along_it(kind: str) -> None:
+    world = make_world(11, kind)
+    rays = RayScene(world.triangles())
+    for obstacle in world.obstacles:
+        if obstacle.leg is None:
+            continue
+        start, end = (np.array(world.route[obstacle.leg + i], dtype=np.float32) for i in (0, 1))
+        length = float(np.linalg.norm(end - start))
+        met = float(rays.distances(start, (end - start)[None] / np.float32(length), length)[0])
+        assert 0.0 < met < length
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_air_over_the_route_is_free_up_to_the_height_of_return(kind: str) -> None:
+    """And all around at that height: a drone may climb from anywhere on its route and fly home."""
+    world = make_world(5, kind)
+    top = world.triangles().vertices[:, 2].max()
+    assert top <= world.site.ceiling < world.site.return_height
+    rays = RayScene(world.triangles())
+    for a, b in pairwise(world.route):
+        places = np.linspace(a, b, 60).astype(np.float32)
+        blocked = [o.footprint for o in world.obstacles if o.leg is not None]
+        clear = np.array(
+            [min((f.distance_to((x, y)) for f in blocked), default=9.0) > 0.0 for x, y, _ in places.tolist()]
+        )
+        up = np.broadcast_to(np.array([0.0, 0.0, 1.0], np.float32), places.shape)
+        assert not rays.distances(places[clear], up[clear], 60.0).any()
 
 
 def test_the_same_seed_gives_the_same_world() -> None:
-    first, second, other = make_world(5), make_world(5), make_world(6)
-    assert first.obstacles == second.obstacles != other.obstacles
+    for kind in KINDS:
+        first, second = make_world(5, kind), make_world(5, kind)
+        assert first.obstacles == second.obstacles != make_world(6, kind).obstacles
     assert np.array_equal(first.triangles().vertices, second.triangles().vertices)
 
 
@@ -86,11 +171,22 @@ def test_triangles_are_labelled_and_the_ground_is_gentle() -> None:
     assert points[labels == BUILDING][:, 2].max() > 5.0
 
 
-def test_an_unknown_kind_of_world_is_refused_by_name() -> None:
+def test_every_triangle_has_a_colour() -> None:
+    world = make_world(3, "inspection")
+    colours = world.colours()
+    assert colours.shape == (len(world.triangles().faces), 3)
+    assert len(np.unique(colours, axis=0)) > 6
+
+
+def test_an_unknown_kind_of_world_or_scale_is_refused_by_name() -> None:
     with pytest.raises(ValueError, match="courtyard"):
         make_world(1, "moon")
     with pytest.raises(ValueError, match="scale"):
         make_world(1, "courtyard", 2.0)
+    with pytest.raises(ValueError, match="scale"):
+        make_world(1, "village", float("nan"))
+    with pytest.raises(ValueError, match="seed"):
+        make_world(-1)
 
 
 @pytest.mark.parametrize(("seed", "digest"), [(1, "bfe5c3f0a884d0b0"), (2337, "1e5e5f76d4871fef")])
@@ -101,7 +197,8 @@ def test_courtyards_stay_what_they_were(seed: int, digest: str) -> None:
     assert sha256(millimetres.tobytes() + triangles.faces.astype("<i4").tobytes()).hexdigest()[:16] == digest
 
 
-def test_a_site_can_be_written_down_and_read_again() -> None:
-    site = make_site(4)
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_site_can_be_written_down_and_read_again(kind: str) -> None:
+    site = make_site(4, kind)
     assert msgspec.json.decode(msgspec.json.encode(site), type=Site) == site
-    assert site.way[0] == (0.0, 0.0, ALTITUDE)
+    assert site.way[0] == (*site.home, site.route[0][2]) == site.way[-1]

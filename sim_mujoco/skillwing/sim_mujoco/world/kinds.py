@@ -44,8 +44,10 @@ KINDS: Final[dict[str, WorldKind]] = {
 def make_site(seed: int, kind: str = "courtyard", scale: float = 1.0) -> Site:
     """What is known beforehand of the world of this kind, seed and scale.
 
-    Raises ValueError for a kind that there is not, or a scale that it does not have.
+    Raises ValueError for a kind that there is not, a scale that it does not have, or a negative seed.
     """
+    if seed < 0:
+        raise ValueError(f"a seed is a whole number from 0 on, not {seed}")
     if kind not in KINDS:
         raise ValueError(f"there is no world of kind {kind!r}; known are {', '.join(KINDS)}")
     low, high = KINDS[kind].scales

@@ -25,7 +25,7 @@ _SUNLIGHT, _SKYLIGHT = np.float32(0.95), np.float32(0.62)
 _WARM = np.array([1.0, 0.96, 0.88], dtype=np.float32)
 _COOL = np.array([0.86, 0.93, 1.0], dtype=np.float32)
 _SKY = np.array([[0.87, 0.91, 0.95], [0.55, 0.70, 0.88]], dtype=np.float32)
-_SKY_RAYS = 8
+_SKY_RAYS = 6
 _SKY_REACH = 8.0
 """What is nearer than this darkens a place [m]."""
 _WIDEST_ROAD = 8.0
@@ -120,7 +120,7 @@ class Renderer:
         for _ in range(_SKY_RAYS):
             # A point on the unit sphere around the tip of the normal: rays by the cosine of their angle to it.
             around = _unit(rng.standard_normal(normals.shape).astype(np.float32))
-            free += self._is_free(places, _unit(normals + np.float32(0.999) * around), _SKY_REACH)
+            free += self._is_free(places, _unit(normals + 0.999 * around), _SKY_REACH)
         return free / np.float32(_SKY_RAYS)
 
     def _is_free(self, places: Array, rays: Array, reach: float) -> Array:

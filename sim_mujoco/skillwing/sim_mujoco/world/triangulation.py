@@ -25,7 +25,7 @@ def static_triangles(model: mujoco.MjModel, label_of: dict[str, int]) -> Triangl
     mujoco.mj_kinematics(model, data)
     vertices, faces, labels, count = [], [], [], 0
     for geom in np.flatnonzero(model.geom_bodyid == 0):
-        v, f = _local_triangles(model, int(geom))
+        v, f = local_triangles(model, int(geom))
         vertices.append(v @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom])
         faces.append(f + count)
         labels.append(np.full(len(f), label_of[model.geom(geom).name.split("-")[0]]))
@@ -40,11 +40,12 @@ def static_triangles(model: mujoco.MjModel, label_of: dict[str, int]) -> Triangl
 def face_colours(model: mujoco.MjModel) -> NDArray[np.float32]:
     """The colour (M, 3), 0 to 1, of each of the static triangles."""
     static = np.flatnonzero(model.geom_bodyid == 0)
-    counts = [len(_local_triangles(model, int(geom))[1]) for geom in static]
+    counts = [len(local_triangles(model, int(geom))[1]) for geom in static]
     return np.repeat(model.geom_rgba[static, :3], counts, axis=0).astype(np.float32)
 
 
-def _local_triangles(model: mujoco.MjModel, geom: int) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def local_triangles(model: mujoco.MjModel, geom: int) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Vertices (N, 3) in the geom's own frame, and faces (M, 3)."""
     kind, size = mujoco.mjtGeom(int(model.geom_type[geom])), model.geom_size[geom]
     if kind == mujoco.mjtGeom.mjGEOM_BOX:
         return _box(size)

@@ -76,7 +76,7 @@ class Plot:
         self._passage = site.passage
         self._keep_free = list(keep_free)
         self._placed: list[Obstacle] = []
-        self._circles: list[tuple[float, float, float]] = []
+        self._circles = np.empty((0, 3))
         self.legs = legs_of(site.way)
 
     @property
@@ -152,16 +152,15 @@ class Plot:
 
     def _is_apart(self, wanted: Footprint, spacing: float) -> bool:
         x, y, reach = _circle(wanted)
-        return all(
-            math.hypot(x - other_x, y - other_y) > reach + other_reach + spacing
-            or other.footprint.distance_to_footprint(wanted) >= spacing
-            for other, (other_x, other_y, other_reach) in zip(self._placed, self._circles, strict=True)
-        )
+        gaps = np.hypot(self._circles[:, 0] - x, self._circles[:, 1] - y) - self._circles[:, 2] - reach
+        near = np.flatnonzero(gaps < spacing).tolist()
+        return all(self._placed[other].footprint.distance_to_footprint(wanted) >= spacing for other in near)
 
     def _put(self, obstacle: Obstacle) -> None:
         self._placed.append(obstacle)
-        self._circles.append(_circle(obstacle.footprint))
+        self._circles = np.vstack([self._circles, _circle(obstacle.footprint)])
 
 
 def _circle(outline: Footprint) -> tuple[float, float, float]:
+    """Centre and radius of a circle around an outline: most are too far apart to be measured exactly."""
     return *outline.centre, math.hypot(*outline.half) + outline.radius

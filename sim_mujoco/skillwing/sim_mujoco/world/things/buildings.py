@@ -15,7 +15,7 @@ EAVES = 0.4
 BALCONY = 1.3
 """How far balconies stick out [m]."""
 _SHAFT = Windows(bay=3.2, window=(1.0, 2.2), storey=7.0, opening=(1.6, 5.2))
-_BELFRY = Windows(bay=4.0, window=(1.4, 2.8), storey=4.5, opening=(2.2, 4.0))
+_BELFRY = Windows(bay=5.4, window=(2.0, 3.4), storey=4.5, opening=(2.2, 4.0))
 _WORKS = Windows(bay=5.0, window=(0.8, 4.2), storey=7.0, opening=(4.6, 6.0))
 _FLATS = Windows(bay=2.8, window=(0.6, 2.2), storey=3.0, opening=(0.9, 2.4))
 _SLATE: Colour = (0.33, 0.35, 0.39)
@@ -53,9 +53,9 @@ def house(
 def church(name: str, outline: Footprint, height: float) -> Obstacle:
     """A nave along x, and a tower with a spire of this height at its western end."""
     place, (x, y) = Place.of(outline), outline.half
-    side = y - 0.6
-    tower = 0.62 * height
-    nave, ridge = 0.3 * height, 0.2 * height
+    side = min(y - 0.6, 2.7)
+    tower = 0.6 * height
+    nave, ridge = 0.27 * height, 0.2 * height
     back = x - 2 * side
     solids = (
         place.put(

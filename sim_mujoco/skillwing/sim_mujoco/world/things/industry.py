@@ -32,7 +32,7 @@ def tank(name: str, outline: Footprint, height: float, colour: Colour) -> Obstac
     solids = (
         column(outline.centre, radius, wall, colour, part="wall"),
         Solid(Cone(radius, 0.3, 0.14 * radius), (*outline.centre, wall), part="roof", colour=STEEL),
-        Place(outline.centre).box((radius - 0.1, -0.4, -SINK), (radius + 0.15, 0.4, wall), "ladder", _RUST),
+        Place(outline.centre).box((radius - 0.1, -0.25, -SINK), (radius + 0.12, 0.25, wall), "ladder", _RUST),
     )
     return Obstacle(name, Kind.TANK, outline, height, solids=solids)
 
@@ -136,14 +136,19 @@ def wires(name: str, start: Point, end: Point, height: float) -> Obstacle:
     place = Place(middle, yaw)
     hung = [(side * (PYLON_ARM - 0.1), share * height) for share in _ARMS for side in (-1, 1)]
     solids: list[Solid] = []
-    for number, (y, z) in enumerate([*hung, (0.0, height - 0.15)]):
+    top = height - 0.15
+    for number, (y, z) in enumerate([*hung, (0.0, top)]):
         knots = [_hanging(length, y, z, piece / _PIECES) for piece in range(_PIECES + 1)]
         solids += [
             place.rod(a, b, CONDUCTOR_RADIUS, f"{number}-{piece}", (0.2, 0.2, 0.22))
             for piece, (a, b) in enumerate(pairwise(knots))
         ]
     return Obstacle(
-        name, Kind.WIRE, Footprint(middle, (length / 2 + 0.1, PYLON_ARM), yaw), height, solids=tuple(solids)
+        name,
+        Kind.WIRE,
+        Footprint(middle, (length / 2 + 0.1, PYLON_ARM), yaw),
+        top + CONDUCTOR_RADIUS,
+        solids=tuple(solids),
     )
 
 
