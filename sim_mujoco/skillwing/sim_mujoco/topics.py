@@ -28,6 +28,7 @@ NAVIGATION = "fl/navigation"  # Navigation, 50 Hz
 FLIGHT = "fl/flight"  # FlightState, 10 Hz and at each change
 BATTERY = "fl/battery"  # Battery, 1 Hz
 RANGE = "fl/range"  # Range, 20 Hz
+GNSS = "fl/gnss"  # Gnss, 10 Hz, 0.1 s late
 IMU = "fl/imu"  # float32 [n, 7] rows (t - t0, acceleration 3, angular rate 3) FLU, ImuHeader
 LIDAR = "fl/lidar"  # float32 [columns, beams] ranges in m, 0 = no return, LidarHeader
 ZED_DEPTH = "fl/zed/depth"  # uint16 [height, width] depth along the optical axis in mm, 0 = no return, DepthHeader
@@ -75,7 +76,10 @@ class Done(Message, frozen=True, kw_only=True):
 
 class Navigation(Message, frozen=True, kw_only=True):
     """Navigation solution at `t`: position and velocity ENU, attitude as quaternion (w, x, y, z) body to world,
-    angular velocity FLU, heading in radians."""
+    angular velocity FLU, heading in radians.
+
+    `sigma` and `height_sigma` are the standard deviations of the position, level and in height [m]. While not `valid`,
+    position and velocity are dead reckoning that has drifted too far to be flown by; attitude is still good."""
 
     t: Time
     position: Vector3
@@ -83,6 +87,9 @@ class Navigation(Message, frozen=True, kw_only=True):
     quaternion: Quaternion
     angular_velocity: Vector3
     heading: float
+    valid: bool = True
+    sigma: float = 0.0
+    height_sigma: float = 0.0
 
 
 class FlightState(Message, frozen=True, kw_only=True):
@@ -113,6 +120,15 @@ class Range(Message, frozen=True, kw_only=True):
 
     t: Time
     distance: float | None
+
+
+class Gnss(Message, frozen=True, kw_only=True):
+    """A satellite fix measured at `t`: position and velocity ENU, heading from two antennas."""
+
+    t: Time
+    position: Vector3
+    velocity: Vector3
+    heading: float
 
 
 class ImuHeader(Message, frozen=True, kw_only=True):

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from skillwing.sim_mujoco.sensors.cadence import Cadence
 from skillwing.sim_mujoco.sensors.corruptors import Corruption, Data
-from skillwing.sim_mujoco.sensors.health import Change, HealthMonitor, Limits
+from skillwing.sim_mujoco.sensors.health import Change, Condition, HealthMonitor, Limits
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,15 +23,28 @@ class Measurement:
     data: Data
 
 
+def _nobody(_t: float, _measurement: Measurement) -> str | None:
+    return None
+
+
 class Channel:
-    """One sensor. `due` tells when to measure, `deliver` hands a measurement in, `collect` gives out what is ready."""
+    """One sensor. `due` tells when to measure, `deliver` hands a measurement in, `collect` gives out what is ready.
+
+    `witness(t, measurement)` is asked about each measurement that arrives: what others know that speaks against it.
+    """
 
     def __init__(self, sensor: str, period: float, delay: float, limits: Limits, rng: np.random.Generator) -> None:
         self.sensor = sensor
         self.corruption = Corruption(rng)
+        self.witness: Callable[[float, Measurement], str | None] = _nobody
         self._cadence, self._delay = Cadence(period), delay
         self._monitor = HealthMonitor(period, limits)
         self._under_way: deque[Measurement] = deque()
+
+    @property
+    def condition(self) -> Condition:
+        """What the sensor thinks of itself."""
+        return self._monitor.condition
 
     def due(self, t: float) -> bool:
         """Whether a measurement is due; true once for each period."""
@@ -49,6 +63,6 @@ class Channel:
         while self._under_way and self._under_way[0].end + self._delay <= t + 1e-9:
             measurement = self._under_way.popleft()
             arrived.append(measurement)
-            changes.append(self._monitor.observe(t, measurement.data))
+            changes.append(self._monitor.observe(t, measurement.data, self.witness(t, measurement)))
         changes.append(self._monitor.check(t))
         return arrived, [change for change in changes if change is not None]

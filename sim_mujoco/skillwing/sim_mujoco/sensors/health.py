@@ -64,11 +64,11 @@ class HealthMonitor:
         self._repeats = 0
         self.condition = Condition.UNKNOWN
 
-    def observe(self, t: float, data: Data) -> Change | None:
-        """A measurement was delivered at `t`."""
+    def observe(self, t: float, data: Data, objection: str | None = None) -> Change | None:
+        """A measurement was delivered at `t`; `objection` is what others have against it."""
         self._last_seen = t
         self._arrivals.append(t)
-        return self._judge(t, self._frozen(data) or self._impossible(data))
+        return self._judge(t, self._frozen(data) or self._impossible(data) or objection)
 
     def check(self, t: float) -> Change | None:
         """Time passed. Call it regularly, at least once a period."""

@@ -1,15 +1,14 @@
-"""The small instruments: IMU, range-finder, navigation solution."""
+"""The small instruments: IMU, range-finder, barometer."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from skillwing.sim_mujoco.frames.motion import Motion
-from skillwing.sim_mujoco.frames.vectors import Quaternion, Vector, add, scale, to_world
+from skillwing.sim_mujoco.frames.vectors import Vector, add, to_world
 from skillwing.sim_mujoco.sensors.rays import RayScene
 
 IMU_PERIOD = 0.004
@@ -25,6 +24,9 @@ RANGE_MOUNT: Vector = (0.0, 0.0, -0.42)
 """Where the range-finder sits on the drone, FLU [m]."""
 RANGE_PERIOD = 0.05
 RANGE_REACH, RANGE_NEAREST = 40.0, 0.05
+
+BAROMETER_NOISE, BAROMETER_DRIFT = 0.1, 0.03
+"""Standard deviation of a measurement [m], and of the drift within a second [m]; a MS5611 resolves 0.1 m."""
 
 
 class Imu:
@@ -66,57 +68,15 @@ class RangeFinder:
         return np.where(distance > 0.0, np.maximum(distance + noise, np.float32(RANGE_NEAREST)), distance)
 
 
-@dataclass(frozen=True, slots=True)
-class Solution:
-    """Where the navigation system says the drone is; fields as in `Motion`."""
-
-    t: float
-    position: Vector
-    velocity: Vector
-    quaternion: Quaternion
-    rate: Vector
-
-
-class NavigationSolution:
-    """A simulated navigation solution: the true pose with noise, not the output of an estimator.
-
-    Position errors wander slowly (3 cm, correlated over 20 s) with 5 mm of jitter; velocity has 3 cm/s of white
-    noise, attitude 0.1 degrees, angular rate 0.005 rad/s.
-    """
-
-    _WANDER, _CORRELATION, _JITTER = 0.03, 20.0, 0.005
+class Barometer:
+    """Height from air pressure: noise, an unknown offset, and a slow drift with weather and air flow."""
 
     def __init__(self, rng: np.random.Generator) -> None:
         self._rng = rng
-        self._error = rng.normal(0.0, self._WANDER, 3)
-        self._t = 0.0
+        self._offset = rng.normal(0.0, 2.0)
 
-    def measure(self, motion: Motion) -> Solution:
-        keep = math.exp(-(motion.t - self._t) / self._CORRELATION)
-        self._t = motion.t
-        n = self._rng.standard_normal(15).tolist()
-        self._error = keep * self._error + self._WANDER * math.sqrt(1.0 - keep * keep) * np.array(n[:3])
-        wander = (float(self._error[0]), float(self._error[1]), float(self._error[2]))
-        jitter = scale(self._JITTER, (n[3], n[4], n[5]))
-        half = math.radians(0.1) / 2
-        return Solution(
-            motion.t,
-            add(motion.position, add(wander, jitter)),
-            add(motion.velocity, scale(0.03, (n[6], n[7], n[8]))),
-            _turned(motion.quaternion, scale(half, (n[9], n[10], n[11]))),
-            add(motion.rate, scale(0.005, (n[12], n[13], n[14]))),
-        )
-
-
-def _turned(q: Quaternion, half_angles: Vector) -> Quaternion:
-    """`q` followed by a small rotation about the body's axes."""
-    w, x, y, z = q
-    a, b, c = half_angles
-    turned = (
-        w - x * a - y * b - z * c,
-        x + w * a + y * c - z * b,
-        y + w * b + z * a - x * c,
-        z + w * c + x * b - y * a,
-    )
-    length = math.sqrt(sum(k * k for k in turned))
-    return turned[0] / length, turned[1] / length, turned[2] / length, turned[3] / length
+    def measure(self, motion: Motion, since_last: float) -> float:
+        """Height [m] above an unknown level, `since_last` seconds after the measurement before."""
+        drift, noise = self._rng.standard_normal(2).tolist()
+        self._offset += BAROMETER_DRIFT * math.sqrt(since_last) * drift
+        return motion.position[2] + self._offset + BAROMETER_NOISE * noise

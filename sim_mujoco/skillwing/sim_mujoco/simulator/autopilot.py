@@ -46,7 +46,7 @@ class Setpoint:
 
 
 class Autopilot:
-    """Call `guide` every 20 ms and `stabilise` at every physics step of `dt` seconds."""
+    """Call `guide` every 20 ms and `stabilise` every `dt` seconds."""
 
     def __init__(self, airframe: Airframe, dt: float, limits: Limits | None = None) -> None:
         limits = limits or Limits()

@@ -16,6 +16,7 @@ from skillwing.sim_mujoco.axis import RefusedError
 from skillwing.sim_mujoco.frames.vectors import heading_of
 from skillwing.sim_mujoco.geofence import FenceOptions
 from skillwing.sim_mujoco.messaging import answer_with
+from skillwing.sim_mujoco.navigation.navigator import Solution
 from skillwing.sim_mujoco.options import OptionsError, read_options
 from skillwing.sim_mujoco.sensors import lidar
 from skillwing.sim_mujoco.sensors.cadence import Cadence
@@ -23,10 +24,9 @@ from skillwing.sim_mujoco.sensors.channel import Measurement
 from skillwing.sim_mujoco.sensors.corruptors import Fault, UnknownFaultError
 from skillwing.sim_mujoco.sensors.depth_camera import depth_header
 from skillwing.sim_mujoco.sensors.health import Change
-from skillwing.sim_mujoco.sensors.instruments import Solution
 from skillwing.sim_mujoco.simulator.autopilot import Limits, Setpoint
 from skillwing.sim_mujoco.simulator.failsafes import CRITICAL_CHARGE
-from skillwing.sim_mujoco.simulator.simulator import SENSORS, Simulator
+from skillwing.sim_mujoco.simulator.simulator import GNSS, SENSORS, Simulator
 from skillwing.sim_mujoco.simulator.wind import Gust
 from skillwing.sim_mujoco.topics import Vector3
 from skillwing.sim_mujoco.world.world import make_world
@@ -56,7 +56,7 @@ class SimNode:
         self._bus = bus
         self._epoch = bus.now()
         streams = (topics.CLOCK, topics.NAVIGATION, topics.BATTERY, topics.RANGE, topics.IMU, topics.LIDAR)
-        for key in (*streams, topics.ZED_DEPTH, topics.TRUTH, topics.FLIGHT):
+        for key in (*streams, topics.GNSS, topics.ZED_DEPTH, topics.TRUTH, topics.FLIGHT):
             self._out[key] = bus.advertise(key)
         for key in map(topics.health_key, SENSORS):
             self._out[key] = bus.advertise(key, events=True)
@@ -104,6 +104,9 @@ class SimNode:
                 quaternion=solution.quaternion,
                 angular_velocity=solution.rate,
                 heading=heading_of(solution.quaternion),
+                valid=solution.valid,
+                sigma=solution.sigma,
+                height_sigma=solution.height_sigma,
             ),
         )
 
@@ -116,6 +119,8 @@ class SimNode:
             times = np.linspace(0.0, end - start, len(data), endpoint=False, dtype=np.float32)
             rows = np.column_stack([times, data])
             self._put_array(topics.IMU, rows, topics.ImuHeader(t0=start, count=len(rows)))
+        elif measurement.sensor == GNSS:
+            self._put(topics.GNSS, _fix_message(end, data))
         elif measurement.sensor == "lidar":
             columns, beams = data.shape
             header = topics.LidarHeader(t0=start, t1=end, columns=columns, beams=beams, mount=lidar.LIDAR_MOUNT)
@@ -191,6 +196,11 @@ class SimNode:
         return "the computer has the authority" if wanted.authority else "the safety pilot has the authority"
 
 
+def _fix_message(t: float, data: np.ndarray) -> topics.Gnss:
+    x, y, z, vx, vy, vz, heading = data.tolist()
+    return topics.Gnss(t=t, position=(x, y, z), velocity=(vx, vy, vz), heading=heading)
+
+
 def _millimetres(depth: np.ndarray) -> np.ndarray:
     return np.clip(np.rint(depth * 1000.0), 0, np.iinfo(np.uint16).max).astype(np.uint16)
 
@@ -237,7 +247,8 @@ class SimOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     geofence: FenceOptions | None = None
     factor: float = 1.0
     authority: bool = True
-    sensors: tuple[str, ...] = ("zed", "lidar", "imu", "range")
+    receiver: str = "rtk"
+    sensors: tuple[str, ...] = ("zed", "lidar", "imu", "range", "gnss")
 
 
 def make_sim(options: dict[str, Any]) -> SimNode:
@@ -256,6 +267,7 @@ def make_sim(options: dict[str, Any]) -> SimNode:
             limits=Limits(fence=fence, charge=wanted.battery_floor),
             battery_percent=wanted.battery,
             sensors=wanted.sensors,
+            receiver=wanted.receiver,
         )
     except (UnknownFaultError, ValueError) as error:
         raise OptionsError(str(error)) from error

@@ -8,15 +8,19 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
+from operator import add
 
 import numpy as np
 
 from skillwing.sim_mujoco.frames.motion import Motion
 from skillwing.sim_mujoco.frames.vectors import Vector
-from skillwing.sim_mujoco.sensors import depth_camera, lidar
+from skillwing.sim_mujoco.navigation.navigator import EPOCH, Navigator, Solution
+from skillwing.sim_mujoco.sensors import depth_camera, gnss, lidar
+from skillwing.sim_mujoco.sensors.cadence import Cadence
 from skillwing.sim_mujoco.sensors.channel import Channel, Measurement
 from skillwing.sim_mujoco.sensors.corruptors import KINDS, Fault, UnknownFaultError
 from skillwing.sim_mujoco.sensors.depth_camera import DepthCamera
+from skillwing.sim_mujoco.sensors.gnss import Gnss, receiver_class
 from skillwing.sim_mujoco.sensors.health import Change, Condition
 from skillwing.sim_mujoco.sensors.health import Limits as SensorLimits
 from skillwing.sim_mujoco.sensors.instruments import (
@@ -25,10 +29,9 @@ from skillwing.sim_mujoco.sensors.instruments import (
     IMU_PERIOD,
     RANGE_PERIOD,
     RANGE_REACH,
+    Barometer,
     Imu,
-    NavigationSolution,
     RangeFinder,
-    Solution,
 )
 from skillwing.sim_mujoco.sensors.lidar import Lidar
 from skillwing.sim_mujoco.sensors.rays import RayScene
@@ -45,16 +48,19 @@ TICK = 0.01
 """Sensors are looked after once a tick; every second tick the autopilot guides [s]."""
 _STEPS = round(TICK / Physics.dt)
 _IMU_STEPS = 2
+_ERRORS_AT_ONCE = 25
 _CLEARANCE_TICKS = 20
 IDLE_THRUST = 1.0
 """Total thrust below which the rotors count as off; hovering takes more than a hundred times as much [N]."""
 _HOME_FIX = 1.0
 _RANGE_VALID = 0.3
+GNSS = "gnss"
 _CHANNELS = {
     "zed": (depth_camera.PERIOD, 0.03, SensorLimits(0.2, 20.5)),
     "lidar": (lidar.PERIOD, 0.0, SensorLimits(0.3, 60.5)),
     "imu": (IMU_BATCH, 0.0, SensorLimits(-ACCELERATION_LIMIT, ACCELERATION_LIMIT)),
     "range": (RANGE_PERIOD, 0.0, SensorLimits(0.0, RANGE_REACH + 0.5)),
+    GNSS: (gnss.PERIOD, gnss.DELAY, SensorLimits(-gnss.FARTHEST, gnss.FARTHEST, zero_is_none=False)),
 }
 """Period [s], delay [s] and possible values of each sensor."""
 SENSORS = tuple(_CHANNELS)
@@ -85,17 +91,19 @@ class Simulator:
         limits: Limits | None = None,
         battery_percent: float = 100.0,
         sensors: Collection[str] = SENSORS,
+        receiver: str = "rtk",
     ) -> None:
         """`wind` [m/s] ENU, with `turbulence` of this strength (see `wind.Turbulence`) and `gusts`; `limits` of the
-        autopilot, by default with the world's fence; `sensors` names those that are fitted. Raises UnknownFaultError
-        if a fault names a sensor, rotor or kind that does not exist, ValueError for a wind or charge that cannot be."""
+        autopilot, by default with the world's fence; `sensors` names those that are fitted, and `receiver` the class of
+        the autopilot's own satellite receiver, which always is. Raises UnknownFaultError if a fault names a sensor,
+        rotor or kind that does not exist, ValueError for a wind, a charge or a receiver that cannot be."""
         self.world = world
         self._physics = Physics(world)
         self._wind = Wind(self._random(6), wind, turbulence, gusts)
         self._physics.set_wind(wind)
         self._rotors = RotorFaults()
         limits = limits or Limits(fence=world.geofence)
-        self.autopilot = Autopilot(self._physics.airframe, Physics.dt, limits)
+        self.autopilot = Autopilot(self._physics.airframe, IMU_PERIOD, limits)
         self.battery = Battery(battery_percent)
         triangles = world.triangles()
         rays = RayScene(triangles)
@@ -104,8 +112,15 @@ class Simulator:
         self._lidar = Lidar(rays, self._random(2))
         self._imu = Imu(self._random(3))
         self._range = RangeFinder(rays, self._random(4))
-        self._navigation = NavigationSolution(self._random(5))
-        self._channels = {name: self._channel(name) for name in SENSORS if name in sensors}
+        self._gnss = Gnss(receiver_class(receiver), self._random(5))
+        self._own_imu = Imu(self._random(8))
+        self._own_errors: list[list[float]] = []
+        self._barometer = Barometer(self._random(9))
+        self._navigator = Navigator(receiver_class(receiver))
+        self._epochs = Cadence(EPOCH)
+        self._thrusts = [0.0] * ROTORS
+        self._channels = {name: self._channel(name) for name in SENSORS if name in (*sensors, GNSS)}
+        self._channels[GNSS].witness = self._navigate
         self._schedule = self._plan(faults)
         self._ticks = 0
         self._track = deque([self._physics.motion], maxlen=round(lidar.PERIOD / TICK) + 1)
@@ -133,12 +148,13 @@ class Simulator:
 
     @property
     def home_valid(self) -> bool:
-        """The navigation system has had time to fix the home point."""
-        return self.t >= _HOME_FIX
+        """The navigation system knows where it is, and has had time to fix the home point."""
+        return self.t >= _HOME_FIX and self._navigator.aligned
 
     def place(self, position: Vector, heading: float = 0.0) -> None:
         """Put the drone at rest somewhere in the air: for tests. Time goes on."""
         self._physics.place(position, heading)
+        self._navigator.place(position, heading)
         self.clearance = self._distance_to_hull()
 
     def command(self, setpoint: Setpoint) -> None:
@@ -189,12 +205,20 @@ class Simulator:
             self.clearance = self._distance_to_hull()
 
     def _guide(self, happened: Happened) -> None:
-        solution = self._navigation.measure(self._physics.motion)
+        solution = self._navigator.solution(self.t)
+        if solution is None:
+            return
         happened.solutions.append(solution)
         measured_at, ground = self._ground
         known = self._range_is_good and ground > 0.0 and self.t - measured_at < _RANGE_VALID
         now = Estimate(
-            solution.position, solution.velocity, solution.quaternion, ground if known else None, measured_at
+            solution.position,
+            solution.velocity,
+            solution.quaternion,
+            ground if known else None,
+            measured_at,
+            solution.valid,
+            solution.velocity_valid,
         )
         self.autopilot.battery(self.battery.percent, self.battery.voltage)
         self.autopilot.guide(self.t, now, solution.rate)
@@ -217,13 +241,29 @@ class Simulator:
             self._physics.set_rotors(_NO_SHARE)
 
     def _step(self, step: int) -> None:
-        motion = self._physics.motion
-        self._physics.step(self.autopilot.stabilise(motion.quaternion, motion.rate))
+        """A step of physics; the computer's IMU samples after every other one, the autopilot's after those between."""
+        self._physics.step(self._thrusts)
         if (self._ticks * _STEPS + step) % _IMU_STEPS == 0:
             self._inertial.append(self._physics.inertial)
+        else:
+            self._stabilise()
+
+    def _stabilise(self) -> None:
+        if not self._own_errors:
+            self._own_errors = self._own_imu.errors(_ERRORS_AT_ONCE).tolist()
+        x, y, z, p, q, r = map(add, self._physics.inertial, self._own_errors.pop())
+        self._navigator.inertial((x, y, z), (p, q, r))
+        self._thrusts = self.autopilot.stabilise(*self._navigator.attitude)
+
+    def _navigate(self, t: float, fix: Measurement) -> str | None:
+        """Give navigation a fix; what it has to say against the receiver."""
+        usable = self._channels[GNSS].condition is not Condition.FAILED
+        return self._navigator.fix(t, fix.end, fix.data, usable=usable)
 
     def _measure(self) -> None:
         t, motion = self.t, self._track[-1]
+        if self._epochs.due(t):
+            self._navigator.epoch(t, self._barometer.measure(motion, EPOCH), standing=not self.rotors_on)
         for name, channel in self._channels.items():
             if not channel.due(t):
                 continue
@@ -233,6 +273,8 @@ class Simulator:
                 channel.deliver(t, t, self._zed.picture(motion))
             elif name == "imu":
                 channel.deliver(t - IMU_BATCH, t, self._imu.measure(np.array(self._inertial)))
+            elif name == GNSS:
+                channel.deliver(t, t, self._gnss.measure(motion))
             else:
                 channel.deliver(t, t, self._range.measure(motion))
 
