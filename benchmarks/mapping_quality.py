@@ -27,7 +27,8 @@ from skillwing.sim_mujoco.frames.vectors import Vector, wrap
 from skillwing.sim_mujoco.judge.coverage import Judge
 from skillwing.sim_mujoco.mapping.mapper import REACH, Mapper
 from skillwing.sim_mujoco.mapping.occupancy import OccupancyGrid
-from skillwing.sim_mujoco.obstacles.free_space import CameraView, FreeSpace, RingView, Sighting
+from skillwing.sim_mujoco.obstacles.free_space import FreeSpace, Sighting
+from skillwing.sim_mujoco.obstacles.views import CameraView, RingView
 from skillwing.sim_mujoco.sensors import depth_camera, lidar
 from skillwing.sim_mujoco.sensors.instruments import NavigationSolution
 from skillwing.sim_mujoco.sensors.rays import RayScene
@@ -105,14 +106,14 @@ def fly(seed: int, across: float, stopwatch: Stopwatch) -> str:
         placed = stopwatch.measure("scan: place", lambda s=scan: s.place(poses, REACH))
         misfits.append(mapper.grid.fit(mapper.grid.hit_by(placed.points)).misfit)
         stopwatch.measure("scan: map", lambda p=placed: mapper.add(p))
-        spaces["lidar"].see(Sighting(RingView(), placed))
+        stopwatch.measure("lidar: remember", lambda s=scan, p=placed: spaces["lidar"].see(Sighting(RingView.of(s), p)))
         placed = stopwatch.measure("picture: place", lambda p=picture: p.place(poses, 20.0))
-        spaces["zed"].see(Sighting(CameraView.of(picture.header), placed))
+        stopwatch.measure("zed: remember", lambda i=picture, p=placed: spaces["zed"].see(Sighting(CameraView.of(i), p)))
         for name, space in spaces.items():
             ahead = tuple(p + 4.0 * v for p, v in zip(motion.position, motion.velocity, strict=True))
             stopwatch.measure(
                 f"{name}: look ahead",
-                lambda s=space, m=motion, a=ahead: s.outlook(m.t, m.position, m.velocity, 0.0, (a[0], a[1], a[2])),
+                lambda s=space, m=motion, a=ahead: s.outlook(m.t, m.position, m.velocity, 0.0, ((a[0], a[1], a[2]),)),
             )
     coverage = Judge(world, world.route).coverage(mapper.grid.occupied_centres(), mapper.grid.size)
     shares = ", ".join(

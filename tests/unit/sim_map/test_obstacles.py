@@ -11,16 +11,15 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from skillwing.sim_mujoco.obstacles.free_space import (
-    MEMORY,
+    NARROW,
     STALE,
     TUBE_RADIUS,
-    CameraView,
     FreeSpace,
     Outlook,
-    RingView,
     Sighting,
-    View,
 )
+from skillwing.sim_mujoco.obstacles.local_map import MEMORY, VOXEL, LocalMap
+from skillwing.sim_mujoco.obstacles.views import CameraView, RingView, View
 from skillwing.sim_mujoco.sensors.scans import PlacedPoints
 
 CAMERA = CameraView(across=0.9, upright=0.5)
@@ -55,10 +54,10 @@ def space_that_saw(cloud: Cloud, *, view: View = CAMERA, heading: float = 0.0) -
 
 
 def judge(space: FreeSpace, target, *, t: float = 0.25, here=HERE, velocity=(0.0, 0.0, 0.0), heading=0.0) -> Outlook:
-    return space.outlook(t, here, velocity, heading, target)
+    return space.outlook(t, here, velocity, heading, () if target is None else (target,))
 
 
-@given(st.floats(1.0, 18.0), st.floats(-1.0, 1.0), st.floats(-3.0, 3.0))
+@given(st.floats(1.5, 18.0), st.floats(-1.0, 1.0), st.floats(-3.0, 3.0))
 @settings(max_examples=50, deadline=None)
 def test_free_up_to_the_pole_whatever_the_bearing(distance: float, aside: float, bearing: float) -> None:
     """The answer depends on where the pole stands relative to the way, not on where the way points."""
@@ -69,7 +68,7 @@ def test_free_up_to_the_pole_whatever_the_bearing(distance: float, aside: float,
     assert judge(space, target).free_distance == pytest.approx(distance, abs=1e-3)
 
 
-@given(st.floats(1.0, 18.0), st.floats(TUBE_RADIUS + 0.01, 6.0))
+@given(st.floats(1.5, 18.0), st.floats(TUBE_RADIUS + 0.01, 6.0))
 @settings(max_examples=30, deadline=None)
 def test_what_stands_beside_the_tube_or_behind_the_drone_is_no_obstacle(distance: float, aside: float) -> None:
     space = space_that_saw(np.concatenate([pole(distance, aside), pole(-distance)]))
@@ -79,7 +78,7 @@ def test_what_stands_beside_the_tube_or_behind_the_drone_is_no_obstacle(distance
 def test_where_nothing_stands_the_way_is_free_to_its_end_or_to_the_horizon() -> None:
     space = space_that_saw(NOTHING)
     assert judge(space, (12.0, 0.0, 4.0)).free_distance == pytest.approx(12.0)
-    assert judge(space, (60.0, 0.0, 4.0)).free_distance == pytest.approx(CAMERA.horizon)
+    assert judge(space, (60.0, 0.0, 4.0)).free_distance == pytest.approx(CAMERA.sight)
     assert judge(space, HERE).free_distance == pytest.approx(0.0)
 
 
@@ -91,7 +90,7 @@ def test_behind_the_target_only_what_is_too_close_to_it_counts() -> None:
 
 def test_a_few_or_scattered_points_are_no_obstacle() -> None:
     assert judge(space_that_saw(pole(5.0, count=4)), (12.0, 0.0, 4.0)).free_distance == pytest.approx(12.0)
-    scattered = np.array([[x, 0.0, 4.0] for x in np.arange(2.0, 10.0, 0.3)], dtype=np.float32)
+    scattered = np.array([[x, 0.0, 4.0] for x in np.arange(2.0, 10.0, 0.6)], dtype=np.float32)
     assert judge(space_that_saw(scattered), (12.0, 0.0, 4.0)).free_distance == pytest.approx(12.0)
     hidden = np.concatenate([scattered, pole(7.1)])
     assert judge(space_that_saw(hidden), (12.0, 0.0, 4.0)).free_distance == pytest.approx(7.1, abs=0.5)
@@ -109,16 +108,113 @@ def test_one_poor_measurement_among_good_ones_changes_nothing() -> None:
     assert judge(missed, target, t=0.3).free_distance == pytest.approx(3.0)
 
 
-def test_what_has_come_too_close_to_be_seen_is_remembered_for_a_moment() -> None:
-    space = space_that_saw(pole(2.0))
-    target, here = (9.0, 0.0, 4.0), (1.0, 0.0, 4.0)
-    remembered = np.arange(0.3, 0.1 + MEMORY, 0.1)
-    for t in remembered:
+def test_what_has_come_too_close_to_be_seen_is_remembered_for_seconds() -> None:
+    space = space_that_saw(pole(4.0))
+    target, here = (9.0, 0.0, 4.0), (2.0, 0.0, 4.0)
+    for t in np.arange(0.3, 0.1 + MEMORY, 0.4):
         look(space, float(t), NOTHING)
-    assert judge(space, target, t=float(remembered[-1]), here=here).free_distance == pytest.approx(1.0)
-    forgotten = 0.25 + MEMORY
-    look(space, forgotten, NOTHING)
-    assert judge(space, target, t=forgotten, here=here).free_distance == pytest.approx(8.0)
+    assert judge(space, target, t=0.2 + MEMORY - 0.1, here=here).free_distance == pytest.approx(2.0, abs=0.01)
+    look(space, 0.25 + MEMORY, NOTHING)
+    assert judge(space, target, t=0.25 + MEMORY, here=here).free_distance == pytest.approx(7.0)
+
+
+def test_a_ghost_goes_when_it_is_seen_through() -> None:
+    space, behind = space_that_saw(pole(4.0)), CameraView(0.9, 0.5, nearest=np.full((9, 16), 12.0, np.float32))
+    target = (9.0, 0.0, 4.0)
+    assert judge(space, target).free_distance == pytest.approx(4.0)
+    for stamp in (0.3, 0.4, 0.5):
+        look(space, stamp, NOTHING, view=behind)
+    assert judge(space, target, t=0.5).free_distance == pytest.approx(9.0)
+
+
+def test_next_to_something_the_tube_is_as_narrow_as_there_is_room() -> None:
+    """A drone that stands near a wall can leave it and fly along it, but neither at it nor nearer to it."""
+    y, z = np.meshgrid(np.arange(-6.0, 6.0, 0.2), np.arange(2.0, 6.0, 0.2))
+    wall = np.stack([np.full(y.size, 1.1), y.ravel(), z.ravel()], axis=-1).astype(np.float32)
+    away, along = space_that_saw(wall, heading=math.pi), space_that_saw(wall, heading=math.pi / 2)
+    assert judge(away, (-8.0, 0.0, 4.0)).free_distance == pytest.approx(8.0)
+    assert judge(along, (0.0, 5.0, 4.0)).free_distance == pytest.approx(5.0)
+    nearer = judge(along, (0.4, 5.0, 4.0)).free_distance
+    assert nearer is not None
+    assert nearer < 4.0
+    at_it = judge(space_that_saw(wall), (3.0, 0.0, 4.0)).free_distance
+    assert at_it == pytest.approx(1.1, abs=0.1)
+    assert NARROW < 1.0
+
+
+def circle(radius: float, metres: float) -> tuple[tuple[float, float, float], ...]:
+    """Corners of a way around (0, radius) from the origin, each a metre on, at the height of the drone."""
+    angles = np.arange(1.0, metres + 0.5) / radius
+    return tuple((radius * math.sin(a), radius * (1.0 - math.cos(a)), 4.0) for a in angles)
+
+
+def test_on_a_bent_way_the_horizon_is_where_the_ring_loses_it() -> None:
+    """The nose points to the centre, so the ring looks along the tangent, from which the circle bends away."""
+    for radius in (6.0, 12.0):
+        space = space_that_saw(NOTHING, view=RING, heading=math.pi / 2)
+        outlook = space.outlook(0.25, HERE, (0.0, 0.0, 0.0), math.pi / 2, circle(radius, 8.0))
+        assert outlook.free_distance == pytest.approx(8.0, abs=0.1)
+        assert outlook.horizon == pytest.approx(min(2 * math.sin(RING.half_angle) * radius, RING.reach), abs=1.0)
+    nose_on_the_track = space_that_saw(NOTHING, view=RING)
+    assert nose_on_the_track.outlook(0.25, HERE, (0.0, 0.0, 0.0), 0.0, circle(6.0, 8.0)).free_distance is None
+
+
+def test_on_a_bent_way_it_finds_what_stands_on_the_bend() -> None:
+    radius, metres = 10.0, 6.0
+    angle = metres / radius
+    space = space_that_saw(
+        pole(radius * math.sin(angle), radius * (1 - math.cos(angle))), view=RING, heading=math.pi / 2
+    )
+    free = space.outlook(0.25, HERE, (0.0, 0.0, 0.0), math.pi / 2, circle(radius, 9.0)).free_distance
+    assert free == pytest.approx(metres, abs=0.3)
+    beside = space.outlook(0.25, HERE, (0.0, 0.0, 0.0), math.pi / 2, ((9.0, 0.0, 4.0),)).free_distance
+    assert beside == pytest.approx(9.0)
+
+
+# --- the local map -------------------------------------------------------------------------------------------
+
+
+@given(st.lists(st.tuples(*[st.floats(-20.0, 20.0)] * 3), max_size=40), st.integers(0, 3))
+@settings(max_examples=50, deadline=None)
+def test_a_voxel_is_solid_from_the_second_vote_on(places: list[tuple[float, float, float]], votes: int) -> None:
+    known, cloud = LocalMap(), np.array(places, dtype=np.float64).reshape(-1, 3)
+    for stamp in range(votes):
+        known.see(cloud, np.zeros(3), 0.1 * stamp, lambda seen: np.zeros(len(seen), dtype=bool))
+    voxels = {tuple(cell) for cell in np.floor(cloud / VOXEL).astype(int).tolist()}
+    assert {tuple(cell) for cell in np.floor(known.solid / VOXEL).astype(int).tolist()} == (
+        voxels if votes >= 2 else set()
+    )
+
+
+def test_what_is_far_behind_is_forgotten() -> None:
+    known, nothing = LocalMap(span=10.0), lambda seen: np.zeros(len(seen), dtype=bool)
+    known.see(np.array([[1.0, 0.0, 0.0], [9.0, 0.0, 0.0]]), np.zeros(3), 0.0, nothing)
+    known.see(np.empty((0, 3)), np.array([12.0, 0.0, 0.0]), 0.1, nothing)
+    assert len(known) == 1
+
+
+# --- views -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "view",
+    [
+        CameraView(0.9, 0.5, nearest=np.full((45, 80), 8.0, np.float32)),
+        RingView(nearest=np.full((128, 16), 8.0, np.float32)),
+    ],
+)
+def test_a_measurement_sees_through_what_is_nearer_than_what_it_saw(view: View) -> None:
+    direction = np.array([1.0, 0.0, 0.0]) if isinstance(view, CameraView) else np.array([0.0, 0.8, 0.6])
+    places = np.array([2.0, 6.0, 7.9, 9.0, -3.0])[:, None] * direction
+    ring_looks_back_too = isinstance(view, RingView)
+    assert view.sees_through(places).tolist() == [True, True, False, False, ring_looks_back_too]
+    assert not view.sees_through(np.array([[0.0, 0.0, 5.0]]))[0] or ring_looks_back_too
+
+
+@pytest.mark.parametrize("view", [CAMERA, RING])
+def test_a_measurement_without_returns_sees_through_nothing(view: View) -> None:
+    places = np.random.default_rng(1).uniform(-9.0, 9.0, (100, 3))
+    assert not view.sees_through(places).any()
 
 
 @pytest.mark.parametrize(
@@ -158,7 +254,7 @@ def test_the_stamp_is_that_of_the_latest_look_along_the_way() -> None:
 
 def test_old_measurements_say_nothing_and_no_measurement_even_less() -> None:
     space = space_that_saw(pole(5.0))
-    assert judge(space, (9.0, 0.0, 4.0), t=0.2 + STALE + 0.01) == Outlook(None, None, CAMERA.horizon, 0.2)
+    assert judge(space, (9.0, 0.0, 4.0), t=0.2 + STALE + 0.01) == Outlook(None, None, CAMERA.reach, 0.2)
     assert judge(FreeSpace(), (9.0, 0.0, 4.0)) == Outlook(None, None, 0.0, None)
     space.forget()
     assert judge(space, (9.0, 0.0, 4.0)).stamp is None

@@ -12,7 +12,8 @@ from skillwing.sim_mujoco import topics
 from skillwing.sim_mujoco.axis import Axis
 from skillwing.sim_mujoco.frames.pose_history import PoseHistory
 from skillwing.sim_mujoco.messaging import answer_with, stream_reader
-from skillwing.sim_mujoco.obstacles.free_space import STALE, CameraView, FreeSpace, RingView, Sighting, View
+from skillwing.sim_mujoco.obstacles.free_space import STALE, FreeSpace, Sighting
+from skillwing.sim_mujoco.obstacles.views import view_of
 from skillwing.sim_mujoco.options import OptionsError
 from skillwing.sim_mujoco.sensors.scans import DepthPicture, LidarScan
 from skillwing.sim_mujoco.topics import ObstacleSource
@@ -109,8 +110,8 @@ class ObstaclesNode:
         if measurement is None or not self._poses.covers(*measurement.span):
             return
         self._waiting = None
-        view = _view_of(measurement)
-        self._space.see(Sighting(view, measurement.place(self._poses, view.horizon)))
+        view = view_of(measurement)
+        self._space.see(Sighting(view, measurement.place(self._poses, view.sight)))
 
     # --- what it says ----------------------------------------------------------------------------------------
 
@@ -122,9 +123,7 @@ class ObstaclesNode:
             t=t, source=self._source, free_distance=None, horizon=0.0, ahead=None, stamp=None
         )
         if navigation is not None and self._source is not ObstacleSource.NONE:
-            outlook = self._space.outlook(
-                t, navigation.position, navigation.velocity, navigation.heading, self._target(t)
-            )
+            outlook = self._space.outlook(t, navigation.position, navigation.velocity, navigation.heading, self._way(t))
             status = topics.ObstacleStatus(
                 t=t,
                 source=self._source,
@@ -132,13 +131,16 @@ class ObstaclesNode:
                 horizon=outlook.horizon,
                 ahead=outlook.ahead,
                 stamp=outlook.stamp,
+                across=self._source in LOOKING_ACROSS,
             )
         self._status.put(encode(status))
 
-    def _target(self, t: float) -> topics.Vector3 | None:
-        """Where guidance is flying to, as far as it says so itself."""
+    def _way(self, t: float) -> tuple[topics.Vector3, ...]:
+        """Where guidance is flying, as far as it says so itself."""
         guidance = self._guidance
-        return guidance.target if guidance is not None and t - guidance.t <= STALE else None
+        if guidance is None or guidance.target is None or t - guidance.t > STALE:
+            return ()
+        return guidance.way or (guidance.target,)
 
 
 def make_obstacles(options: dict[str, Any]) -> ObstaclesNode:
@@ -153,6 +155,5 @@ _STREAMS: dict[ObstacleSource, tuple[str, Callable[[bytes, bytes], LidarScan | D
     ObstacleSource.LIDAR: (topics.LIDAR, LidarScan.decode),
 }
 
-
-def _view_of(measurement: LidarScan | DepthPicture) -> View:
-    return CameraView.of(measurement.header) if isinstance(measurement, DepthPicture) else RingView()
+LOOKING_ACROSS = frozenset({ObstacleSource.LIDAR})
+"""Sources that look to the sides of the nose."""

@@ -108,7 +108,7 @@ class DepthPicture:
         header = self.header
         positions, turns = history.at(np.array([header.t]))
         mount = np.array(header.mount, dtype=np.float32)
-        depth = _nearest_but_one(self.depth)
+        depth = nearest_but_one(self.depth)
         in_view = (depth > 0.0) & (depth <= reach)
         in_body = _block_directions(msgspec.structs.replace(header, t=0.0))[in_view] * depth[in_view, None] + mount
         in_body = in_body[np.einsum("ij,ij->i", in_body, in_body) > OWN_BODY**2]
@@ -116,7 +116,7 @@ class DepthPicture:
         return PlacedPoints(header.t, turns[0], positions[0] + turns[0] @ mount, points)
 
 
-def _nearest_but_one(depth: NDArray[np.uint16]) -> Points:
+def nearest_but_one(depth: NDArray[np.uint16]) -> Points:
     """Depth [m] of the nearest pixel but one of each block that has two, 0 where it has not."""
     rows, columns = depth.shape[0] // BLOCK, depth.shape[1] // BLOCK
     blocks = depth[: rows * BLOCK, : columns * BLOCK].reshape(rows, BLOCK, columns, BLOCK)

@@ -1,0 +1,209 @@
+"""Courses with things in the way, and a drone that flies through them with one sensor: what benchmarks/obstacles.py flies.
+
+The whole loop is the real one: physics, ray-cast sensors, obstacle detection, guidance and the mission's route planner;
+only skills and resources are left out. One course and seed is one flight, bit for bit.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from skillwing.bt_missions.planning.detour import RoutePlanner
+from skillwing.services.bus import Answered, Bus
+from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.bus.reading import message_reader
+from skillwing.services.protocol import encode
+from skillwing.sim_mujoco import topics
+from skillwing.sim_mujoco.guidance.node import make_guidance
+from skillwing.sim_mujoco.obstacles.node import make_obstacles
+from skillwing.sim_mujoco.simulator.node import SimNode
+from skillwing.sim_mujoco.simulator.simulator import Simulator
+from skillwing.sim_mujoco.topics import FlyTo, Motion, MotionState, Nose, ObstacleSource, TakeOff
+from skillwing.sim_mujoco.world.footprint import Footprint, Point
+from skillwing.sim_mujoco.world.things.obstacle import Kind, Obstacle
+from skillwing.sim_mujoco.world.things.plain import block, pole
+from skillwing.sim_mujoco.world.world import World, make_world
+
+GOAL: Final = (26.0, 0.0, 4.0)
+AREA: Final = (-11.0, -11.0, 41.0, 31.0)
+PATIENCE: Final = 400.0
+"""Robot time that a flight may take [s]."""
+SENSOR_OF: Final = {ObstacleSource.ZED: "zed", ObstacleSource.LIDAR: "lidar"}
+_HEIGHT = 7.0
+
+
+def poles(rng: np.random.Generator) -> list[Obstacle]:
+    """One pole on the way and others around, all with room to pass between them."""
+    centres: list[Point] = [(float(rng.uniform(9.0, 17.0)), float(rng.uniform(-0.3, 0.3)))]
+    while len(centres) < 6:
+        place = float(rng.uniform(6.0, 22.0)), float(rng.uniform(-7.0, 9.0))
+        if min(math.dist(place, other) for other in centres) > 6.5:
+            centres.append(place)
+    return [_pole(f"pole-{i}", centre, float(rng.uniform(0.1, 0.4))) for i, centre in enumerate(centres)]
+
+
+def wall(rng: np.random.Generator) -> list[Obstacle]:
+    """A wall of 4 to 10 m across the way."""
+    half, aside = float(rng.uniform(2.0, 5.0)), float(rng.uniform(-1.5, 1.5))
+    return [_wall("wall", (float(rng.uniform(11.0, 15.0)), aside), (0.2, half))]
+
+
+def corner(rng: np.random.Generator) -> list[Obstacle]:
+    """A wall across the way that ends in another one along it: round the wrong end it is farther."""
+    x, half = float(rng.uniform(11.0, 14.0)), float(rng.uniform(2.5, 4.0))
+    side = 1.0 if rng.random() < 0.5 else -1.0
+    length = float(rng.uniform(2.0, 3.5))
+    return [_wall("across", (x, 0.0), (0.2, half)), _wall("along", (x - length, side * half), (length, 0.2))]
+
+
+def pocket(rng: np.random.Generator) -> list[Obstacle]:
+    """A dead end: three walls that are open towards the drone, with room to fly in."""
+    back, half = float(rng.uniform(15.0, 18.0)), float(rng.uniform(3.5, 4.5))
+    depth = float(rng.uniform(2.0, 3.5))
+    sides = [_wall(f"side-{s}", (back - depth, s * half), (depth, 0.2)) for s in (-1, 1)]
+    return [_wall("back", (back, 0.0), (0.2, half)), *sides]
+
+
+def _pole(name: str, centre: Point, radius: float) -> Obstacle:
+    return pole(name, Footprint(centre, radius=radius), _HEIGHT)
+
+
+def _wall(name: str, centre: Point, half: Point) -> Obstacle:
+    return block(name, Kind.WALL, Footprint(centre, half), _HEIGHT)
+
+
+COURSES: Final[dict[str, Callable[[np.random.Generator], list[Obstacle]]]] = {
+    "poles": poles,
+    "wall": wall,
+    "corner": corner,
+    "pocket": pocket,
+}
+
+
+def make_course(kind: str, seed: int) -> World:
+    """The ground of the courtyard with nothing on it but this course."""
+    return dataclasses.replace(make_world(seed), obstacles=tuple(COURSES[kind](np.random.default_rng((seed, 77)))))
+
+
+@dataclass(frozen=True, slots=True)
+class Flown:
+    """How a flight went: `clearance` is the hull's least distance from anything in the air [m]."""
+
+    arrived: bool
+    collisions: int
+    clearance: float
+    seconds: float
+    blocked: int
+    account: str
+
+
+class Pilot:
+    """Takes off and flies the planner's legs one after the other, as the mission and its skills would."""
+
+    name = "pilot"
+    owns_clock = False
+
+    def __init__(self, source: ObstacleSource, planner: RoutePlanner, speed: float) -> None:
+        self.planner = planner
+        self.blocked = 0
+        self.flying = False
+        self._source, self._speed = source, speed
+        self._token = 0
+        self._goal = ""
+        self._position: topics.Vector3 = (0.0, 0.0, 0.0)
+
+    @property
+    def done(self) -> bool:
+        return self.planner.done
+
+    def attach(self, bus: Bus) -> None:
+        self._bus = bus
+        bus.subscribe(topics.NAVIGATION, message_reader(topics.Navigation, self._on_navigation), latest_only=True)
+        bus.subscribe(topics.GUIDANCE_STATUS, message_reader(topics.GuidanceStatus, self._on_status), latest_only=True)
+        bus.after(1.5, lambda: self._fly(TakeOff(height=GOAL[2], speed=1.5)))
+
+    def detach(self) -> None:
+        """Nothing outlives a flight."""
+
+    def _on_navigation(self, navigation: topics.Navigation) -> None:
+        self._position = navigation.position
+
+    def _on_status(self, status: topics.GuidanceStatus) -> None:
+        if status.body.goal_id != self._goal:
+            return
+        match status.body.state:
+            case MotionState.DONE if not self.flying:
+                self.flying = True
+                self._look()
+            case MotionState.DONE:
+                self.planner.arrived()
+                self._next_leg()
+            case MotionState.BLOCKED | MotionState.ABORTED:
+                self.blocked += 1
+                free = status.free_distance
+                self.planner.blocked(self._position, 1000.0 if free is None else free)
+                self._next_leg()
+            case _:
+                pass
+
+    def _look(self) -> None:
+        self._goal, self._token = "", self._token + 1
+        wanted = topics.SelectObstacleSource(goal_id="look", token=self._token, source=self._source)
+        self._bus.ask(topics.OBSTACLE_COMMAND, encode(wanted), lambda answer: None)
+        self._bus.after(1.0, self._next_leg)
+
+    def _next_leg(self) -> None:
+        self._goal = ""
+        target = self.planner.next_target(self._position)
+        if target is not None:
+            nose = Nose.ALONG_TRACK if self._source is ObstacleSource.ZED else Nose.IN_VIEW
+            self._fly(FlyTo(target=target, speed=self._speed, nose=nose))
+
+    def _fly(self, motion: Motion) -> None:
+        self._token += 1
+        goal = f"goal-{self._token}"
+        command = topics.GuidanceCommand(goal_id=goal, token=self._token, motion=motion)
+
+        def taken(answer: object) -> None:
+            if not isinstance(answer, Answered):
+                raise RuntimeError(f"guidance refused {motion}: {answer}")
+            self._goal = goal
+
+        self._bus.ask(topics.GUIDANCE_COMMAND, encode(command), taken)
+
+
+def fly(
+    world: World,
+    source: ObstacleSource,
+    *,
+    speed: float = 2.0,
+    watch: bool = True,
+    turbulence: float = 0.0,
+    route: tuple[topics.Vector3, ...] = (GOAL,),
+) -> Flown:
+    """Fly a route through a world with one sensor at most at this speed [m/s], without its reports if not `watch`."""
+    network = InProcessNetwork()
+    sensors = ("range", "imu", SENSOR_OF[source])
+    network.attach(SimNode(Simulator(world, sensors=sensors, turbulence=turbulence)))
+    fence = {"low": world.geofence.low, "high": world.geofence.high}
+    network.attach(make_guidance({"geofence": fence, "watch": watch}))
+    network.attach(make_obstacles({}))
+    pilot = Pilot(source, RoutePlanner(route, area=AREA), speed)
+    truths: list[topics.Truth] = []
+    network.bus("judge").subscribe(topics.TRUTH, message_reader(topics.Truth, truths.append))
+    network.attach(pilot)
+    network.run_until(lambda: pilot.done or bool(truths and truths[-1].collisions), PATIENCE)
+    return Flown(
+        arrived=pilot.planner.reached == len(route) and not truths[-1].collisions,
+        collisions=truths[-1].collisions,
+        clearance=min((truth.clearance for truth in truths if truth.position[2] > 1.5), default=math.inf),
+        seconds=network.now(),
+        blocked=pilot.blocked,
+        account=pilot.planner.account,
+    )

@@ -1,0 +1,80 @@
+"""What stands around the drone, as far as the measurements of the last seconds tell: voxels with votes.
+
+Each measurement votes for the voxels in which its points lie and against those that it sees through. So a surface is
+known once two measurements agree on it, stays known when it leaves the field of view, and a ghost goes as soon as
+somebody looks there again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+Points = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+VOXEL: Final = 0.3
+"""Side of a voxel [m]."""
+MEMORY: Final = 20.0
+"""What was not seen again for so long is forgotten [s]: the drone does not know its position better than that."""
+AGREEING: Final = 2
+"""Votes that make a voxel solid."""
+_MOST_VOTES = 6
+_HALF_SPAN = 1 << 20
+
+
+class LocalMap:
+    """Solid voxels within `span` metres of the drone, each with the point that was seen in it last."""
+
+    def __init__(self, span: float = 30.0) -> None:
+        self._span = span
+        self._keys: NDArray[np.int64] = np.empty(0, dtype=np.int64)
+        self._points: Points = np.empty((0, 3))
+        self._votes: NDArray[np.int8] = np.empty(0, dtype=np.int8)
+        self._stamps: NDArray[np.float64] = np.empty(0)
+
+    def __len__(self) -> int:
+        return len(self._keys)
+
+    @property
+    def solid(self) -> Points:
+        """Points (N, 3) of the voxels that are agreed on, in the world [m]."""
+        return self._points[self._votes >= AGREEING]
+
+    def forget(self) -> None:
+        self.__init__(self._span)
+
+    def see(self, points: Points, here: Points, stamp: float, sees_through: Callable[[Points], Mask]) -> None:
+        """Take in a measurement that ended at `stamp`: its points (N, 3), taken from about `here` (3,), in the world,
+        and what tells which points in the world it saw through."""
+        keys, first = np.unique(_keys(points), return_index=True)
+        at = np.minimum(np.searchsorted(self._keys, keys), max(len(self._keys) - 1, 0))
+        known = self._keys[at] == keys if len(self._keys) else np.zeros(len(keys), dtype=bool)
+        hit, seen = at[known], first[known]
+        self._votes[hit] = np.minimum(self._votes[hit] + 1, _MOST_VOTES)
+        self._stamps[hit], self._points[hit] = stamp, points[seen]
+        doubted = sees_through(self._points)
+        doubted[hit] = False
+        self._votes[doubted] -= 1
+        near = np.abs(self._points - here).max(axis=1, initial=0.0) <= self._span
+        kept = (self._votes > 0) & (stamp - self._stamps <= MEMORY) & near
+        self._merge(kept, keys[~known], points[first[~known]], stamp)
+
+    def _merge(self, kept: Mask, keys: NDArray[np.int64], points: Points, stamp: float) -> None:
+        merged = np.concatenate([self._keys[kept], keys])
+        order = np.argsort(merged, kind="stable")
+        votes, stamps = np.ones(len(keys), dtype=np.int8), np.full(len(keys), stamp)
+        self._keys = merged[order]
+        self._points = np.concatenate([self._points[kept], points])[order]
+        self._votes = np.concatenate([self._votes[kept], votes])[order]
+        self._stamps = np.concatenate([self._stamps[kept], stamps])[order]
+
+
+def _keys(points: Points) -> NDArray[np.int64]:
+    """One number for each point's voxel."""
+    cells = np.floor(points / VOXEL).astype(np.int64)
+    cells = np.clip(cells, -_HALF_SPAN, _HALF_SPAN - 1) + _HALF_SPAN
+    return (cells[:, 0] << 42) | (cells[:, 1] << 21) | cells[:, 2]
