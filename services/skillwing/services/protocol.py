@@ -288,6 +288,7 @@ class FireEvent(Message, frozen=True, kw_only=True):
 class AttachManager(Message, frozen=True, kw_only=True):
     """A manager has started: what an earlier process of its name holds is lost. Answered by `ResourceStates`.
 
+    Sent again every few seconds, by which a process learns that another one has come after it (`REPLACED`).
     `incarnation` tells processes of one name apart; a manager draws it anew each time it starts.
     """
 
@@ -312,7 +313,11 @@ class BeginGoal(Message, frozen=True, kw_only=True, tag="begin"):
 
 
 class EndGoal(Message, frozen=True, kw_only=True, tag="end"):
-    """End a granted goal: `how` is `result` (with its name), `interrupt` or `error`."""
+    """End a granted goal: `how` is `result` (with its name), `interrupt` or `error`.
+
+    `token` is the grant's. A manager that never learned it sends 0 with an `error`; then `incarnation`, as in
+    `BeginGoal`, tells whether the goal was granted to this very process.
+    """
 
     goal_id: Label
     skill: Label
@@ -320,6 +325,7 @@ class EndGoal(Message, frozen=True, kw_only=True, tag="end"):
     how: Label
     result: Label | None = None
     cause: Label | None = None
+    incarnation: Label = ""
 
 
 class RenewGoal(Message, frozen=True, kw_only=True, tag="renew"):

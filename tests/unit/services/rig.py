@@ -109,8 +109,16 @@ class Bench:
         )
         return self.perform(self.core.begin(request, self.now))
 
-    def end(self, skill: str, goal_id: str, token: int, how: str = "result", result: str | None = None) -> GoalVerdict:
-        request = EndGoal(goal_id=goal_id, skill=skill, token=token, how=how, result=result)
+    def end(
+        self,
+        skill: str,
+        goal_id: str,
+        token: int,
+        how: str = "result",
+        result: str | None = None,
+        incarnation: str = "",
+    ) -> GoalVerdict:
+        request = EndGoal(goal_id=goal_id, skill=skill, token=token, how=how, result=result, incarnation=incarnation)
         return self.perform(self.core.end(request, self.now))
 
     def extern(self, resource: str, target: str, cause: str | None = None) -> Any:

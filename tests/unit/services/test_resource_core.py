@@ -288,9 +288,21 @@ def test_a_goal_given_up_before_its_begin_arrives_is_never_granted(bench: Bench)
 
 
 def test_a_goal_given_up_without_its_token_is_freed_all_the_same(bench: Bench) -> None:
-    bench.begin("move", "g")
-    assert isinstance(bench.end("move", "g", 0, "error"), Ended)
+    bench.begin("move", "g", incarnation="this")
+    assert isinstance(bench.end("move", "g", 0, "error", incarnation="this"), Ended)
     assert bench.core.states["axes"] == "FREE"
+
+
+@pytest.mark.parametrize("attached", [True, False])
+def test_a_goal_of_the_successor_is_not_given_up_by_a_process_without_its_token(bench: Bench, attached: bool) -> None:
+    if attached:
+        bench.perform(bench.core.attach_manager(AttachManager(manager="skill/move", incarnation="first"), 0.0))
+    granted(bench.begin("move", "g", incarnation="second"))
+    for incarnation in ("first", ""):
+        with pytest.raises(RefusedError) as refusal:
+            bench.end("move", "g", 0, "error", incarnation=incarnation)
+        assert refusal.value.code is ErrorCode.STALE_TOKEN
+    assert bench.core.states["axes"] == "USED"
 
 
 @pytest.mark.parametrize(

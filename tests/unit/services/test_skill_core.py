@@ -40,7 +40,8 @@ class Desk:
     """A skill core for `move`, what it asked for, and the answers to that in short."""
 
     def __init__(self, skillset: Skillset = RIG) -> None:
-        self.core = SkillCore(skillset, "move", source="skill/move", new_record_id=RecordIds("skill/move"))
+        new_id = RecordIds("skill/move")
+        self.core = SkillCore(skillset, "move", source="skill/move", new_record_id=new_id, incarnation="this")
         self.actions: list[Action] = []
         self.now = 0.0
 
@@ -419,6 +420,7 @@ def test_silence_of_the_resource_manager_is_asked_again_and_ends_in_an_answer(
     assert "resource manager does not answer" in desk.terminal().reason
     settling = desk.asked.call
     assert isinstance(settling, EndGoal), "what may have been granted is still to be given back"
+    assert settling.incarnation == "this", "by this process, and by no other of its name"
     desk.answer(None)
     assert desk.asked == AskResources(settling, SILENCES_UNTIL_ERROR + 1)
     count = len(desk.actions)

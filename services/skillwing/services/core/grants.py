@@ -109,10 +109,26 @@ class Ledger:
         return past.verdict if past else None
 
 
+def gives_up_unheard(request: EndGoal) -> bool:
+    """The manager gives a goal up of which it never heard whether it was granted, so that it has no token."""
+    return request.how == "error" and request.token == NO_TOKEN
+
+
+def check_fence(request: EndGoal, grant: Grant) -> None:
+    """Refuse the end of another process's grant: that process has another token, or none and another incarnation."""
+    if not gives_up_unheard(request):
+        check_token(request, grant.token)
+    elif request.incarnation != grant.incarnation:
+        raise RefusedError(
+            ErrorCode.STALE_TOKEN,
+            f"The goal {request.goal_id} was granted to another process of this manager.",
+            help="Leave it to that one.",
+        )
+
+
 def check_token(request: EndGoal | RenewGoal, token: int) -> None:
-    """Refuse a request whose token is not the one of the grant it speaks of."""
-    never_learned = isinstance(request, EndGoal) and request.how == "error" and request.token == NO_TOKEN
-    if request.token != token and not never_learned:
+    """Refuse a request whose token is not the one that its goal was granted with."""
+    if request.token != token:
         raise RefusedError(
             ErrorCode.STALE_TOKEN,
             f"Token {request.token} is not the one that goal {request.goal_id} was granted with.",

@@ -14,7 +14,15 @@ from typing import Generic, TypeAlias, TypeVar
 from skillwing.dsl.expressions import Environment, Expression, names_used
 from skillwing.dsl.model import Invariant, Skill, Skillset, UnknownNameError
 from skillwing.services.core.checks import check_goal_id, check_schema, unknown_name
-from skillwing.services.core.grants import NO_TOKEN, Grant, Ledger, check_token, unknown_goal
+from skillwing.services.core.grants import (
+    NO_TOKEN,
+    Grant,
+    Ledger,
+    check_fence,
+    check_token,
+    gives_up_unheard,
+    unknown_goal,
+)
 from skillwing.services.core.incarnations import Incarnations
 from skillwing.services.core.judge import why_not
 from skillwing.services.core.kept import DatumKept, Entry, GoalOver, Kept
@@ -251,7 +259,7 @@ class ResourceCore:
         grant = self._ledger.in_force(request.goal_id)
         if grant is None:
             return self._end_without_grant(request, skill, known, now)
-        check_token(request, grant.token)
+        check_fence(request, grant)
         self._require_news(post, now)
         record = self._record(skill, "ENDED", now, grant.goal_id, request.cause, request.result or request.how)
         reason = self._apply(skill, effect, record, grant.goal_id, now)
@@ -321,10 +329,12 @@ class ResourceCore:
         self, request: EndGoal, skill: Skill, known: GoalVerdict | None, now: float
     ) -> Step[GoalVerdict]:
         past = self._ledger.past(request.goal_id)
+        given_up = gives_up_unheard(request)
         if known is not None and past is not None:
-            check_token(request, past.token)
+            if not given_up:
+                check_token(request, past.token)
             return Step(known)
-        if request.token != NO_TOKEN or request.how != "error":
+        if not given_up:
             raise unknown_goal(request.goal_id)
         # Its begin may still be under way somewhere. It must not take anything when it arrives.
         text = "The manager gave the goal up before it was granted."

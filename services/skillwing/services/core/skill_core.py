@@ -392,6 +392,7 @@ class SkillCore:
             how=how,
             result=result,
             cause=run.record,
+            incarnation=self._incarnation,
         )
         run.ending = Ending(call, sendable_text(reason), output, forced)
         self._scribe.add(AskResources(call))
@@ -407,7 +408,14 @@ class SkillCore:
         self._finish(run, Terminal(ending=End.ERROR, reason=reason), now)
         call = asked.call
         if isinstance(call, BeginGoal):
-            call = EndGoal(goal_id=run.goal_id, skill=self.skill.name, token=NO_TOKEN, how="error", cause=run.record)
+            call = EndGoal(
+                goal_id=run.goal_id,
+                skill=self.skill.name,
+                token=NO_TOKEN,
+                how="error",
+                cause=run.record,
+                incarnation=self._incarnation,
+            )
         self._scribe.add(AskResources(call, silences))
 
     def _settle(self, asked: AskResources, answer: GoalVerdict | ErrorReply | None) -> None:

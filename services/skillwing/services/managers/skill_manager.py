@@ -13,7 +13,7 @@ import msgspec
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Answer, Answered, Bus, Handle, Node, Refused, Sample, Unanswered
-from skillwing.services.client.asking import CUT_OFF_DELAY, ask_until_answered, retry_delay
+from skillwing.services.client.asking import CUT_OFF_DELAY, retry_delay
 from skillwing.services.core.skill_actions import Action, AskResources, CallHook, Hook
 from skillwing.services.core.skill_core import RENEWAL_PERIOD, SkillCore
 from skillwing.services.core.values import fit_fields
@@ -23,6 +23,7 @@ from skillwing.services.managers.hook_bus import HookBus
 from skillwing.services.managers.hooks import Goal, SkillHooks
 from skillwing.services.managers.presence import Presence
 from skillwing.services.managers.serving import serve
+from skillwing.services.managers.standing import Standing
 from skillwing.services.names import CLIENT, skill_process
 from skillwing.services.options import imported, required
 from skillwing.services.protocol import (
@@ -97,8 +98,9 @@ class SkillManagerNode:
         serve(bus, keys.interrupt(skill), InterruptGoal, self._answer_interrupt)
         serve(bus, keys.goal(skill), QueryGoal, lambda query, key: self._core.status(query.goal_id))
         # The resource manager must not take this process for a predecessor whose token was away for a moment.
-        self._attach = AttachManager(manager=self.name, incarnation=incarnation)
-        self._make_known()
+        attach = AttachManager(manager=self.name, incarnation=incarnation)
+        self._standing = Standing(bus, keys, attach, self._make_way)
+        self._standing.ask()
         self._alive: Handle = bus.declare_alive(keys.alive(self.name))
 
     def detach(self) -> None:
@@ -107,6 +109,7 @@ class SkillManagerNode:
         if goal is not None:
             reason = "The skill's manager was shut down."
             self._leave(goal, Terminal(ending=Ending.LOST, reason=reason, detected_by=self.name))
+        self._standing.give_up()
         self._alive.cancel()
 
     # --- what comes in -----------------------------------------------------------------------------------------------
@@ -135,20 +138,9 @@ class SkillManagerNode:
             self._perform(self._core.pushed(verdict, self._bus.now()))
             self._look_for_successor(verdict)
 
-    def _make_known(self) -> None:
-        ask_until_answered(self._bus, self._keys.resource_attach, encode(self._attach), self._on_attached)
-
-    def _on_attached(self, answer: Answered | Refused) -> None:
-        match answer:
-            case Refused(error) if error.code is ErrorCode.REPLACED:
-                self._make_way(error)
-            case Refused(error):
-                log.warning("the resource manager does not take us for %s: %s", self.name, error.message)
-            case Answered():
-                pass
-
     def _make_way(self, refusal: ErrorReply) -> None:
         """Leave to the successor: nothing that we ask for is granted any more. Supervision may start us anew."""
+        self._standing.give_up()
         log.error("%s This one ends.", refusal.message)
         self._bus.post(self._end)
 
@@ -159,7 +151,7 @@ class SkillManagerNode:
     def _look_for_successor(self, answer: GoalVerdict | ErrorReply | None) -> None:
         """Who is told that his goal is another's, or lost, asks whether he still counts; that asks for nothing else."""
         if isinstance(answer, Lost) or (isinstance(answer, ErrorReply) and answer.code is ErrorCode.STALE_TOKEN):
-            self._make_known()
+            self._standing.ask()
 
     def _on_resources_answer(self, asked: AskResources, answer: Answer) -> None:
         if isinstance(answer, Unanswered) and not self._bus.connected:
