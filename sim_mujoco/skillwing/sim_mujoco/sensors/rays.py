@@ -26,6 +26,15 @@ class RayScene:
         hits[hits >= reach] = 0.0
         return hits
 
+    def faces(self, origins: Floats, directions: Floats, reach: float) -> tuple[Floats, NDArray[np.int32]]:
+        """Distances as above, and the number of the triangle that was hit; -1 for none."""
+        starts = np.ascontiguousarray(np.broadcast_to(origins, directions.shape), dtype=np.float32)
+        found = self._scene.run(starts, np.ascontiguousarray(directions), dists=reach, output=True)
+        distances, faces = found["tfar"], found["primID"].astype(np.int32)
+        missed = (faces < 0) | (distances >= reach)
+        distances[missed], faces[missed] = 0.0, -1
+        return distances, faces
+
     def hits(self, origins: Floats, directions: Floats, reach: float) -> tuple[Floats, Floats]:
         """Distances as above, and how squarely each surface was hit: the cosine of the incidence, 1 at a right angle,
         0 for a ray that grazes it or hits nothing."""

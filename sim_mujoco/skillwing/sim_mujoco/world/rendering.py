@@ -111,7 +111,7 @@ class Renderer:
     def _surface(self, faces: NDArray[np.int64], places: Array) -> Array:
         colours = self._colours[faces].copy()
         ground = np.flatnonzero(self._is_terrain[faces])
-        colours[ground] = _painted(places[ground, :2], colours[ground], self._paving)
+        colours[ground] = painted(places[ground, :2], colours[ground], self._paving)
         return colours
 
     def _openness(self, places: Array, normals: Array, rng: np.random.Generator) -> Array:
@@ -128,7 +128,7 @@ class Renderer:
         return (distances >= reach).astype(np.float32)
 
 
-def _painted(places: Array, grass: Array, paving: Sequence[Strip]) -> Array:
+def painted(places: Array, grass: Array, paving: Sequence[Strip]) -> Array:
     """Grass with lighter and darker patches, and the strips that lie on it."""
     x, y = places.T
     patches = np.sin(0.31 * x + 1.7 * np.sin(0.23 * y)) * np.sin(0.27 * y + 1.3 * np.sin(0.19 * x))
