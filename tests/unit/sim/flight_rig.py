@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 from skillwing.sim_mujoco.frames.vectors import Vector, heading_of
 from skillwing.sim_mujoco.guidance.core import GuidanceCore
@@ -24,10 +25,10 @@ WORLD = make_world(1)
 
 
 class Rig:
-    """A drone on its pad with a range-finder only; `fly` lets time pass at 50 Hz."""
+    """A drone on its pad with a range-finder only; `fly` lets time pass at 50 Hz. Options are the simulator's."""
 
-    def __init__(self, *, wind: Vector = (0.0, 0.0, 0.0)) -> None:
-        self.sim = Simulator(WORLD, sensors=("range",), wind=wind)
+    def __init__(self, **options: Any) -> None:
+        self.sim = Simulator(WORLD, sensors=("range",), **options)
         self.core = GuidanceCore()
         self.connected = True
         self.obstacles: Callable[[float, GuidanceStatus], ObstacleStatus | None] = lambda t, status: None

@@ -63,8 +63,10 @@ class Physics:
         self._shares = np.array(shares) if min(shares) < 1.0 else None
 
     def place(self, position: Vector, heading: float = 0.0) -> None:
-        """Put the drone at rest somewhere, hovering: for tests of control."""
+        """Put the drone at rest somewhere, hovering: for tests of control. Time goes on."""
+        now = self._data.time
         mujoco.mj_resetData(self._model, self._data)
+        self._data.time = now
         self._data.qpos[:] = [*position, np.cos(heading / 2), 0.0, 0.0, np.sin(heading / 2)]
         self._data.act[:] = self.airframe.mass * 9.81 / len(self._data.act)
         mujoco.mj_forward(self._model, self._data)

@@ -1,0 +1,221 @@
+"""What the autopilot does by itself, and that the gravest reason goes first."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import pytest
+from flight_rig import WORLD, Rig
+
+from skillwing.sim_mujoco.axis import RefusedError
+from skillwing.sim_mujoco.geofence import Box
+from skillwing.sim_mujoco.simulator.autopilot import Autopilot, Estimate, Limits, Mode, Setpoint
+from skillwing.sim_mujoco.simulator.battery import CELLS
+from skillwing.sim_mujoco.simulator.failsafes import CRITICAL_CHARGE, NAVIGATION_REGAINED, Emergencies
+from skillwing.sim_mujoco.simulator.physics import Physics
+from skillwing.sim_mujoco.simulator.simulator import Simulator
+from skillwing.sim_mujoco.topics import FlyTo, MotionState, Nose, TakeOff, Turn
+
+STILL = (0.0, 0.0, 0.0)
+LEVEL = (1.0, 0.0, 0.0, 0.0)
+FENCE = Box((-20.0, -20.0, -1.0), (20.0, 20.0, 20.0))
+
+
+class Bench:
+    """An autopilot on a bench: it is told that it flies, and what happens to it, in any combination."""
+
+    def __init__(self) -> None:
+        self.autopilot = Autopilot(Physics(WORLD).airframe, 0.002, Limits(FENCE))
+        self.t, self.position, self.velocity, self.valid = 0.0, (0.0, 0.0, 5.0), STILL, True
+        self.setpoints, self.charge, self.lost = True, 80.0, False
+        self.run(0.2)
+        assert self.autopilot.mode is Mode.FOLLOW
+
+    def run(self, seconds: float) -> None:
+        for _ in range(round(seconds / 0.02)):
+            self.t += 0.02
+            if self.setpoints:
+                self.autopilot.command(Setpoint((0.0, 0.0, 6.0), STILL, 0.0), self.t)
+            self.autopilot.battery(self.charge, 22.0)
+            now = Estimate(self.position, self.velocity, LEVEL, 5.0, self.t, valid=self.valid)
+            # A drone that rolls to the right without being told to has lost the rotor there.
+            rate = (30.0 * self.t, 0.0, 0.0) if self.lost else STILL
+            self.autopilot.guide(self.t, now, rate)
+            self.autopilot.stabilise(LEVEL, STILL)
+
+
+def lose_rotor(bench: Bench) -> None:
+    bench.lost = True
+
+
+def lose_navigation(bench: Bench) -> None:
+    bench.valid = False
+
+
+def empty_battery(bench: Bench) -> None:
+    bench.charge = CRITICAL_CHARGE - 1.0
+
+
+def take_over(bench: Bench) -> None:
+    bench.autopilot.authority = False
+
+
+def fall_silent(bench: Bench) -> None:
+    bench.setpoints = False
+
+
+def rush_to_the_fence(bench: Bench) -> None:
+    bench.position, bench.velocity = (18.0, 0.0, 5.0), (5.0, 0.0, 0.0)
+
+
+ORDER: list[tuple[Callable[[Bench], None], Mode]] = [
+    (lose_navigation, Mode.NAVIGATION),
+    (empty_battery, Mode.BATTERY),
+    (take_over, Mode.PILOT),
+    (fall_silent, Mode.HOVER),
+    (rush_to_the_fence, Mode.FENCE),
+]
+
+
+@pytest.mark.parametrize("first", range(len(ORDER)))
+def test_of_all_reasons_the_gravest_decides(first: int) -> None:
+    bench = Bench()
+    for happen, _ in reversed(ORDER[first:]):
+        happen(bench)
+        bench.run(0.7)
+    assert bench.autopilot.mode is ORDER[first][1]
+
+
+def test_a_lost_rotor_goes_before_everything() -> None:
+    bench = Bench()
+    for happen, _ in ORDER:
+        happen(bench)
+    lose_rotor(bench)
+    bench.run(0.7)
+    assert bench.autopilot.mode is Mode.ROTOR
+    assert bench.autopilot.failsafe == "rotor 5 failed: landing"
+    assert not bench.autopilot.holds_heading
+
+
+def test_setpoints_that_stay_away_end_in_a_landing() -> None:
+    bench = Bench()
+    fall_silent(bench)
+    bench.run(5.4)
+    assert bench.autopilot.mode is Mode.HOVER
+    assert bench.autopilot.follows
+    bench.run(0.3)
+    assert bench.autopilot.mode is Mode.LAND
+
+
+def test_navigation_has_to_be_good_for_a_while_before_it_counts_again() -> None:
+    bench = Bench()
+    lose_navigation(bench)
+    bench.run(1.0)
+    bench.valid = True
+    bench.run(NAVIGATION_REGAINED - 0.2)
+    assert bench.autopilot.mode is Mode.NAVIGATION
+    bench.run(0.4)
+    assert bench.autopilot.mode is Mode.FOLLOW
+
+
+def test_a_critical_battery_stays_critical_and_a_short_sag_is_none() -> None:
+    emergencies = Emergencies(Limits())
+    for cell in [3.8] * 50 + [2.8] * 25 + [3.8] * 50:
+        emergencies.battery(50.0, cell * CELLS, 0.02)
+    assert emergencies.mode is None
+    for _ in range(500):
+        emergencies.battery(50.0, 3.2 * CELLS, 0.02)
+    assert emergencies.mode is Mode.BATTERY
+    emergencies.battery(50.0, 4.0 * CELLS, 10.0)
+    assert emergencies.mode is Mode.BATTERY
+
+
+def landed(simulator: Simulator, seconds: float = 20.0) -> bool:
+    """Whether it comes down by itself within this time, having had a setpoint to hover at once."""
+    simulator.place((0.0, 0.0, 1.5))
+    simulator.command(Setpoint((0.0, 0.0, 1.6), STILL, 0.0))
+    simulator.advance(simulator.t + 0.1)
+    end = simulator.t + seconds
+    while simulator.t < end and not simulator.autopilot.on_ground:
+        simulator.advance(simulator.t + 0.1)
+    return simulator.autopilot.on_ground
+
+
+# --- the same in flight ----------------------------------------------------------------------------------------------
+
+
+def test_a_critical_battery_lands_the_drone_whatever_guidance_wants() -> None:
+    rig = Rig(battery_percent=9.0, limits=Limits(FENCE, charge=8.5))
+    rig.take_off(4.0)
+    rig.command("leg", FlyTo(target=(15.0, 0.0, 4.0), speed=2.0, nose=Nose.FREE))
+    assert rig.fly(30.0, lambda: rig.sim.autopilot.mode is Mode.BATTERY)
+    assert rig.sim.autopilot.failsafe == "battery critical: landing"
+    assert rig.fly(20.0, lambda: rig.sim.autopilot.on_ground)
+    assert rig.sim.collisions == 0
+    rig.fly(0.1)
+    assert rig.status.body.state is MotionState.ABORTED
+    assert "battery critical" in rig.status.body.text
+    assert rig.sim.autopilot.failsafe == "battery critical: staying on the ground"
+    with pytest.raises(RefusedError, match="battery critical"):
+        rig.command("again", TakeOff(height=4.0, speed=1.0))
+
+
+def test_a_drone_that_loses_a_rotor_lands_on_the_others_and_says_so() -> None:
+    rig = Rig()
+    rig.take_off(5.0)
+    rig.command("turn", Turn(heading=1.0, lock=True))
+    rig.fly(4.0)
+    assert rig.status.heading.state is MotionState.DONE
+    rig.command("leg", FlyTo(target=(10.0, 0.0, 5.0), speed=2.0, nose=Nose.FREE))
+    rig.fly(3.0)
+    rig.sim.set_fault("rotor/2", "stopped", on=True)
+    assert rig.fly(0.5, lambda: rig.sim.autopilot.mode is Mode.ROTOR)
+    assert rig.sim.autopilot.failsafe == "rotor 2 failed: landing"
+    where = rig.sim.motion.position
+    assert rig.fly(20.0, lambda: rig.sim.autopilot.on_ground)
+    rig.fly(0.5)
+    assert rig.sim.collisions == 0
+    assert math.dist(rig.sim.motion.position[:2], where[:2]) < 3.0
+    assert rig.status.body.state is MotionState.ABORTED
+    assert rig.status.heading.state is MotionState.ABORTED
+    assert "cannot hold its heading" in rig.status.heading.text
+
+
+def test_a_rotor_that_is_a_little_weak_is_flown_on_with() -> None:
+    rig = Rig()
+    rig.take_off(4.0)
+    rig.sim.set_fault("rotor/5", "weak", on=True, magnitude=0.85)
+    rig.fly(5.0)
+    assert rig.sim.autopilot.mode is Mode.FOLLOW
+    assert math.dist(rig.sim.motion.position, (0.0, 0.0, 4.0)) < 0.3
+
+
+def test_gusts_are_not_mistaken_for_a_rotor() -> None:
+    rig = Rig(wind=(7.0, 3.0, 0.0), turbulence=15.0)
+    rig.take_off(6.0)
+    rig.fly(10.0)
+    assert rig.sim.autopilot.mode is Mode.FOLLOW
+
+
+def test_a_frozen_range_finder_is_not_believed_when_landing() -> None:
+    simulator = Simulator(WORLD, sensors=("range",))
+    simulator.place((0.0, 0.0, 3.0))
+    simulator.advance(0.1)
+    simulator.set_fault("range", "freeze", on=True)
+    assert landed(simulator)
+    assert simulator.collisions == 0
+
+
+def test_a_range_finder_that_lies_delays_the_touchdown_only() -> None:
+    simulator = Simulator(WORLD, sensors=("range",))
+    simulator.set_fault("range", "bias", on=True, magnitude=2.0)
+    assert landed(simulator)
+
+
+def test_an_empty_battery_turns_no_rotor() -> None:
+    simulator = Simulator(WORLD, sensors=(), battery_percent=0.001)
+    simulator.place((0.0, 0.0, 3.0))
+    simulator.command(Setpoint((0.0, 0.0, 3.0), STILL, 0.0))
+    simulator.advance(1.0)
+    assert not simulator.rotors_on
