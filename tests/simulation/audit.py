@@ -85,8 +85,11 @@ class Audit:
     # --- when everybody has been well for a while --------------------------------------------------------------------
 
     def look_at_losses(self) -> None:
-        """What counts as lost runs nowhere any more."""
+        """What counts as lost runs nowhere any more, and who was replaced has ended."""
         world = self._world
+        for process in world.zombies:
+            if not process.bus.closed:
+                self._note("who was replaced ends", f"{process.name} runs beside the process that has replaced it")
         held = {grant.goal_id for grant in world.resource_manager.resource_core.grants}
         for process in world.skill_managers:
             run = process.skill_core.current

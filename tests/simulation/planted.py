@@ -15,6 +15,7 @@ from skillwing.services.core.kept import GrantOpened
 from skillwing.services.core.resource_core import ResourceCore
 from skillwing.services.core.skill_core import SkillCore
 from skillwing.services.journal.journal import Journal
+from skillwing.services.managers.standing import Standing
 from skillwing.services.protocol import Ending, State
 from skillwing.services.protocol import Granted as GrantedVerdict
 
@@ -126,6 +127,7 @@ BUGS: Mapping[str, tuple[tuple[Any, str, Callable[[Wrong], Wrong]], ...]] = {
     "invariants are judged once, not to the fixpoint": ((ResourceCore, "_enforce_invariants", _judge_once),),
     "tokens are counted from one": ((Ledger, "next_token", _count_from_one),),
     "grants are not written to the journal": ((Journal, "write", _write_no_grants),),
+    "a replaced manager that nobody asks anything does not notice": ((Standing, "_ask_after", _always(None)),),
     "clients learn of no loss": ((GoalPursuit, "probe", _always(None)), (GoalPursuit, "judged", _always(None))),
 }
 """By name: what is replaced, and by what it makes of the right one."""

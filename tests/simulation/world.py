@@ -36,8 +36,7 @@ from skillwing.services.protocol import (
 ROBOT = "robot"
 ROUTER = "router"
 WAKES_FOR = 0.3
-"""Seconds for which a stopped process runs beside the one that has replaced it, until somebody ends it."""
-
+"""Seconds for which a stopped process may go on with a goal beside the one that has replaced it."""
 SUPERVISION_PERIOD = 0.25
 """Seconds between two looks for processes that have ended by themselves, to be started anew."""
 
@@ -230,11 +229,18 @@ class World:
         return Journal(None, Identity("", skillset.name, skillset.schema_hash))
 
     def _start_anew_what_has_ended(self) -> None:
-        """A skill manager ends by itself when it learns that another process has taken its place."""
+        """A skill manager ends by itself when it learns that another process has taken its place.
+
+        Only where it has a goal in hand somebody ends it sooner: who runs goals side by side answers twice.
+        """
         for name, process in list(self.running.items()):
             if process.bus.closed:
                 self.fallen.append(self.running.pop(name))
                 self.launch(name)
+        for process in list(self.zombies):
+            awake = not process.stopped and self.network.now() > process.ran_since + WAKES_FOR
+            if process.bus.closed or (awake and process.skill_core.current is not None):
+                self._end_zombie(process)
 
     def kill(self, name: str) -> None:
         process = self.running.pop(name, None)
@@ -263,7 +269,7 @@ class World:
         self.network.wake(process.bus)
 
     def _replace(self, name: str, after: float) -> None:
-        """Stop a process and start another in its place; the first wakes up, and is ended when that is noticed."""
+        """Stop a process and start another in its place; the first wakes up, and ends when it notices that."""
         process = self.running.pop(name, None)
         if process is None:
             return
@@ -271,12 +277,11 @@ class World:
         self.zombies.append(process)
         self.launch(name)
         self.network.schedule(after, lambda: self._wake(process))
-        self.network.schedule(after + WAKES_FOR, lambda: self._end_zombie(process))
 
     def _end_zombie(self, process: Process) -> None:
-        if process in self.zombies:
-            self.zombies.remove(process)
-            self.fallen.append(process)
+        self.zombies.remove(process)
+        self.fallen.append(process)
+        if not process.bus.closed:
             self.network.kill(process.bus)
 
     def _cut(self, process: Process, *, noticed: bool = False) -> None:
@@ -309,8 +314,6 @@ class World:
     def mend_all(self) -> None:
         """All is well again, but for what has happened."""
         self.network.weather = Weather()
-        for process in list(self.zombies):
-            self._end_zombie(process)
         self._router_up = True
         for process in self._everybody():
             if process.stopped:
