@@ -38,6 +38,7 @@ AUTOPILOT_SETPOINT = "fl/autopilot/setpoint"  # AutopilotSetpoint, 50 Hz, guidan
 FAULT = "fl/fault"  # query SetFault -> Done
 PILOT = "fl/pilot"  # query SetPilot -> Done
 GUIDANCE_COMMAND = "fl/guidance/command"  # query GuidanceCommand -> Done
+GEOFENCE = "fl/geofence"  # Geofence, events: guidance tells where targets may lie
 GUIDANCE_STATUS = "fl/guidance/status"  # GuidanceStatus, 20 Hz
 AUTHORITY = "fl/authority"  # Revoked, events: the bridge tells whose commands no longer count
 OBSTACLE_COMMAND = "fl/obstacles/command"  # query SelectObstacleSource -> Done
@@ -304,6 +305,13 @@ class GuidanceStatus(Message, frozen=True, kw_only=True):
     free_distance: float | None
     way: tuple[Vector3, ...] = ()
     laps_done: float | None = None
+
+
+class Geofence(Message, frozen=True, kw_only=True):
+    """Opposite corners of the box in which every target has to lie (ENU, m)."""
+
+    low: Vector3
+    high: Vector3
 
 
 class Revoked(Message, frozen=True, kw_only=True):

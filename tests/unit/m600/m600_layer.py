@@ -22,6 +22,7 @@ from skillwing.sim_mujoco.topics import (
     Motion,
     MotionState,
     ObstacleSource,
+    Orbit,
     Revoked,
     SelectObstacleSource,
     Stop,
@@ -32,6 +33,7 @@ from skillwing.sim_mujoco.topics import (
 
 PERIOD = 0.05
 BRAKING = 0.5
+FENCE = topics.Geofence(low=(-12.0, -12.0, 1.0), high=(42.0, 32.0, 30.0))
 
 
 @dataclass
@@ -75,6 +77,7 @@ class M600Layer(FakeLayer):
         self.measures = True
         self.navigates = True
         self.diverged = False
+        self.laps_done = 0.0
         self.source = ObstacleSource.NONE
         self.mapping = False
         self.body = Holder()
@@ -83,6 +86,7 @@ class M600Layer(FakeLayer):
             self.fly_at(height)
 
     def setup(self) -> None:
+        self.publish(topics.GEOFENCE, FENCE, events=True)
         self.answer(topics.GUIDANCE_COMMAND, GuidanceCommand, self._command)
         self.answer(topics.OBSTACLE_COMMAND, SelectObstacleSource, self._select)
         self.answer(topics.MAPPING_COMMAND, ControlMapping, self._control)
@@ -154,6 +158,7 @@ class M600Layer(FakeLayer):
                     setpoint=self.position,
                     target=None,
                     free_distance=self.free_distance,
+                    laps_done=self.laps_done if isinstance(self.body.motion, Orbit) else None,
                 ),
             )
 
@@ -173,10 +178,24 @@ class M600Layer(FakeLayer):
                     self.on_ground = True
             case FlyTo():
                 self._step(motion.target, motion.speed)
+            case Orbit():
+                self._circle(motion)
             case Hold():
                 axis.state = MotionState.DONE
             case _:
                 pass
+
+    def _circle(self, orbit: Orbit) -> None:
+        """Around at once from where it is; the approach is left out."""
+        axis, length = self.body, 2.0 * math.pi * orbit.radius
+        flown = self.laps_done * length + orbit.speed * PERIOD
+        axis.remaining = orbit.laps * length - flown
+        if self.blocked_at is not None and axis.remaining <= self.blocked_at:
+            axis.state = MotionState.BLOCKED
+            return
+        self.laps_done = min(flown / length, orbit.laps)
+        if axis.remaining <= 0.0:
+            axis.state = MotionState.DONE
 
     def _turn(self, turn: Turn) -> None:
         if self.aborts:

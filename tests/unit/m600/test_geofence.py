@@ -1,42 +1,64 @@
-"""The fence that skills check against is the one that guidance enforces and missions plan in."""
+"""The fence that skills check against is the one that guidance tells and enforces."""
 
 from __future__ import annotations
 
 import math
 
 import pytest
+from m600_layer import FENCE
 
 from skillwing.bt_missions.missions.mapping import MappingOptions
-from skillwing.m600.geofence import HIGH, LOW, nearest_inside, refusal
-from skillwing.sim_mujoco.geofence import COURTYARD_FENCE
-from skillwing.sim_mujoco.guidance.core import HIGHEST, LOWEST
-from skillwing.sim_mujoco.topics import Vector3
+from skillwing.m600.geofence import Geofence
+from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.protocol import encode
+from skillwing.sim_mujoco.guidance.node import make_guidance
+from skillwing.sim_mujoco.topics import GEOFENCE, Vector3
 
 
-def test_it_is_the_box_that_guidance_enforces() -> None:
-    fence = COURTYARD_FENCE
-    assert (*fence.low[:2], max(fence.low[2], LOWEST)) == LOW
-    assert (*fence.high[:2], min(fence.high[2], HIGHEST)) == HIGH
+@pytest.fixture
+def fence() -> Geofence:
+    """As a manager has it that comes later than guidance."""
+    network = InProcessNetwork()
+    network.bus("guidance").advertise(GEOFENCE, events=True).put(encode(FENCE))
+    fence = Geofence(network.bus("manager"))
+    network.run_for(0.1)
+    return fence
+
+
+def test_guidance_tells_the_fence_that_it_was_given_without_the_ground() -> None:
+    network = InProcessNetwork()
+    network.attach(make_guidance({"geofence": {"low": [-5, -6, -1], "high": [50, 60, 25]}}))
+    fence = Geofence(network.bus("manager"))
+    network.run_for(0.1)
+    assert fence.ceiling == 25.0
+    assert fence.refusal((50.0, 60.0, 1.0)) is None
+    assert "Stay between (-5, -6, 1) and (50, 60, 25)" in (fence.refusal((50.0, 60.0, 0.9)) or "")
 
 
 def test_detours_of_the_mapping_mission_stay_inside() -> None:
     area = MappingOptions().area
     assert area is not None
     west, south, east, north = area
-    assert LOW[0] < west < east < HIGH[0]
-    assert LOW[1] < south < north < HIGH[1]
+    assert FENCE.low[0] < west < east < FENCE.high[0]
+    assert FENCE.low[1] < south < north < FENCE.high[1]
 
 
-@pytest.mark.parametrize("target", [LOW, HIGH, (0.0, 0.0, 5.0)])
-def test_what_lies_inside_is_not_refused(target: Vector3) -> None:
-    assert refusal(target) is None
-    assert nearest_inside(target) == target
+@pytest.mark.parametrize("target", [FENCE.low, FENCE.high, (0.0, 0.0, 5.0)])
+def test_what_lies_inside_is_not_refused(fence: Geofence, target: Vector3) -> None:
+    assert fence.refusal(target) is None
+    assert fence.nearest_inside(target) == target
 
 
 @pytest.mark.parametrize("target", [(300.0, 0.0, 4.0), (0.0, -12.1, 4.0), (0.0, 0.0, 0.5), (math.nan, 0.0, 4.0)])
-def test_what_lies_outside_is_refused_with_a_sentence(target: Vector3) -> None:
-    assert "lies outside the geofence. Stay between" in (refusal(target) or "")
+def test_what_lies_outside_is_refused_with_a_sentence(fence: Geofence, target: Vector3) -> None:
+    assert "lies outside the geofence. Stay between" in (fence.refusal(target) or "")
 
 
-def test_the_nearest_place_inside_is_not_refused() -> None:
-    assert nearest_inside((300.0, -13.0, 0.5)) == (42.0, -12.0, 1.0)
+def test_the_nearest_place_inside_is_not_refused(fence: Geofence) -> None:
+    assert fence.nearest_inside((300.0, -13.0, 0.5)) == (42.0, -12.0, 1.0)
+
+
+def test_before_guidance_has_spoken_everything_is_left_to_it() -> None:
+    fence = Geofence(InProcessNetwork().bus("manager"))
+    assert fence.refusal((300.0, 0.0, 4.0)) is None
+    assert fence.nearest_inside((300.0, 0.0, 4.0)) == (300.0, 0.0, 4.0)

@@ -6,7 +6,6 @@ from msgspec.structs import replace
 
 from skillwing.m600.generated.managers import AbstractGotoManager
 from skillwing.m600.generated.types import GotoFeedback, GotoInputs, GotoOutputs
-from skillwing.m600.geofence import refusal
 from skillwing.m600.skills.motion import MotionManager, point
 from skillwing.services.managers.skill_manager import Goal
 from skillwing.sim_mujoco.topics import Nose
@@ -16,7 +15,7 @@ class GotoManager(MotionManager[GotoInputs, GotoOutputs, GotoFeedback], Abstract
     """Flies to a point and leaves the heading to whoever holds it."""
 
     def validate(self, goal: Goal[GotoInputs]) -> str | None:
-        return refusal(point(goal.inputs.target))
+        return self.fence.refusal(point(goal.inputs.target))
 
     def on_dispatch(self, goal: Goal[GotoInputs]) -> None:
         self.fly_to(goal, point(goal.inputs.target), goal.inputs.speed, Nose.FREE)

@@ -6,7 +6,6 @@ from msgspec.structs import replace
 
 from skillwing.m600.generated.managers import AbstractGotoStraightManager
 from skillwing.m600.generated.types import GotoStraightFeedback, GotoStraightInputs, GotoStraightOutputs
-from skillwing.m600.geofence import refusal
 from skillwing.m600.skills.motion import MotionManager, point
 from skillwing.services.managers.skill_manager import Goal
 from skillwing.sim_mujoco.topics import Nose
@@ -18,7 +17,7 @@ class GotoStraightManager(
     """Flies to a point with the nose, hence the camera, along the track."""
 
     def validate(self, goal: Goal[GotoStraightInputs]) -> str | None:
-        return refusal(point(goal.inputs.target))
+        return self.fence.refusal(point(goal.inputs.target))
 
     def on_dispatch(self, goal: Goal[GotoStraightInputs]) -> None:
         self.fly_to(goal, point(goal.inputs.target), goal.inputs.speed, Nose.ALONG_TRACK)

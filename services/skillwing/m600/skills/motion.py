@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 
 from skillwing.m600.generated.types import Position
+from skillwing.m600.geofence import Geofence
 from skillwing.m600.skills.guidance_client import Axis, GuidanceClient
 from skillwing.m600.skills.whereabouts import Whereabouts
 from skillwing.services.managers.hooks import F, I, O
@@ -20,6 +21,7 @@ class MotionManager(SkillHooks[I, O, F]):
     def setup(self) -> None:
         self.guidance = GuidanceClient(self, Axis.BODY, self._on_guidance)
         self.whereabouts = Whereabouts(self)
+        self.fence = Geofence(self.bus)
 
     def fly_to(self, goal: Goal[I], target: Vector3, speed: float, nose: Nose) -> None:
         """Fly to a point (ENU, m) at most at `speed` (m/s)."""

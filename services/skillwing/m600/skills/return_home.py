@@ -6,7 +6,7 @@ from math import hypot
 
 from skillwing.m600.generated.managers import AbstractReturnHomeManager
 from skillwing.m600.generated.types import ReturnHomeFeedback, ReturnHomeInputs
-from skillwing.m600.geofence import HIGH, HOME, nearest_inside, refusal
+from skillwing.m600.geofence import HOME
 from skillwing.m600.skills.motion import MotionManager
 from skillwing.services.managers.skill_manager import Goal
 from skillwing.sim_mujoco.topics import Nose, Vector3
@@ -26,7 +26,7 @@ class ReturnHomeManager(MotionManager[ReturnHomeInputs, None, ReturnHomeFeedback
     """
 
     def validate(self, goal: Goal[ReturnHomeInputs]) -> str | None:
-        return refusal((*HOME, goal.inputs.height))
+        return self.fence.refusal((*HOME, goal.inputs.height))
 
     def on_dispatch(self, goal: Goal[ReturnHomeInputs]) -> None:
         self.whereabouts.locate(goal, lambda position: self._depart(goal, position))
@@ -38,12 +38,12 @@ class ReturnHomeManager(MotionManager[ReturnHomeInputs, None, ReturnHomeFeedback
     def arrived(self, goal: Goal[ReturnHomeInputs]) -> None:
         if self._climbing:
             self._climbing = False
-            self.fly_to(goal, nearest_inside((*HOME, self._height)), goal.inputs.speed, Nose.IN_VIEW)
+            self.fly_to(goal, self.fence.nearest_inside((*HOME, self._height)), goal.inputs.speed, Nose.IN_VIEW)
         else:
             self.terminated_ARRIVED(goal.id)
 
     def blocked(self, goal: Goal[ReturnHomeInputs], obstacle_distance: float | None) -> None:
-        _, _, ceiling = HIGH
+        ceiling = self.fence.ceiling
         if self._climbing or self._height >= ceiling:
             self.terminated_ABORTED(goal.id)
             return
@@ -58,11 +58,11 @@ class ReturnHomeManager(MotionManager[ReturnHomeInputs, None, ReturnHomeFeedback
             self._climb(goal, position, max(position[2], goal.inputs.height))
         else:
             self._climbing, self._height = False, position[2]
-            self.fly_to(goal, nearest_inside((*HOME, self._height)), goal.inputs.speed, Nose.FREE)
+            self.fly_to(goal, self.fence.nearest_inside((*HOME, self._height)), goal.inputs.speed, Nose.FREE)
 
     def _climb(self, goal: Goal[ReturnHomeInputs], position: Vector3, height: float) -> None:
         self._climbing, self._height = True, height
-        self.fly_to(goal, nearest_inside((position[0], position[1], height)), goal.inputs.speed, Nose.FREE)
+        self.fly_to(goal, self.fence.nearest_inside((position[0], position[1], height)), goal.inputs.speed, Nose.FREE)
 
 
 def _from_home(position: Vector3) -> float:

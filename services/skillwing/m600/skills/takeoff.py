@@ -6,7 +6,7 @@ import math
 
 from skillwing.m600.generated.managers import AbstractTakeoffManager
 from skillwing.m600.generated.types import TakeoffFeedback, TakeoffInputs
-from skillwing.m600.geofence import HOME, refusal
+from skillwing.m600.geofence import HOME, Geofence
 from skillwing.m600.skills.guidance_client import Axis, GuidanceClient
 from skillwing.m600.skills.headway import Headway
 from skillwing.m600.skills.whereabouts import Whereabouts
@@ -26,9 +26,10 @@ class TakeoffManager(AbstractTakeoffManager):
     def setup(self) -> None:
         self.guidance = GuidanceClient(self, Axis.BODY, self._on_guidance)
         self.whereabouts = Whereabouts(self)
+        self.fence = Geofence(self.bus)
 
     def validate(self, goal: Goal[TakeoffInputs]) -> str | None:
-        return refusal((*HOME, goal.inputs.height))
+        return self.fence.refusal((*HOME, goal.inputs.height))
 
     def on_dispatch(self, goal: Goal[TakeoffInputs]) -> None:
         self.whereabouts.locate(goal, lambda position: self._climb_from(goal, position))

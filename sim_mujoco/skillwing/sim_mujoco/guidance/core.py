@@ -170,6 +170,11 @@ class GuidanceCore:
         )
 
     @property
+    def targets(self) -> Box:
+        """Where the target of a motion may lie."""
+        return self._limits.targets
+
+    @property
     def home(self) -> Vector | None:
         """Where the drone stood at its first fix on the ground."""
         return self._home

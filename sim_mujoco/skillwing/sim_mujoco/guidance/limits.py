@@ -9,8 +9,8 @@ from skillwing.sim_mujoco.axis import RefusedError
 from skillwing.sim_mujoco.frames.vectors import Vector, clamp
 from skillwing.sim_mujoco.geofence import Box
 
-LOWEST, HIGHEST = 1.0, 30.0
-"""Heights above the home pad at which a target may lie [m]."""
+LOWEST, HIGHEST = 1.0, 120.0
+"""Heights above the home pad between which a target may lie, whatever the fence [m]; 120 m is the limit of EU law."""
 MAX_SPEED = 6.0
 _FENCE_MARGIN = 1.0
 
@@ -23,17 +23,18 @@ class Limits:
 
     def __init__(self, fence: Box) -> None:
         self._fence = fence
-        self._low = (fence.low[0], fence.low[1], max(fence.low[2], LOWEST))
-        self._high = (fence.high[0], fence.high[1], min(fence.high[2], HIGHEST))
+        low = fence.low[0], fence.low[1], max(fence.low[2], LOWEST)
+        self.targets = Box(low, (fence.high[0], fence.high[1], min(fence.high[2], HIGHEST)))
+        """Where a target may lie."""
 
     def require_inside(self, *targets: Vector) -> None:
         """Raise RefusedError unless all these places may be flown to."""
         for target in targets:
-            if not Box(self._low, self._high).contains(target):
+            if not self.targets.contains(target):
                 raise RefusedError(
                     ErrorCode.NOT_ALLOWED,
                     "the target ({:.1f}, {:.1f}, {:.1f}) lies outside the geofence".format(*target),
-                    "stay between ({:g}, {:g}, {:g}) and ({:g}, {:g}, {:g})".format(*self._low, *self._high),
+                    f"stay between {_text(self.targets.low)} and {_text(self.targets.high)}",
                 )
 
     @staticmethod
@@ -49,10 +50,14 @@ class Limits:
 
     def confine(self, place: Vector, *, landing: bool = False) -> Vector:
         """The place itself, or the nearest one inside. A landing ends on the ground, however low that is."""
-        low, high = self._fence.low, self._high
+        low, high = self._fence.low, self.targets.high
         floor = -math.inf if landing else low[2]
         return (
             clamp(place[0], low[0], high[0]),
             clamp(place[1], low[1], high[1]),
             clamp(place[2], floor, high[2]),
         )
+
+
+def _text(place: Vector) -> str:
+    return "({:g}, {:g}, {:g})".format(*place)

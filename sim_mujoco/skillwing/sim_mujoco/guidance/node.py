@@ -44,6 +44,10 @@ class GuidanceNode:
         self._follow(topics.NAVIGATION, topics.Navigation, self._on_navigation)
         revoke = message_reader(topics.Revoked, lambda revoked: core.revoke(revoked, bus.now()))
         bus.subscribe(topics.AUTHORITY, revoke, events=True)
+        targets = core.targets
+        # Held, for what nobody holds is taken back, and whoever comes later has to hear it.
+        self._geofence = bus.advertise(topics.GEOFENCE, events=True)
+        self._geofence.put(encode(topics.Geofence(low=targets.low, high=targets.high)))
         bus.serve(topics.GUIDANCE_COMMAND, answer_with(topics.GuidanceCommand, self._on_command))
         bus.every(STATUS_PERIOD, self._publish_status)
 
