@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -14,15 +13,14 @@ from rich.text import Text
 from skillwing.services.client.connection import find_target
 from skillwing.services.commands.connection import JsonOption
 from skillwing.services.commands.output import make_console, print_json, print_table, state_text, value_text
+from skillwing.services.commands.records import print_records, time_text
 from skillwing.services.core.kept import Kept
 from skillwing.services.errors import NoSystemError
 from skillwing.services.journal.journal import look_into
 from skillwing.services.journal.schema import Identity
 from skillwing.services.names import JOURNAL_FILE
-from skillwing.services.protocol import Ended, GoalVerdict, Lost, NotReady, Record, RecordKind, Violated
+from skillwing.services.protocol import Ended, GoalVerdict, Lost, NotReady, Record, Violated
 
-UNIX_TIMES = 1e9
-"""Seconds from which a robot time has to be Unix time; simulated worlds begin at 0."""
 OUTCOMES = 10
 """Goals that are over and shown."""
 
@@ -86,7 +84,7 @@ def _facts(identity: Identity, kept: Kept, history: Sequence[Record]) -> dict[st
 
 
 def _print(console: Console, identity: Identity, kept: Kept, history: Sequence[Record]) -> None:
-    title = f"{identity.robot or identity.skillset} at {_time(kept.t)}, revision {_revision(kept)}"
+    title = f"{identity.robot or identity.skillset} at {time_text(kept.t)}, revision {_revision(kept)}"
     console.print(Text(title, style="bold"), f"  skillset {identity.skillset}, version {identity.schema}")
     console.print()
     causes = {record.id: record for record in kept.records}
@@ -108,32 +106,15 @@ def _print(console: Console, identity: Identity, kept: Kept, history: Sequence[R
         print_table(console, ("OVER", "GOAL", "VERDICT"), over)
     if history:
         console.print()
-        changes = [(_time(each.t), each.subject, _change(each), each.text, _cause(each, causes)) for each in history]
-        print_table(console, ("TIME", "CHANGE OF", "TO", "WHY", "CAUSE"), changes)
+        print_records(console, history, causes)
 
 
 def _revision(kept: Kept) -> int:
     return max((each.revision for each in kept.resources), default=0)
 
 
-def _time(t: float) -> str:
-    if t < UNIX_TIMES:
-        return f"{t:.2f} s"
-    return datetime.fromtimestamp(t).astimezone().isoformat(sep=" ", timespec="milliseconds").partition("+")[0]
-
-
 def _of(record: Record | None) -> str:
-    return "" if record is None else f"{_time(record.t)}  {record.text}"
-
-
-def _change(record: Record) -> Text:
-    return state_text(record.after) if record.kind is RecordKind.RESOURCE else Text(record.after)
-
-
-def _cause(record: Record, known: dict[str, Record]) -> str:
-    """What made it happen: in words, if that is shown as well."""
-    cause = None if record.cause is None else known.get(record.cause)
-    return f"{cause.subject} {cause.after}" if cause else record.cause or ""
+    return "" if record is None else f"{time_text(record.t)}  {record.text}"
 
 
 def _outcome(verdict: GoalVerdict) -> str:

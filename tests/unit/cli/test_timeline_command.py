@@ -1,0 +1,85 @@
+"""`skillwing timeline` on the files of a run."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from skillwing.dsl import UnknownNameError
+from skillwing.services.commands.timeline import timeline
+from skillwing.services.errors import InvalidOptionError
+from skillwing.services.protocol import Record, RecordKind
+from skillwing.services.telemetry.journal import TIMELINE_FILE, JsonLines
+
+app = typer.Typer()
+app.command()(timeline)
+
+
+def record(number: int, kind: RecordKind, subject: str, after: str, cause: int | None = None) -> Record:
+    return Record(
+        id=f"r{number}",
+        t=float(number),
+        source="test",
+        kind=kind,
+        subject=subject,
+        before=None,
+        after=after,
+        text="",
+        cause=None if cause is None else f"r{cause}",
+    )
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Path:
+    with JsonLines[Record](tmp_path / TIMELINE_FILE) as lines:
+        # Told in another order than it happened in.
+        lines.write(record(3, RecordKind.GOAL, "look", "RI", cause=2))
+        lines.write(record(0, RecordKind.DATA, "position", "FRESH"))
+        lines.write(record(1, RecordKind.HEALTH, "eye", "FAILED"))
+        lines.write(record(2, RecordKind.RESOURCE, "eye_status", "FAILED", cause=1))
+    return tmp_path
+
+
+def shown(*words: str) -> list[str]:
+    result = CliRunner().invoke(app, list(words), catch_exceptions=False)
+    assert result.exit_code == 0
+    return [line.split()[2] for line in result.output.splitlines()[1:]]
+
+
+def test_records_are_shown_in_the_order_in_which_they_happened(run: Path) -> None:
+    assert shown(str(run)) == ["eye", "eye_status", "look"]
+
+
+def test_records_may_be_chosen_by_subject_and_kind_with_their_causes(run: Path) -> None:
+    assert shown(str(run), "--kind", "data") == ["position"]
+    assert shown(str(run), "--about", "look") == ["look"]
+    assert shown(str(run), "--about", "look", "--causes") == ["eye", "eye_status", "look"]
+
+
+def test_json_holds_the_records(run: Path) -> None:
+    result = CliRunner().invoke(app, [str(run), "--json", "--kind", "goal"])
+    assert [each["after"] for each in json.loads(result.output)] == ["RI"]
+
+
+def test_it_can_be_drawn(run: Path, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    CliRunner().invoke(app, [str(run), "--png", str(tmp_path / "run.png")], catch_exceptions=False)
+    assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("words", "error"),
+    [(["--about", "lok"], UnknownNameError), (["--kind", "gaol"], UnknownNameError)],
+)
+def test_unknown_names_are_refused(run: Path, words: list[str], error: type[Exception]) -> None:
+    with pytest.raises(error, match="did you mean"):
+        CliRunner().invoke(app, [str(run), *words], catch_exceptions=False)
+
+
+def test_a_folder_without_a_run_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InvalidOptionError, match="holds no"):
+        CliRunner().invoke(app, [str(tmp_path)], catch_exceptions=False)
