@@ -8,13 +8,13 @@ from typing import Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.text import Text
 
 from skillwing.bt_missions.running.mission import find_mission, installed_missions
 from skillwing.bt_missions.running.option_words import parse_options
 from skillwing.bt_missions.running.rehearsal import grounded_context, rehearse
 from skillwing.bt_missions.running.runner import MissionNode, Phase
 from skillwing.bt_missions.running.tree_text import render
+from skillwing.bt_missions.watching import MissionWatch, status_line, stay
 from skillwing.bt_missions.xml.writer import write_mission, write_models
 from skillwing.dsl import load
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
@@ -37,9 +37,12 @@ SkillsetOption = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Skillset that it has to fit, instead of a robot's.")
 ]
 
-mission = typer.Typer(no_args_is_help=True, help="List, check, fly and write missions.")
+FIRST_LOOK = 2.0
+"""Wall seconds within which what a mission has published comes in again."""
+SECOND_LOOK = 0.5
+"""Wall seconds for what skills and managers have published."""
 
-_COLOURS = {Phase.SUCCEEDED: "bold green", Phase.FAILED: "bold red", Phase.ABORTED: "bold yellow"}
+mission = typer.Typer(no_args_is_help=True, help="List, check, fly and write missions.")
 
 
 @mission.command("list")
@@ -73,7 +76,7 @@ def run(
 
         def show(status: MissionStatus) -> None:
             if console is not None:
-                console.print(_line(status))
+                console.print(status_line(status))
 
         node = MissionNode(chosen, system.skillset, given, on_status=show)
         _fly(system, node, console)
@@ -82,6 +85,26 @@ def run(
     elif node.status.phase != Phase.SUCCEEDED:
         console.print(render(node.snapshot))
     raise typer.Exit(OK if node.status.phase == Phase.SUCCEEDED else FAILED)
+
+
+@mission.command()
+def watch(robot: RobotOption = None, as_json: JsonOption = False) -> None:
+    """Show the mission that flies: its tree, its skills and why it changed branches; live, until it is over or q.
+
+    Where nobody looks on, or with --json, once. Exit codes: 0, 1 it failed or was aborted, 3 no system is running.
+    """
+    console = make_console()
+    with connect(robot, wait_for_clock=False) as system:
+        seen = MissionWatch(system)
+        system.bus.run_until(lambda: seen.complete, FIRST_LOOK)
+        system.bus.run_until(lambda: False, SECOND_LOOK)
+        if as_json:
+            print_json({"status": seen.status, "tree": seen.tree})
+        elif console.is_terminal and seen.status is not None:
+            stay(system, seen, console)
+        else:
+            console.print(seen.picture())
+    raise typer.Exit(FAILED if seen.failed else OK)
 
 
 @mission.command()
@@ -175,11 +198,3 @@ def _fly(system: System, node: MissionNode, console: Console | None) -> None:
     finally:
         signal.signal(signal.SIGINT, previous)
         node.detach()
-
-
-def _line(status: MissionStatus) -> Text:
-    text = Text(f"{status.t:8.1f} s  ")
-    text.append(f"{status.phase:9}", _COLOURS.get(Phase(status.phase), "default"))
-    if status.waypoints:
-        text.append(f"  {status.waypoint}/{status.waypoints}", "dim")
-    return text.append(f"  {status.text}")
