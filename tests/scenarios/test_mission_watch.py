@@ -33,7 +33,7 @@ def test_the_picture_shows_status_tree_skills_and_why_branches_were_changed() ->
     assert "RUNNING" in picture.splitlines()[0]
     assert "▶ LiDAR branch" in picture
     assert "· ZED branch" in picture
-    assert [line for line in picture.splitlines() if line.startswith("lidar_mapping") and "running" in line]
+    assert [line for line in picture.splitlines() if line.startswith("lidar_mapping") and "█" in line]
     assert [line for line in picture.splitlines() if line.startswith("zed_depthmap") and "RI" in line]
     assert [line for line in picture.splitlines() if line.startswith("goto ") and "█" in line]
     assert "because  zed_status FAILED -> " in picture
