@@ -13,6 +13,7 @@ from skillwing.services.bus.reading import message_reader
 from skillwing.services.protocol import ClockTick, ErrorCode, Message, encode
 from skillwing.sim_mujoco import topics
 from skillwing.sim_mujoco.axis import RefusedError
+from skillwing.sim_mujoco.camera.camera import camera_header
 from skillwing.sim_mujoco.frames.vectors import heading_of
 from skillwing.sim_mujoco.geofence import FenceOptions
 from skillwing.sim_mujoco.messaging import answer_with
@@ -56,7 +57,7 @@ class SimNode:
         self._bus = bus
         self._epoch = bus.now()
         streams = (topics.CLOCK, topics.NAVIGATION, topics.BATTERY, topics.RANGE, topics.IMU, topics.LIDAR)
-        for key in (*streams, topics.GNSS, topics.ZED_DEPTH, topics.TRUTH, topics.FLIGHT):
+        for key in (*streams, topics.GNSS, topics.ZED_DEPTH, topics.CAMERA, topics.TRUTH, topics.FLIGHT):
             self._out[key] = bus.advertise(key)
         for key in map(topics.health_key, SENSORS):
             self._out[key] = bus.advertise(key, events=True)
@@ -64,6 +65,7 @@ class SimNode:
         setpoints = message_reader(topics.AutopilotSetpoint, self._on_setpoint)
         bus.subscribe(topics.AUTOPILOT_SETPOINT, setpoints, latest_only=True)
         bus.serve(topics.FAULT, answer_with(topics.SetFault, self._set_fault))
+        bus.serve(topics.CAMERA_COMMAND, answer_with(topics.ControlCamera, self._control_camera))
         bus.serve(topics.PILOT, answer_with(topics.SetPilot, self._set_pilot))
         bus.every(SLICE, self._advance)
 
@@ -81,6 +83,7 @@ class SimNode:
             self._publish_health(sensor, change)
         for measurement in happened.measurements:
             self._publish_measurement(measurement)
+        self._publish_picture(t)
         self._publish_flight(t)
         if self._battery_cadence.due(t):
             battery = self._sim.battery
@@ -127,6 +130,11 @@ class SimNode:
             self._put_array(topics.LIDAR, data, header)
         else:
             self._put_array(topics.ZED_DEPTH, _millimetres(data), depth_header(end))
+
+    def _publish_picture(self, t: float) -> None:
+        shot = self._sim.camera.take(t, self._sim.motion)
+        if shot is not None:
+            self._put_array(topics.CAMERA, shot.picture, camera_header(self._epoch + shot.t, shot.tilt))
 
     def _publish_health(self, sensor: str, change: Change) -> None:
         self._health_count += 1
@@ -190,6 +198,10 @@ class SimNode:
         except UnknownFaultError as error:
             raise RefusedError(ErrorCode.UNKNOWN_NAME, str(error), "choose a known name", error.known) from error
         return f"{wanted.kind} of {wanted.sensor} is {'on' if wanted.on else 'off'}"
+
+    def _control_camera(self, wanted: topics.ControlCamera) -> str:
+        self._sim.camera.want(self._sim.t, wanted.fps, wanted.seconds, wanted.tilt)
+        return f"pictures for {wanted.seconds:g} s"
 
     def _set_pilot(self, wanted: topics.SetPilot) -> str:
         self._sim.autopilot.authority = wanted.authority

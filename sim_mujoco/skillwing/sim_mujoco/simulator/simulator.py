@@ -12,6 +12,8 @@ from operator import add
 
 import numpy as np
 
+from skillwing.sim_mujoco.camera.camera import Camera
+from skillwing.sim_mujoco.camera.feed import CAMERA, CameraFeed
 from skillwing.sim_mujoco.frames.motion import Motion
 from skillwing.sim_mujoco.frames.vectors import Vector
 from skillwing.sim_mujoco.navigation.navigator import EPOCH, Navigator, Solution
@@ -107,6 +109,7 @@ class Simulator:
         self.battery = Battery(battery_percent)
         triangles = world.triangles()
         rays = RayScene(triangles)
+        self.camera = CameraFeed(lambda: Camera(world, rays), self._random(30))
         self._clearance = Clearance(triangles, ignore=TERRAIN)
         self._zed = DepthCamera(rays, self._random(1))
         self._lidar = Lidar(rays, self._random(2))
@@ -167,8 +170,11 @@ class Simulator:
             self._rotors.switch(sensor, kind, on, magnitude)
             self._physics.set_rotors(self._rotors.shares)
             return
+        if sensor == CAMERA:
+            self.camera.corruption.switch(kind, on, magnitude)
+            return
         if sensor not in self._channels:
-            raise UnknownFaultError("sensor", sensor, tuple(self._channels))
+            raise UnknownFaultError("sensor", sensor, (*self._channels, CAMERA))
         self._channels[sensor].corruption.switch(kind, on, magnitude)
 
     def active_faults(self, sensor: str) -> tuple[str, ...]:
@@ -289,8 +295,8 @@ class Simulator:
         for fault in faults:
             if fault.sensor.startswith(_ROTOR):
                 check_rotor_fault(fault.sensor, fault.kind)
-            elif fault.sensor not in SENSORS:
-                raise UnknownFaultError("sensor", fault.sensor, SENSORS)
+            elif fault.sensor not in (*SENSORS, CAMERA):
+                raise UnknownFaultError("sensor", fault.sensor, (*SENSORS, CAMERA))
             elif fault.kind not in KINDS:
                 raise UnknownFaultError("kind of fault", fault.kind, KINDS)
             plan.append((fault.at, True, fault))

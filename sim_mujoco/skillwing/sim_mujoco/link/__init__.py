@@ -1,0 +1,1 @@
+"""The radio between drone and ground, emulated: what it carries depends on where the drone is."""

@@ -1,0 +1,138 @@
+"""The radio link as a process: carries video down and the ground's reports up, and says what it can do."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Any
+
+import numpy as np
+
+from skillwing.services.bus import Bus, Publisher, Sample
+from skillwing.services.bus.reading import message_reader
+from skillwing.services.protocol import ErrorCode, encode
+from skillwing.sim_mujoco import topics
+from skillwing.sim_mujoco.axis import RefusedError
+from skillwing.sim_mujoco.link.pipe import Packet, Pipe
+from skillwing.sim_mujoco.link.radio import Conditions, Radio, RadioOptions, UnknownLinkFaultError
+from skillwing.sim_mujoco.messaging import answer_with
+from skillwing.sim_mujoco.options import read_options
+from skillwing.sim_mujoco.topics import Vector3
+
+STEP = 0.01
+"""While something is under way the link moves it on this often [s]."""
+STATUS_PERIOD, BUSY_STATUS_PERIOD = 1.0, 0.2
+_AVERAGED = 1.0
+"""Over so many seconds it is counted what was sent."""
+
+
+class LinkNode:
+    """Shell around a `Radio` and a `Pipe` for each direction. At rest it does nothing but say once a second how the
+    link is. Where the drone is it takes from the truth: the radio is part of the world, not of the robot."""
+
+    name = "link"
+    owns_clock = False
+
+    def __init__(self, radio: Radio, seed: int) -> None:
+        self._radio = radio
+        self._down = Pipe(np.random.default_rng((seed, 2000)))
+        self._up = Pipe(np.random.default_rng((seed, 2001)))
+        self._position: Vector3 = (0.0, 0.0, 0.0)
+        self._sent: deque[tuple[float, int]] = deque()
+        self._moving = False
+        self._told_at = 0.0
+        self._bus: Bus | None = None
+
+    def attach(self, bus: Bus) -> None:
+        self._bus = bus
+        self._ends = (
+            (self._down, bus.advertise(topics.VIDEO_RECEIVED)),
+            (self._up, bus.advertise(topics.VIDEO_STATUS)),
+        )
+        self._status = bus.advertise(topics.LINK_STATUS)
+        bus.subscribe(topics.TRUTH, message_reader(topics.Truth, self._on_truth), latest_only=True)
+        bus.subscribe(topics.VIDEO_SENT, lambda sample: self._carry(self._down, sample))
+        bus.subscribe(topics.VIDEO_REPORT, lambda sample: self._carry(self._up, sample))
+        bus.serve(topics.LINK_FAULT, answer_with(topics.SetLinkFault, self._set_fault))
+        bus.every(STATUS_PERIOD, self._publish_status)
+
+    def detach(self) -> None:
+        """What is under way is lost, as with a modem that is switched off."""
+
+    def _on_truth(self, truth: topics.Truth) -> None:
+        self._position = truth.position
+
+    def _set_fault(self, wanted: topics.SetLinkFault) -> str:
+        try:
+            self._radio.switch(wanted.kind, wanted.on, wanted.magnitude)
+        except UnknownLinkFaultError as error:
+            raise RefusedError(ErrorCode.UNKNOWN_NAME, str(error), "choose a known kind", error.known) from error
+        self._publish_status()
+        return f"{wanted.kind} of the link is {'on' if wanted.on else 'off'}"
+
+    # --- what it carries -------------------------------------------------------------------------------------
+
+    def _carry(self, pipe: Pipe, sample: Sample) -> None:
+        assert self._bus is not None
+        if not self._moving:
+            # The time at rest has to be served too, or it would count as time of sending.
+            self._moving = True
+            now = self._bus.now()
+            for each, _ in self._ends:
+                each.serve(now, self._conditions)
+            self._bus.after(STEP, self._move)
+        pipe.put(self._bus.now(), Packet(sample.payload, sample.attachment))
+
+    def _move(self) -> None:
+        assert self._bus is not None
+        now, conditions = self._bus.now(), self._conditions
+        before = self._down.sent
+        for pipe, end in self._ends:
+            _deliver(end, pipe.serve(now, conditions))
+        if self._down.sent > before:
+            self._sent.append((now, self._down.sent - before))
+        self._moving = not (self._down.idle and self._up.idle)
+        if self._moving:
+            self._bus.after(STEP, self._move)
+        if now - self._told_at >= BUSY_STATUS_PERIOD:
+            self._publish_status()
+
+    @property
+    def _conditions(self) -> Conditions:
+        assert self._bus is not None
+        return self._radio.at(self._bus.now(), self._position)
+
+    # --- what it says ----------------------------------------------------------------------------------------
+
+    def _publish_status(self) -> None:
+        assert self._bus is not None
+        now, conditions = self._bus.now(), self._conditions
+        self._told_at = now
+        while self._sent and self._sent[0][0] <= now - _AVERAGED:
+            self._sent.popleft()
+        status = topics.LinkStatus(
+            t=now,
+            bandwidth=conditions.bandwidth,
+            latency=conditions.latency,
+            loss=conditions.loss,
+            queued=8.0 * self._down.held / max(conditions.bandwidth, 1.0),
+            sent=8.0 * sum(size for _, size in self._sent) / _AVERAGED,
+            dropped=self._down.dropped,
+        )
+        self._status.put(encode(status))
+
+
+def _deliver(end: Publisher, packets: list[Packet]) -> None:
+    for packet in packets:
+        end.put(packet.payload, packet.attachment)
+
+
+class LinkOptions(RadioOptions, frozen=True, forbid_unknown_fields=True):
+    """Options of `make_link`: those of the radio, and the seed of its losses."""
+
+    seed: int = 1
+
+
+def make_link(options: dict[str, Any]) -> LinkNode:
+    """The link. Raises OptionsError."""
+    wanted = read_options(options, LinkOptions)
+    return LinkNode(Radio(wanted), wanted.seed)

@@ -1,0 +1,185 @@
+"""What the radio can do where the drone is: bandwidth, latency and loss, from distance, zones and faults.
+
+Bandwidth falls with the square of the distance, as received power does in free space (Friis, 1946), capped by the
+modem's fastest modulation. A zone replaces what the distance gives where it is worse: a valley, the far side of a
+building, a jammer. At its rim the two blend over `edge` metres, so that nothing jumps.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Annotated, TypeAlias
+
+import msgspec
+
+from skillwing.sim_mujoco.frames.vectors import Vector
+from skillwing.sim_mujoco.options import OptionsError
+from skillwing.sim_mujoco.topics import Vector3
+
+MEGABIT = 1e6
+FLOOR = 1.0
+"""Bandwidths are blended by their logarithms, which nothing at all does not have [bit/s]."""
+
+Megabits: TypeAlias = Annotated[float, msgspec.Meta(ge=0.0, le=1e4)]
+Seconds: TypeAlias = Annotated[float, msgspec.Meta(ge=0.0, le=10.0)]
+Share: TypeAlias = Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
+Metres: TypeAlias = Annotated[float, msgspec.Meta(gt=0.0, le=1e6)]
+
+
+class ZoneOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A sphere (`center`, `radius`) or a box (`low`, `high`) in ENU, and what is left of the link inside of it. What it
+    does not name stays as outside."""
+
+    center: Vector3 | None = None
+    radius: Metres | None = None
+    low: Vector3 | None = None
+    high: Vector3 | None = None
+    edge: Metres = 4.0
+    bandwidth: Megabits | None = None
+    latency: Seconds | None = None
+    loss: Share | None = None
+
+
+class LinkFaultOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"duration": "for"}):
+    """A scheduled fault: `{"kind": "narrow", "at": 60.0}`, optionally with `for` seconds and a `magnitude`, the
+    Mbit/s that are left."""
+
+    kind: str
+    at: float = 0.0
+    duration: float | None = None
+    magnitude: Megabits | None = None
+
+
+class RadioOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The link without zones: `bandwidth` close by [Mbit/s], half of it at `reach` [m], `latency` [s] and `loss`."""
+
+    bandwidth: Megabits = 4.0
+    reach: Metres = 200.0
+    latency: Seconds = 0.03
+    loss: Share = 0.0
+    zones: tuple[ZoneOptions, ...] = ()
+    faults: tuple[LinkFaultOptions, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Conditions:
+    """Bandwidth [bit/s], latency of what gets through [s], share of packets that do not."""
+
+    bandwidth: float
+    latency: float
+    loss: float
+
+
+NARROW, CUT = "narrow", "cut"
+FAULTS = (NARROW, CUT)
+USUAL_NARROW = 0.15
+"""What a narrow link is left with unless somebody says otherwise [Mbit/s]."""
+
+
+class UnknownLinkFaultError(ValueError):
+    """There is no such kind of fault; `known` lists those there are."""
+
+    known = FAULTS
+
+    def __init__(self, kind: str) -> None:
+        super().__init__(f"there is no fault {kind!r} of the link; choose one of {', '.join(FAULTS)}")
+
+
+class Radio:
+    """Conditions by place and time. Pure; raises OptionsError for a zone that has no shape or has two."""
+
+    def __init__(self, options: RadioOptions) -> None:
+        self._options = options
+        self._zones = [(_shape_of(zone), zone) for zone in options.zones]
+        self._faults: dict[str, float | None] = {}
+        for fault in options.faults:
+            if fault.kind not in FAULTS:
+                raise OptionsError(str(UnknownLinkFaultError(fault.kind)))
+
+    def switch(self, kind: str, on: bool, magnitude: float | None = None) -> None:
+        """Switch a fault; `magnitude` is what a narrow link is left with [Mbit/s]. Raises UnknownLinkFaultError."""
+        if kind not in FAULTS:
+            raise UnknownLinkFaultError(kind)
+        if on:
+            self._faults[kind] = magnitude
+        else:
+            self._faults.pop(kind, None)
+
+    def at(self, t: float, position: Vector) -> Conditions:
+        """What the link can do at robot time `t` [s] with the drone at `position` (ENU, the ground station at 0)."""
+        options = self._options
+        distance = math.hypot(*position)
+        open_air = Conditions(
+            options.bandwidth * MEGABIT / (1.0 + (distance / options.reach) ** 2), options.latency, options.loss
+        )
+        found = open_air
+        for shape, zone in self._zones:
+            found = _worst(found, _inside(open_air, zone, shape.depth(position)))
+        return self._spoilt(t, found)
+
+    def _spoilt(self, t: float, conditions: Conditions) -> Conditions:
+        faults = dict(self._faults)
+        for fault in self._options.faults:
+            if fault.at <= t and (fault.duration is None or t < fault.at + fault.duration):
+                faults[fault.kind] = fault.magnitude
+        if CUT in faults:
+            return replace(conditions, bandwidth=0.0, loss=1.0)
+        if NARROW in faults:
+            left = faults[NARROW]
+            limit = (USUAL_NARROW if left is None else left) * MEGABIT
+            return replace(conditions, bandwidth=min(conditions.bandwidth, limit))
+        return conditions
+
+
+@dataclass(frozen=True, slots=True)
+class Sphere:
+    center: Vector
+    radius: float
+
+    def depth(self, position: Vector) -> float:
+        """How far inside the place is; outside negative [m]."""
+        return self.radius - math.dist(position, self.center)
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    low: Vector
+    high: Vector
+
+    def depth(self, position: Vector) -> float:
+        """How far inside the place is; outside negative [m]."""
+        beyond = [max(low - x, x - high) for low, x, high in zip(self.low, position, self.high, strict=True)]
+        outside = math.hypot(*(max(b, 0.0) for b in beyond))
+        return -outside if outside > 0.0 else -max(beyond)
+
+
+def _shape_of(zone: ZoneOptions) -> Sphere | Block:
+    match (zone.center, zone.radius, zone.low, zone.high):
+        case ((_, _, _) as center, float(radius), None, None):
+            return Sphere(center, radius)
+        case (None, None, (_, _, _) as low, (_, _, _) as high):
+            if all(a < b for a, b in zip(low, high, strict=True)):
+                return Block(low, high)
+            raise OptionsError(f"a zone's box reaches from {low} to {high}; every number of `high` has to be larger")
+        case _:
+            raise OptionsError("a zone of the link has either `center` and `radius` or `low` and `high`")
+
+
+def _inside(outside: Conditions, zone: ZoneOptions, depth: float) -> Conditions:
+    """What the zone makes of the link so deep inside: all of its effect from its rim inwards, none `edge` outside."""
+    share = min(1.0, max(0.0, 1.0 + depth / zone.edge))
+    share = share * share * (3.0 - 2.0 * share)
+    bandwidth, latency, loss = outside.bandwidth, outside.latency, outside.loss
+    if zone.bandwidth is not None:
+        within = max(zone.bandwidth * MEGABIT, FLOOR)
+        bandwidth = max(bandwidth, FLOOR) ** (1.0 - share) * within**share
+    if zone.latency is not None:
+        latency += share * (zone.latency - latency)
+    if zone.loss is not None:
+        loss += share * (zone.loss - loss)
+    return Conditions(bandwidth, latency, loss)
+
+
+def _worst(one: Conditions, other: Conditions) -> Conditions:
+    return Conditions(min(one.bandwidth, other.bandwidth), max(one.latency, other.latency), max(one.loss, other.loss))
