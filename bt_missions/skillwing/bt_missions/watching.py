@@ -29,7 +29,7 @@ from skillwing.services.telemetry.wording import in_words
 PERIOD = 0.25
 """Wall seconds between two pictures."""
 QUIT = "q"
-BARS = 8
+BARS = 10
 """Goals in the timeline."""
 WIDTH = 40
 """Letters of the timeline."""
