@@ -43,7 +43,8 @@ def draw_world(file: Path, world: World) -> None:
     plan = figure.add_axes((50 / width, 42 / height, above.shape[1] / width, _ROWS / height))
     plan.imshow(above, extent=(low[0], high[0], low[1], high[1]))
     _draw_site(plan, site)
-    plan.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="east [m]")
+    plan.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+    plan.set_xlabel("east [m]", loc="left", labelpad=0)
     plan.set_ylabel("north [m]", labelpad=0)
     plan.tick_params(labelsize=8)
     view = figure.add_axes((1 - (columns + 8) / width, 42 / height, columns / width, _ROWS / height))
@@ -53,7 +54,7 @@ def draw_world(file: Path, world: World) -> None:
     plan.legend(loc="upper center", bbox_to_anchor=(1.0, -0.022), ncols=5, fontsize=8, frameon=False, handlelength=1.6)
     canvas.draw()
     image = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
-    image.quantize(256, dither=Image.Dither.NONE).save(file, format="PNG", optimize=True)
+    image.quantize(256, kmeans=1, dither=Image.Dither.NONE).save(file, format="PNG", optimize=True)
 
 
 def _draw_site(axes: Axes, site: Site) -> None:

@@ -25,7 +25,7 @@ _SUNLIGHT, _SKYLIGHT = np.float32(0.95), np.float32(0.62)
 _WARM = np.array([1.0, 0.96, 0.88], dtype=np.float32)
 _COOL = np.array([0.86, 0.93, 1.0], dtype=np.float32)
 _SKY = np.array([[0.87, 0.91, 0.95], [0.55, 0.70, 0.88]], dtype=np.float32)
-_SKY_RAYS = 6
+_SKY_RAYS = 14
 _SKY_REACH = 8.0
 """What is nearer than this darkens a place [m]."""
 _WIDEST_ROAD = 8.0
@@ -83,15 +83,14 @@ class Renderer:
 
     def picture(self, view: View, *, samples: int = 2) -> NDArray[np.uint8]:
         """The picture (rows / samples, columns / samples, 3): each pixel is the mean of samples x samples rays."""
-        rng = np.random.default_rng(0)
-        light = self._light(view.origins, view.directions, rng).reshape(*view.size, 3)
+        light = self._light(view.origins, view.directions).reshape(*view.size, 3)
         rows, columns = view.size[0] // samples, view.size[1] // samples
         light = (
             light[: rows * samples, : columns * samples].reshape(rows, samples, columns, samples, 3).mean(axis=(1, 3))
         )
         return (255.0 * np.clip(light, 0.0, 1.0) ** (1 / 1.15) + 0.5).astype(np.uint8)
 
-    def _light(self, origins: Array, directions: Array, rng: np.random.Generator) -> Array:
+    def _light(self, origins: Array, directions: Array) -> Array:
         hit = self._scene.run(origins, directions, output=True)
         face = hit["primID"].astype(np.int64)
         upward = np.clip(directions[:, 2:], 0.0, 1.0)
@@ -104,7 +103,7 @@ class Renderer:
         places = origins[seen] + directions[seen] * hit["tfar"][seen, None] + normals * _LIFT
         colours = self._surface(face[seen], places)
         sunny = np.clip(normals @ _SUN, 0.0, 1.0) * self._is_free(places, np.broadcast_to(_SUN, places.shape), _FAR)
-        sky = self._openness(places, normals, rng) * (0.65 + 0.35 * normals[:, 2])
+        sky = self._openness(places, normals) * (0.65 + 0.35 * normals[:, 2])
         light[seen] = colours * (_SUNLIGHT * sunny[:, None] * _WARM + _SKYLIGHT * sky[:, None] * _COOL)
         return light
 
@@ -114,18 +113,26 @@ class Renderer:
         colours[ground] = painted(places[ground, :2], colours[ground], self._paving)
         return colours
 
-    def _openness(self, places: Array, normals: Array, rng: np.random.Generator) -> Array:
+    def _openness(self, places: Array, normals: Array) -> Array:
         """Share of the sky above each place that nothing near hides, 0 to 1."""
         free = np.zeros(len(places), dtype=np.float32)
-        for _ in range(_SKY_RAYS):
-            # A point on the unit sphere around the tip of the normal: rays by the cosine of their angle to it.
-            around = _unit(rng.standard_normal(normals.shape).astype(np.float32))
-            free += self._is_free(places, _unit(normals + 0.999 * around), _SKY_REACH)
+        for around in _sphere(_SKY_RAYS):
+            # Points on the unit sphere around the tip of the normal: rays by the cosine of their angle to it.
+            rays = np.asarray(normals + 0.999 * around, dtype=np.float32)
+            free += self._is_free(places, _unit(rays), _SKY_REACH)
         return free / np.float32(_SKY_RAYS)
 
     def _is_free(self, places: Array, rays: Array, reach: float) -> Array:
         distances = self._scene.run(places, np.ascontiguousarray(rays), dists=reach, query="DISTANCE")
         return (distances >= reach).astype(np.float32)
+
+
+def _sphere(count: int) -> Array:
+    """Points (count, 3) spread evenly over the unit sphere, on a spiral: always the same, so nothing looks grainy."""
+    z = 1.0 - (2.0 * np.arange(count) + 1.0) / count
+    angle = np.arange(count) * (math.pi * (3.0 - math.sqrt(5.0)))
+    radius = np.sqrt(1.0 - z * z)
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=1).astype(np.float32)
 
 
 def painted(places: Array, grass: Array, paving: Sequence[Strip]) -> Array:

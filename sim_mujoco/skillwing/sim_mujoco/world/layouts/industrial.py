@@ -167,15 +167,17 @@ class _Works:
         plot = self._plot
         west, _, east, _ = self._borders
         x = west + 7.0
-        while x < east - 24.0:
-            length = min(plot.between(20.0, 30.0), east - 7.0 - x)
+        while x < east - 20.0:
+            length = min(plot.between(16.0, 28.0), east - 7.0 - x)
             half = length / 2, min((high - low) / 2, plot.between(5.5, 8.5))
             outline = Footprint((x + length / 2, (low + high) / 2), half)
-            name = self._named(Kind.BUILDING)
-            plot.add(hall(name, outline, plot.between(7.5, 10.5), plot.one_of(SHEETS), plot.one_of(ROOFS)))
-            x += length + plot.between(3.0, 5.0)
-            self._stack((x + 1.0, high - 2.0))
-            x += 5.0
+            name, height = self._named(Kind.BUILDING), plot.between(7.5, 10.5)
+            if plot.add(hall(name, outline, height, plot.one_of(SHEETS), plot.one_of(ROOFS))):
+                x += length + plot.between(3.0, 5.0)
+                self._stack((x + 1.0, high - 2.0))
+                x += 5.0
+            else:
+                x += 3.0
 
     def _tank_farm(self, low: float, high: float) -> None:
         """Two rows of tanks if there is room, within a wall that would hold what they spill."""
