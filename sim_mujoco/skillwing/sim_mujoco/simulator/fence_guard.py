@@ -8,9 +8,9 @@ from __future__ import annotations
 from skillwing.sim_mujoco.frames.vectors import Vector, clamp
 from skillwing.sim_mujoco.geofence import Box
 
-REACTION = 0.35
+REACTION = 0.25
 """Time until the drone begins to brake [s]."""
-LEVEL_BRAKING, UPRIGHT_BRAKING = 2.5, 3.0
+LEVEL_BRAKING, UPRIGHT_BRAKING = 3.5, 3.0
 """What braking can be relied upon, in wind as well [m/s2]."""
 MARGIN = 0.2
 """From the fence, where the drone comes to rest [m]."""
