@@ -242,7 +242,8 @@ class GustOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True, renam
 
 
 class SimOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Options of `make_sim`. `factor` is the pace that the clock announces; `authority` is who has it at the start.
+    """Options of `make_sim`. `world` is its kind, `scale` its size; `factor` is the pace that the clock announces;
+    `authority` is who has it at the start.
 
     `turbulence` is the wind at a height of 6 m that stirs the air [m/s]; `battery_floor` is the charge [%] below which
     the autopilot lands; `geofence` is the one that it keeps the drone inside of, by default the world's.
@@ -250,6 +251,7 @@ class SimOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     seed: int = 1
     world: str = "courtyard"
+    scale: float = 1.0
     faults: tuple[FaultOptions, ...] = ()
     wind: Vector3 = (0.0, 0.0, 0.0)
     turbulence: float = 0.0
@@ -268,7 +270,7 @@ def make_sim(options: dict[str, Any]) -> SimNode:
     wanted = read_options(options, SimOptions)
     faults = [Fault(f.sensor, f.kind, f.at, f.duration, f.magnitude) for f in wanted.faults]
     try:
-        world = make_world(wanted.seed, wanted.world)
+        world = make_world(wanted.seed, wanted.world, wanted.scale)
         fence = wanted.geofence.box if wanted.geofence else world.geofence
         simulator = Simulator(
             world,
