@@ -23,4 +23,5 @@ HOOKS = {
     "zed_depthmap": f"{PACKAGE}.skills.zed_depthmap:ZedDepthmapManager",
     "lidar_depthmap": f"{PACKAGE}.skills.lidar_depthmap:LidarDepthmapManager",
     "lidar_mapping": f"{PACKAGE}.skills.lidar_mapping:LidarMappingManager",
+    "inspect": f"{PACKAGE}.skills.inspect:InspectManager",
 }

@@ -66,6 +66,14 @@ class GuidanceClient:
         return axis.remaining if axis is not None and self._goal is not None and axis.goal_id == self._goal.id else 0.0
 
     @property
+    def laps_done(self) -> float:
+        """Of the goal's orbit, 0 while nothing is known."""
+        status = self._status.value
+        if status is None or self._goal is None or status.body.goal_id != self._goal.id:
+            return 0.0
+        return status.laps_done or 0.0
+
+    @property
     def free_distance(self) -> float | None:
         """Metres that are free on the way to the target; None where nobody can tell."""
         return None if self._status.value is None else self._status.value.free_distance
