@@ -21,8 +21,9 @@ $(READY): requirements.lock pyproject.toml
 demo: setup
 	$(BIN)/skillwing demo $(DEMO_ARGS)
 
+# One worker a core; what starts processes stays with one of them (tests/conftest.py).
 test: lint
-	$(BIN)/python -m pytest $(PYTEST_ARGS)
+	$(BIN)/python -m pytest --numprocesses auto --dist loadgroup $(PYTEST_ARGS)
 
 # Broken variants of every example file: whatever is typed, there are diagnostics and never a traceback.
 mutants: setup
