@@ -8,7 +8,8 @@ MOCKED_WORLD = "mocked_world"
 CLIENT = "client/"
 """What the names of clients that own goals begin with."""
 
-
+BLOCKED = "BLOCKED"
+"""What the timeline says of a manager that one of its hooks has kept from everything else."""
 JOURNAL_FILE = "journal.sqlite"
 """The resource manager's journal, in the directory of its run."""
 

@@ -62,10 +62,30 @@ def record(name: str, kind: RecordKind, subject: str, after: str, t: float, **mo
     return Record(id=name, t=t, source="resource_manager", kind=kind, subject=subject, before=None, after=after, **more)
 
 
-def test_a_goal_whose_manager_died_is_lost() -> None:
+def test_a_hook_that_blocked_is_told_until_the_next_goal_has_done_better() -> None:
     present = Present()
     present.add_status(status("a", State.RUNNING, 1.0))
-    present.add_record(record("r1", RecordKind.GOAL, "hover", "LOST", 2.0, goal_id="a", text="Its manager is gone."))
+    for t, text in ((3.0, "blocked for 2.0 s"), (2.0, "blocked for 1.5 s")):
+        present.add_record(record(f"r{t}", RecordKind.PROCESS, "skill/hover", "BLOCKED", t, goal_id="a", text=text))
+    assert present.skill("hover").blocked == "blocked for 2.0 s"
+    assert present.skill("goto").blocked == ""
+    present.add_status(status("a", State.TERMINATED, 4.0))
+    assert present.skill("hover").blocked == "blocked for 2.0 s"
+    present.add_status(status("b", State.VALIDATING, 5.0))
+    assert present.skill("hover").blocked == ""
+    present.add_status(status("b", State.TERMINATED, 6.0))
+    assert present.skill("hover").blocked == ""
+
+
+@pytest.mark.parametrize("record_first", [True, False])
+def test_a_goal_whose_manager_died_is_lost(record_first: bool) -> None:
+    present = Present()
+    lost = record("r1", RecordKind.GOAL, "hover", "LOST", 2.0, goal_id="a", text="Its manager is gone.")
+    if record_first:
+        present.add_record(lost)
+    present.add_status(status("a", State.RUNNING, 1.0))
+    if not record_first:
+        present.add_record(lost)
     now = present.skill("hover")
     assert now.state == "IDLE"
     assert now.last is not None

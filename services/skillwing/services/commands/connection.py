@@ -37,11 +37,16 @@ class System(Connection):
         return super().make_interface(client, owns_goals=owns_goals)
 
     def goal(self, skill: str, goal_id: str | None = None) -> GoalStatus | None:
-        """How a skill's goal is doing: that one, or the running, else the latest. None if there is no such goal."""
+        """How a skill's goal is doing: that one, or the running, else the latest. None if nobody knows of one."""
         try:
-            return self.ask(self.keys.goal(skill), QueryGoal(goal_id=goal_id), GoalStatus)
+            return self.ask_for_goal(skill, goal_id)
         except UnansweredError:
             return None
+
+    def ask_for_goal(self, skill: str, goal_id: str | None = None) -> GoalStatus | None:
+        """The same, None if there is no such goal. Raises UnansweredError if its manager says nothing."""
+        try:
+            return self.ask(self.keys.goal(skill), QueryGoal(goal_id=goal_id), GoalStatus)
         except RefusedError as error:
             if error.code is ErrorCode.UNKNOWN_GOAL:
                 return None

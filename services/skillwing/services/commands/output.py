@@ -14,6 +14,7 @@ from rich.text import Text
 from skillwing.services.protocol import Ending, Terminal
 
 WIDTH_OF_A_PIPE = 200
+DOES_NOT_ANSWER = "its manager does not answer: one of its hooks blocks it, or it is stopped"
 
 
 def make_console() -> Console:

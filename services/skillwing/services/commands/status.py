@@ -5,26 +5,54 @@ from __future__ import annotations
 from rich.console import Console
 from rich.text import Text
 
+from skillwing.services.bus.reading import message_reader
 from skillwing.services.client.connection import Target
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
-from skillwing.services.commands.output import end_text, make_console, print_json, print_table, state_text
+from skillwing.services.commands.output import (
+    DOES_NOT_ANSWER,
+    end_text,
+    make_console,
+    print_json,
+    print_table,
+    state_text,
+)
 from skillwing.services.commands.process_table import process_facts, process_table
 from skillwing.services.errors import RefusedError, UnansweredError
+from skillwing.services.names import skill_process
 from skillwing.services.processes.process_state import Condition, headcount
 from skillwing.services.processes.roll_call import Entry
-from skillwing.services.protocol import GoalStatus, QueryStates, ResourceStates
+from skillwing.services.protocol import GoalStatus, QueryStates, Record, ResourceStates
+from skillwing.services.telemetry.present import Present
 
 
 def status(robot: RobotOption = None, as_json: JsonOption = False) -> None:
     """Show the system's processes, the goals of its skills and the states of its resources."""
     with connect(robot, wait_for_clock=False) as system:
-        processes = system.entries(system.alive())
-        goals = [goal for goal in map(system.goal, (skill.name for skill in system.skillset.skills)) if goal]
+        present = Present()
+        reader = message_reader(Record, present.add_record)
+        system.bus.subscribe(system.keys.timeline, reader, events=True)
+        alive = system.alive()
+        processes = system.entries(alive)
+        goals: list[GoalStatus] = []
+        troubles: dict[str, str] = {}
+        for skill in (skill.name for skill in system.skillset.skills):
+            try:
+                goal = system.ask_for_goal(skill)
+            except UnansweredError:
+                if skill_process(skill) in alive:
+                    troubles[skill] = DOES_NOT_ANSWER
+                continue
+            if goal is not None:
+                present.add_status(goal)
+                goals.append(goal)
         states = _states(system)
+        # What managers have reported of their hooks has come with the history of the timeline, before their answers.
+        reports = {skill.name: present.skill(skill.name).blocked for skill in system.skillset.skills}
+        troubles = {skill: text for skill, text in reports.items() if text} | troubles
     if as_json:
-        _print_json(system.target, processes, goals, states)
+        _print_json(system.target, processes, goals, troubles, states)
     else:
-        _print(system.target, processes, goals, states)
+        _print(system.target, processes, goals, troubles, states)
 
 
 def _states(system: System) -> ResourceStates | None:
@@ -34,7 +62,13 @@ def _states(system: System) -> ResourceStates | None:
         return None
 
 
-def _print_json(target: Target, processes: list[Entry], goals: list[GoalStatus], states: ResourceStates | None) -> None:
+def _print_json(
+    target: Target,
+    processes: list[Entry],
+    goals: list[GoalStatus],
+    troubles: dict[str, str],
+    states: ResourceStates | None,
+) -> None:
     print_json(
         {
             "robot": target.robot,
@@ -48,12 +82,19 @@ def _print_json(target: Target, processes: list[Entry], goals: list[GoalStatus],
                 {"skill": each.skill, "goal_id": each.goal_id, "state": each.state, "terminal": each.terminal}
                 for each in goals
             ],
+            "troubles": troubles,
             "resources": {} if states is None else states.states,
         }
     )
 
 
-def _print(target: Target, processes: list[Entry], goals: list[GoalStatus], states: ResourceStates | None) -> None:
+def _print(
+    target: Target,
+    processes: list[Entry],
+    goals: list[GoalStatus],
+    troubles: dict[str, str],
+    states: ResourceStates | None,
+) -> None:
     console = make_console()
     mock = " (mock)" if target.mock else ""
     time = "" if states is None or target.clock == "wall" else f" at {states.t:.1f} s"
@@ -65,8 +106,13 @@ def _print(target: Target, processes: list[Entry], goals: list[GoalStatus], stat
             console.print(Text(entry.state.last_words, style="red"))
     console.print()
     console.print(process_table(processes))
-    _print_goals(console, goals)
+    if goals or not troubles:
+        _print_goals(console, goals)
     console.print()
+    for skill, text in troubles.items():
+        console.print(Text(f"{skill}: {text}", style="red"))
+    if troubles:
+        console.print()
     rows = [] if states is None else [(name, state_text(state)) for name, state in states.states.items()]
     print_table(console, ("RESOURCE", "STATE"), rows)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
 from typing import Annotated, Any
 
 import typer
@@ -11,11 +12,19 @@ from rich.console import Console, Group, RenderableType
 from rich.live import Live
 from rich.text import Text
 
-from skillwing.services.bus import Answer, Answered
+from skillwing.services.bus import Answer, Answered, Unanswered
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.commands.keyboard import when_pressed
-from skillwing.services.commands.output import end_text, make_console, make_table, print_json, state_text, value_text
+from skillwing.services.commands.output import (
+    DOES_NOT_ANSWER,
+    end_text,
+    make_console,
+    make_table,
+    print_json,
+    state_text,
+    value_text,
+)
 from skillwing.services.commands.process_table import duration, process_facts, process_table
 from skillwing.services.processes.process_state import Condition
 from skillwing.services.processes.roll_call import Entry
@@ -23,6 +32,7 @@ from skillwing.services.protocol import (
     GoalProgress,
     GoalStatus,
     ProtocolError,
+    QueryGoal,
     QueryStates,
     Record,
     ResourceStates,
@@ -55,6 +65,9 @@ def top(
         watch.look()
         system.bus.run_until(lambda: False, PERIOD)
         watch.look()
+        if as_json or once or not console.is_terminal:
+            # Who hangs is told from who is slow only by the end of the question's patience.
+            system.bus.run_until(lambda: watch.heard_all)
         if as_json:
             print_json(watch.facts())
         elif once or not console.is_terminal:
@@ -86,6 +99,8 @@ class SystemTop:
         self._entries: list[Entry] = []
         self._cpu: dict[str, float] = {}
         self._used: dict[int, tuple[float, float]] = {}
+        self._silent: set[str] = set()
+        self._unheard = 0
         bus, keys, present = system.bus, system.keys, self._present
         prefix = keys.alive("")
 
@@ -98,9 +113,13 @@ class SystemTop:
         bus.subscribe(keys.progress("*"), message_reader(GoalProgress, present.add_progress), latest_only=True)
 
     def look(self) -> None:
-        """Take a look at the processes, and ask for the resources; the answer comes while the bus runs."""
+        """Take a look at the processes, and ask all managers; their answers come while the bus runs."""
         system = self._system
         system.bus.ask(system.keys.resource_states, encode(QueryStates()), self._on_states)
+        for skill in system.skillset.skills:
+            on_answer = partial(self._on_goal, skill.name)
+            self._unheard += 1
+            system.bus.ask(system.keys.goal(skill.name), encode(QueryGoal()), on_answer)
         self._entries = system.entries(self._alive)
         now = time.monotonic()
         shares: dict[str, float] = {}
@@ -115,12 +134,23 @@ class SystemTop:
                 shares[entry.state.name] = 100.0 * (entry.used.cpu - before[1]) / (now - before[0])
         self._cpu, self._used = shares, used
 
+    @property
+    def heard_all(self) -> bool:
+        """Every question of a look has its answer, or has waited long enough for it."""
+        return self._unheard == 0
+
     def _on_states(self, answer: Answer) -> None:
         if isinstance(answer, Answered):
             try:
                 self._states = decode(answer.payload, ResourceStates)
             except ProtocolError:
                 return  # `doctor` tells of processes that cannot be understood
+
+    def _on_goal(self, skill: str, answer: Answer) -> None:
+        """What is running is heard anyway; this tells who hears."""
+        self._unheard -= 1
+        silent = isinstance(answer, Unanswered) and answer.timed_out
+        (self._silent.add if silent else self._silent.discard)(skill)
 
     # --- what is shown -----------------------------------------------------------------------------------------------
 
@@ -154,7 +184,15 @@ class SystemTop:
             resource_table.add_row(
                 resource.resource, state_text(resource.state), self._age(resource.since), Text(resource.by, "dim")
             )
-        return Group(title, Text(), process_table(entries, self._cpu), Text(), skill_table, Text(), resource_table)
+        troubles = [Text(f"{skill}: {text}", "red") for skill, text in self._troubles().items()]
+        between = [Text(), *troubles] if troubles else []
+        processes = process_table(entries, self._cpu)
+        return Group(title, Text(), processes, Text(), skill_table, *between, Text(), resource_table)
+
+    def _troubles(self) -> dict[str, str]:
+        """What is wrong with the managers of skills, by skill."""
+        reports = {skill.skill: skill.blocked for skill in self._skills() if skill.blocked}
+        return reports | dict.fromkeys(sorted(self._silent), DOES_NOT_ANSWER)
 
     def _skill_row(self, skill: SkillNow) -> tuple[str | Text, ...]:
         running = skill.goal_id is not None
@@ -186,6 +224,7 @@ class SystemTop:
                 for entry in self._entries
             },
             "skills": {skill.skill: skill for skill in self._skills()},
+            "silent_skills": sorted(self._silent),
             "resources": {resource.resource: resource for resource in self._resources()},
         }
 

@@ -24,7 +24,7 @@ from skillwing.services.managers.hooks import Goal, SkillHooks
 from skillwing.services.managers.presence import Presence
 from skillwing.services.managers.serving import serve
 from skillwing.services.managers.standing import Standing
-from skillwing.services.names import CLIENT, skill_process
+from skillwing.services.names import BLOCKED, CLIENT, skill_process
 from skillwing.services.options import imported, required
 from skillwing.services.protocol import (
     AttachManager,
@@ -294,7 +294,7 @@ class SkillManagerNode:
         text = f"`{hook}` blocked its manager for {seconds:.1f} s; hooks have to return"
         log.warning("%s: %s", self.name, text)
         cause = self._hooks.record
-        self._timeline.record(RecordKind.PROCESS, self.name, None, "BLOCKED", text=text, cause=cause, goal_id=goal_id)
+        self._timeline.record(RecordKind.PROCESS, self.name, None, BLOCKED, text=text, cause=cause, goal_id=goal_id)
 
     def _guard_callback(self, callback: str, body: Callable[[], None]) -> None:
         """Run a callback that a hook has registered, on behalf of the goal that runs now, if one does."""

@@ -12,6 +12,7 @@ from typing import Any
 import msgspec
 
 from skillwing.services.core.memory import Recent
+from skillwing.services.names import BLOCKED, skill_process
 from skillwing.services.protocol import (
     Ending,
     GoalProgress,
@@ -32,7 +33,8 @@ RECORDS_REMEMBERED = 2000
 class SkillNow:
     """One skill. goal_id, state, since: of the goal that runs, None and IDLE if none does; feedback: its latest.
 
-    last: how the latest goal ended that has, at robot time ended.
+    last: how the latest goal ended that has, at robot time ended. blocked: what was reported of a hook that did not
+    return in time, be it in the goal that runs or the latest, or later.
     """
 
     skill: str
@@ -42,6 +44,7 @@ class SkillNow:
     feedback: Mapping[str, Any] | None = None
     last: Terminal | None = None
     ended: float | None = None
+    blocked: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +66,8 @@ class Present:
         self._ended: dict[str, GoalStatus] = {}
         self._progress: dict[str, GoalProgress] = {}
         self._changes: dict[str, Record] = {}
+        self._blocked: dict[str, Record] = {}
+        self._lost: Recent[str, Record] = Recent(RECORDS_REMEMBERED)
         self._records: Recent[str, Record] = Recent(RECORDS_REMEMBERED)
 
     def add_status(self, status: GoalStatus) -> None:
@@ -83,6 +88,7 @@ class Present:
                 return
             self._began[skill] = status.t
             self._running[skill] = status
+            self._end_if_lost(status)
             return
         self._began[skill] = min(self._began[skill], status.t)
         if status.t >= running.t:
@@ -94,29 +100,40 @@ class Present:
     def add_record(self, record: Record) -> None:
         self._records[record.id] = record
         if record.kind is RecordKind.GOAL and record.after == Ending.LOST and record.goal_id is not None:
-            self._lose(record.goal_id, record)
+            self._lost[record.goal_id] = record
+            for running in list(self._running.values()):
+                self._end_if_lost(running)
         if record.kind is RecordKind.RESOURCE:
-            known = self._changes.get(record.subject)
-            if known is None or record.t >= known.t:
-                self._changes[record.subject] = record
+            _keep_latest(self._changes, record)
+        if record.kind is RecordKind.PROCESS and record.after == BLOCKED:
+            _keep_latest(self._blocked, record)
 
-    def _lose(self, goal_id: str, record: Record) -> None:
+    def _end_if_lost(self, running: GoalStatus) -> None:
         """End a goal whose manager did not live to say so itself."""
-        for running in list(self._running.values()):
-            if running.goal_id == goal_id:
-                terminal = Terminal(ending=Ending.LOST, reason=record.text, detected_by=record.source)
-                self.add_status(msgspec.structs.replace(running, state=State.TERMINATED, t=record.t, terminal=terminal))
+        record = self._lost.get(running.goal_id)
+        if record is not None:
+            terminal = Terminal(ending=Ending.LOST, reason=record.text, detected_by=record.source)
+            self.add_status(msgspec.structs.replace(running, state=State.TERMINATED, t=record.t, terminal=terminal))
 
     def skill(self, name: str) -> SkillNow:
         """What a skill does."""
         running, ended = self._running.get(name), self._ended.get(name)
         last = None if ended is None else ended.terminal
         ended_at = None if ended is None else ended.t
+        blocked = self._report_on_hooks(name, running or ended)
         if running is None:
-            return SkillNow(name, last=last, ended=ended_at)
+            return SkillNow(name, last=last, ended=ended_at, blocked=blocked)
         progress = self._progress.get(name)
         feedback = progress.feedback if progress is not None and progress.goal_id == running.goal_id else None
-        return SkillNow(name, running.goal_id, running.state, self._began[name], feedback, last, ended_at)
+        began = self._began[name]
+        return SkillNow(name, running.goal_id, running.state, began, feedback, last, ended_at, blocked)
+
+    def _report_on_hooks(self, name: str, latest: GoalStatus | None) -> str:
+        report = self._blocked.get(skill_process(name))
+        if report is None:
+            return ""
+        is_news = latest is None or report.goal_id == latest.goal_id or report.t >= latest.t
+        return report.text if is_news else ""
 
     def resources(self, states: ResourceStates) -> list[ResourceNow]:
         """All resources, in the order of the skillset."""
@@ -130,3 +147,9 @@ class Present:
         return ResourceNow(
             name, state, change.t, headline(cause) if cause is not None else change.text or change.source
         )
+
+
+def _keep_latest(records: dict[str, Record], record: Record) -> None:
+    known = records.get(record.subject)
+    if known is None or record.t >= known.t:
+        records[record.subject] = record
