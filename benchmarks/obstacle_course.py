@@ -1,4 +1,4 @@
-"""Courses with things in the way, and a drone that flies through them with one sensor: what benchmarks/obstacles.py flies.
+"""Courses with things in the way, and a drone that flies through them with one sensor.
 
 The whole loop is the real one: physics, ray-cast sensors, obstacle detection, guidance and the mission's route planner;
 only skills and resources are left out. One course and seed is one flight, bit for bit.
@@ -59,15 +59,15 @@ def corner(rng: np.random.Generator) -> list[Obstacle]:
     x, half = float(rng.uniform(11.0, 14.0)), float(rng.uniform(2.5, 4.0))
     side = 1.0 if rng.random() < 0.5 else -1.0
     length = float(rng.uniform(2.0, 3.5))
-    return [_wall("across", (x, 0.0), (0.2, half)), _wall("along", (x - length, side * half), (length, 0.2))]
+    return [_wall("wall-across", (x, 0.0), (0.2, half)), _wall("wall-along", (x - length, side * half), (length, 0.2))]
 
 
 def pocket(rng: np.random.Generator) -> list[Obstacle]:
     """A dead end: three walls that are open towards the drone, with room to fly in."""
     back, half = float(rng.uniform(15.0, 18.0)), float(rng.uniform(3.5, 4.5))
     depth = float(rng.uniform(2.0, 3.5))
-    sides = [_wall(f"side-{s}", (back - depth, s * half), (depth, 0.2)) for s in (-1, 1)]
-    return [_wall("back", (back, 0.0), (0.2, half)), *sides]
+    sides = [_wall(f"wall-side-{s}", (back - depth, s * half), (depth, 0.2)) for s in (-1, 1)]
+    return [_wall("wall-back", (back, 0.0), (0.2, half)), *sides]
 
 
 def _pole(name: str, centre: Point, radius: float) -> Obstacle:

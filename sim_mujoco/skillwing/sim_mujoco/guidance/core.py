@@ -37,7 +37,7 @@ from skillwing.sim_mujoco.topics import (
     Turn,
 )
 
-_LEAST_RADIUS = 1.0
+_LEAST_RADIUS = 2.0
 _GIVEN_BACK = (MotionState.IDLE, MotionState.STOPPED, MotionState.ABORTED)
 """Nobody commands the axis: a goal that is over gives it back with a stop, and a revocation takes it."""
 

@@ -1,0 +1,125 @@
+"""What reports of obstacles make of a motion: it stops in time, whatever its speed and wherever the obstacle stands."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from skillwing.sim_mujoco.guidance.lookout import (
+    CRAWL,
+    LATENCY,
+    LEAST_MARGIN,
+    MARGIN,
+    SETTLING,
+    STALE,
+    Lookout,
+    View,
+    fastest,
+    stopping_distance,
+)
+from skillwing.sim_mujoco.guidance.trajectory import ACCELERATION, BRAKING
+from skillwing.sim_mujoco.topics import ObstacleSource, ObstacleStatus
+
+HULL = 0.65
+TICK, REPORT = 0.02, 0.1
+DELAY = 0.2
+"""From the moment of a measurement to the report that it agrees with [s]: a revolution, and a second one."""
+LAG = 0.1
+"""Until the drone leans back [s]."""
+
+
+def told(t: float, stamp: float, free: float | None, horizon: float = 14.0) -> ObstacleStatus:
+    return ObstacleStatus(t=t, source=ObstacleSource.ZED, free_distance=free, horizon=horizon, ahead=None, stamp=stamp)
+
+
+def gap_after_stopping(speed: float, obstacle: float, horizon: float, phase: float) -> float:
+    """Fly along a line on which something stands `obstacle` metres ahead that shows itself from `horizon` on; how far
+    from it the drone's centre comes to rest. `phase` shifts the reports against the ticks."""
+    lookout, t, s, v, braking_from = Lookout(), 0.0, 0.0, 0.0, math.inf
+    track: list[tuple[float, float]] = []
+    lookout.report(told(0.0, 0.0, 50.0, horizon))
+    lookout.begin(0.0)
+    speed = min(speed, lookout.speed_limit(0.0))
+    next_report = phase * REPORT
+    while v > 0.0 or t < 1.0:
+        track.append((t, s))
+        if t >= next_report:
+            next_report += REPORT
+            stamp = max(0.0, t - DELAY)
+            then = next(place for moment, place in reversed(track) if moment <= stamp + 1e-9)
+            seen = obstacle - s if obstacle - then <= horizon else 50.0
+            lookout.report(told(t, stamp, seen, horizon))
+        if lookout.view(t, v, math.inf) is View.BLOCKED:
+            braking_from = min(braking_from, t + LAG)
+        v = max(0.0, v - BRAKING * TICK) if t >= braking_from else min(speed, v + ACCELERATION * TICK)
+        s, t = s + v * TICK, t + TICK
+        if s > obstacle:
+            return obstacle - s
+    return obstacle - s
+
+
+@given(
+    speed=st.floats(0.3, 5.0),
+    obstacle=st.floats(MARGIN + 0.5, 40.0),
+    horizon=st.floats(3.0, 14.0),
+    phase=st.floats(0.0, 1.0),
+)
+@settings(max_examples=150, deadline=None)
+def test_it_stops_in_time_at_every_speed(speed: float, obstacle: float, horizon: float, phase: float) -> None:
+    assert gap_after_stopping(speed, obstacle, horizon, phase) >= LEAST_MARGIN - 0.1
+
+
+@given(st.floats(LEAST_MARGIN + 0.5, 40.0))
+def test_the_speed_limit_is_that_at_which_the_drone_stops_at_the_horizon(horizon: float) -> None:
+    speed = fastest(horizon)
+    assert speed == CRAWL or stopping_distance(speed, LEAST_MARGIN) == pytest.approx(horizon)
+
+
+def test_the_reach_of_both_sensors_allows_the_speeds_that_are_flown() -> None:
+    assert fastest(14.0) >= 5.0, "the camera's"
+    assert 2.0 <= fastest(5.7) <= 3.0, "the ring's"
+    assert stopping_distance(0.0, LEAST_MARGIN) - HULL > 0.5
+    assert LATENCY >= DELAY + REPORT + LAG
+
+
+@pytest.mark.parametrize("free", [None, 9.0])
+def test_a_way_is_watched_from_the_first_word_on_it_and_then_has_to_stay_in_view(free: float | None) -> None:
+    lookout = Lookout()
+    lookout.report(told(0.9, 0.9, 5.0))
+    lookout.begin(1.0)
+    assert lookout.view(1.05, 0.1, 20.0) is View.CLEAR, "that report speaks of the way before"
+    lookout.report(told(1.4, 1.4, free))
+    assert lookout.view(1.4, 0.1, 20.0) is (View.UNWATCHED if free is None else View.CLEAR)
+    lookout.report(told(1.6, 1.6, None))
+    assert lookout.view(1.6, 0.1, 20.0) is (View.UNWATCHED if free is None else View.BLIND)
+
+
+def test_a_depth_map_that_falls_silent_as_a_way_begins_is_missed() -> None:
+    lookout = Lookout()
+    lookout.report(told(0.9, 0.9, 5.0))
+    lookout.begin(1.0)
+    assert lookout.view(1.0 + SETTLING + STALE - 0.01, 0.1, 20.0) is View.CLEAR
+    assert lookout.view(1.0 + SETTLING + STALE + 0.01, 0.1, 20.0) is View.BLIND
+
+
+def test_without_a_depth_map_nothing_is_watched_and_no_speed_is_too_high() -> None:
+    lookout = Lookout()
+    lookout.report(
+        ObstacleStatus(t=1.0, source=ObstacleSource.NONE, free_distance=None, horizon=0.0, ahead=None, stamp=None)
+    )
+    lookout.begin(1.0)
+    assert lookout.speed_limit(1.0) == math.inf
+    assert lookout.view(5.0, 5.0, 20.0) is View.UNWATCHED
+
+
+def test_a_view_that_becomes_short_makes_the_speed_too_high() -> None:
+    lookout = Lookout()
+    lookout.begin(0.0)
+    lookout.report(told(1.0, 1.0, 20.0))
+    assert lookout.view(1.0, 4.0, 30.0) is View.CLEAR
+    lookout.report(told(1.1, 1.1, 20.0, horizon=5.0))
+    assert lookout.view(1.1, 4.0, 30.0) is View.TOO_FAST
+    assert lookout.view(1.1, 2.0, 30.0) is View.CLEAR
