@@ -5,11 +5,12 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 
 import pytest
 
 from skillwing.services.bus import Sample
-from skillwing.services.bus.clock import FollowedClock, PacedClock
+from skillwing.services.bus.clock import FollowedClock, LockstepClock, PacedClock
 from skillwing.services.bus.zenoh_bus import STREAM_BACKLOG, ZenohBus
 from skillwing.services.processes.router import start_router
 from skillwing.services.protocol import CLOCK_KEY, ClockTick, encode
@@ -30,6 +31,23 @@ class Network:
         bus = self._add(ZenohBus("owner", "r1", self._endpoint, PacedClock(factor)))
         ticks = bus.advertise(CLOCK_KEY)
         bus.every(0.02, lambda: ticks.put(encode(ClockTick(t=bus.now(), factor=factor))))
+        return bus
+
+    def worker(self, name: str, lag: float) -> ZenohBus:
+        """A follower whom the owner of a time in lockstep waits for."""
+        return self._add(ZenohBus(name, "r1", self._endpoint, FollowedClock(lag=lag)))
+
+    def leader(self) -> ZenohBus:
+        """The owner of a time that runs as fast as its followers keep up; each step it asks them something."""
+        bus = self._add(ZenohBus("leader", "r1", self._endpoint, LockstepClock()))
+        ticks, questions = bus.advertise(CLOCK_KEY), bus.advertise("question")
+
+        def step() -> None:
+            ticks.put(encode(ClockTick(t=bus.now(), factor=0.0)))
+            questions.put(str(bus.now()).encode())
+            ticks.put(encode(ClockTick(t=bus.now(), factor=0.0, complete=True)))
+
+        bus.every(0.02, step)
         return bus
 
     def plain(self, name: str) -> ZenohBus:
@@ -137,3 +155,33 @@ def test_other_threads_may_post(network: Network) -> None:
     assert bus.run_until(lambda: bool(threads), PATIENCE)
     poster.join()
     assert threads == [threading.current_thread()]
+
+
+def test_in_lockstep_each_question_is_answered_before_time_goes_on(network: Network) -> None:
+    """A loop over two processes: what the worker answers to a step is there before the next one."""
+    worker = network.worker("worker", 0.0)
+    answers = worker.advertise("answer")
+    worker.subscribe("question", lambda sample: answers.put(sample.payload))
+    leader = network.leader()
+    answered: list[tuple[float, float]] = []
+    leader.subscribe("answer", lambda sample: answered.append((leader.now(), float(sample.payload))))
+    # Before the worker has joined the leader runs ahead of it; the answers to that come late.
+    assert network.run_until(lambda: bool(answered) and answered[-1][0] == answered[-1][1])
+    answered.clear()
+    assert network.run_until(lambda: len(answered) >= 100)
+    assert [now for now, _ in answered] == [asked for _, asked in answered]
+    assert [round(later - sooner, 6) for (sooner, _), (later, _) in pairwise(answered)] == [0.02] * (len(answered) - 1)
+
+
+def test_in_lockstep_time_goes_on_when_a_worker_has_gone(network: Network) -> None:
+    worker = network.worker("skill/worker", 0.1)
+    leader = network.leader()
+    ticks: list[Sample] = []
+    worker.subscribe("question", ticks.append)
+    assert network.run_until(lambda: len(ticks) > 50)
+    network.buses.remove(worker)
+    worker.close()
+    gone = leader.now()
+    begun = time.monotonic()
+    assert network.run_until(lambda: leader.now() > gone + 10.0)
+    assert time.monotonic() - begun < PATIENCE, "not with a pause of patience at each step"

@@ -28,6 +28,8 @@ MAX_NESTING = 32
 
 CLOCK_KEY = "fl/clock"
 """Where the owner of robot time publishes `ClockTick`; part of the functional layer, but followed by every process."""
+CLOCK_DONE_KEY = "fl/clock/done"
+"""Below it, each under its own name, say followers how far they have come: `ClockDone`, and a liveliness token."""
 
 
 class ProtocolError(Exception):
@@ -500,10 +502,25 @@ class AbortMission(Message, frozen=True, kw_only=True):
 
 
 class ClockTick(Message, frozen=True, kw_only=True):
-    """Robot time, and how fast it is meant to run against the wall clock (1.0 real time)."""
+    """Robot time, and how fast it is meant to run against the wall clock (1.0 real time, 0 as fast as possible).
+
+    complete: everything that belongs to the time up to `t` has been published. Where time runs as fast as its followers
+    keep up, they answer that with `ClockDone`.
+    """
 
     t: Time
     factor: float = 1.0
+    complete: bool = False
+
+
+class ClockDone(Message, frozen=True, kw_only=True):
+    """A follower has done what there was to do up to `t`, where time runs as fast as its followers keep up.
+
+    lag: how far time may go on before it has done more (s).
+    """
+
+    t: Time
+    lag: Annotated[float, msgspec.Meta(ge=0.0, le=60.0)] = 0.0
 
 
 # --- mocks -------------------------------------------------------------------------------------------------

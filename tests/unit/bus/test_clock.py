@@ -6,7 +6,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skillwing.services.bus.clock import LARGEST_ERROR, FollowedClock, PacedClock, TickRule, WallClock
+from skillwing.services.bus.clock import (
+    LARGEST_ERROR,
+    PATIENCE,
+    FollowedClock,
+    LockstepClock,
+    PacedClock,
+    TickRule,
+    WallClock,
+)
 
 
 class Wall:
@@ -129,3 +137,70 @@ def test_whatever_becomes_of_the_pace_followers_are_never_wrong_by_more(factor: 
             follower.tick(t, factor, wall())
         # What a follower has seen it does not take back: it stands until the owner has caught up.
         assert t - LARGEST_ERROR - 1e-9 <= follower.now() <= max(before, t + LARGEST_ERROR) + 1e-9
+
+
+STEP = 0.02
+
+
+def test_in_lockstep_time_waits_until_every_follower_is_done(wall: Wall) -> None:
+    clock = LockstepClock(wall)
+    assert clock.seconds_until(STEP) == 0.0, "nobody follows yet"
+    for follower in ("guidance", "obstacles"):
+        clock.done(follower, 0.0, 0.0)
+    clock.reach(STEP)
+    assert clock.seconds_until(2 * STEP) == PATIENCE
+    clock.done("guidance", STEP, 0.0)
+    assert clock.seconds_until(2 * STEP) == PATIENCE
+    clock.done("obstacles", STEP, 0.0)
+    assert clock.seconds_until(2 * STEP) == 0.0
+
+
+def test_in_lockstep_a_follower_may_lag_by_what_it_says(wall: Wall) -> None:
+    clock = LockstepClock(wall)
+    clock.done("manager", 0.0, 0.1)
+    for step in range(1, 6):
+        assert clock.seconds_until(step * STEP) == 0.0
+        clock.reach(step * STEP)
+    assert clock.seconds_until(6 * STEP) == 0.0
+    clock.reach(6 * STEP)
+    assert clock.seconds_until(7 * STEP) > 0.0
+
+
+def test_in_lockstep_a_hung_follower_is_left_behind_until_it_is_heard_of_again(wall: Wall) -> None:
+    clock = LockstepClock(wall)
+    clock.done("hung", 0.0, 0.0)
+    clock.reach(STEP)
+    wall.time += PATIENCE / 2
+    assert clock.seconds_until(2 * STEP) == pytest.approx(PATIENCE / 2)
+    wall.time += PATIENCE / 2
+    assert clock.seconds_until(2 * STEP) == 0.0
+    clock.reach(2 * STEP)
+    assert clock.seconds_until(3 * STEP) == 0.0, "patience is lost once"
+    clock.done("hung", STEP, 0.0)
+    assert clock.seconds_until(3 * STEP) == PATIENCE
+
+
+def test_in_lockstep_nobody_waits_for_who_has_gone(wall: Wall) -> None:
+    clock = LockstepClock(wall)
+    clock.done("mortal", 0.0, 0.0)
+    clock.reach(STEP)
+    clock.gone("mortal")
+    assert clock.seconds_until(2 * STEP) == 0.0
+    clock.gone("stranger")
+
+
+@given(
+    st.lists(st.tuples(st.sampled_from("abc"), st.sampled_from([0.0, 0.05, 0.1])), min_size=1, max_size=60),
+)
+def test_in_lockstep_time_never_runs_ahead_of_anybody(events: list[tuple[str, float]]) -> None:
+    wall = Wall()
+    clock = LockstepClock(wall)
+    done: dict[str, tuple[float, float]] = {}
+    step = 0
+    for follower, lag in events:
+        done[follower] = clock.now(), lag
+        clock.done(follower, *done[follower])
+        while step < 1000 and clock.seconds_until((step + 1) * STEP) == 0.0:
+            step += 1
+            clock.reach(step * STEP)
+        assert all(clock.now() <= t + allowed + STEP + 1e-6 for t, allowed in done.values())

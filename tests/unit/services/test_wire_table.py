@@ -25,6 +25,7 @@ from skillwing.services.wire.schema import channels_of, json_schema
 
 ROOT = Path(__file__).parents[3]
 NAME = "NAME"
+CLOCKS = {protocol.CLOCK_KEY, f"{protocol.CLOCK_DONE_KEY}/{NAME}"}
 
 
 def spelt_keys() -> set[str]:
@@ -39,7 +40,7 @@ def spelt_keys() -> set[str]:
 
 
 def test_every_key_is_in_the_table() -> None:
-    assert {channel.key(Keys("s"), NAME) for channel in CHANNELS} == spelt_keys() | {protocol.CLOCK_KEY}
+    assert {channel.key(Keys("s"), NAME) for channel in CHANNELS} == spelt_keys() | CLOCKS
 
 
 def test_every_message_is_in_the_table() -> None:

@@ -26,6 +26,7 @@ from skillwing.services.bus.clock import FollowedClock
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.commands.exit_codes import FAILED, OK
 from skillwing.services.commands.output import make_console
+from skillwing.services.commands.pace import PaceOption
 from skillwing.services.errors import InvalidOptionError, SkillwingError
 from skillwing.services.processes.ending import Ending, ended_by_signals
 from skillwing.services.processes.launcher import ROUTER, Death, Launcher, StartError
@@ -106,9 +107,7 @@ def demo(
         typer.Option(metavar="SECONDS", min=0.0, callback=_finite, help="Robot time at which the depth camera fails."),
     ] = CAMERA_FAILS_AT,
     seed: Annotated[int, typer.Option(metavar="N", min=0, max=LARGEST_SEED, help="Seed of the simulated world.")] = 1,
-    speed: Annotated[
-        float, typer.Option(metavar="FACTOR", min=0.1, callback=_finite, help="Robot seconds per second.")
-    ] = 1.0,
+    speed: PaceOption = 1.0,
     viewer: Annotated[
         bool | None, typer.Option("--viewer/--no-viewer", help="Open the Rerun viewer; default: if there is a screen.")
     ] = None,
@@ -231,7 +230,7 @@ def _follow(
             launcher.start(robot)
         ending.wait(bus, clock.has_started, CLOCK_TIMEOUT)
         # Robot time began before anybody looked, and nothing has slowed it down by now.
-        begun = time.monotonic() - clock.now() / speed
+        begun = time.monotonic() - (clock.now() / speed if speed > 0.0 else 0.0)
         deck = flight.deck = FlightDeck(bus, skillset, console, title)
         watch = FlightWatch(bus, Keys(skillset.name), deck, flight.deaths, flight.essential, ending)
         with deck:

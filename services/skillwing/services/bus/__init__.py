@@ -162,7 +162,8 @@ class Bus(Protocol):
 
 class Node(Protocol):
     """A process's content. Made by a factory `(options: dict[str, Any]) -> Node`, named `"package.module:factory"`
-    in process tables. `owns_clock` is True for the one node that *is* robot time (the simulator)."""
+    in process tables. `owns_clock` is True for the one node that *is* robot time (the simulator). A node through which
+    a control loop is closed has `closes_loop` = True besides: robot time never runs ahead of it."""
 
     @property
     def name(self) -> str: ...

@@ -16,6 +16,10 @@ TICK_PERIOD = 0.075
 """Robot seconds after which the owner of the time tells it anew: before the followers' extrapolation ends."""
 LARGEST_ERROR = 0.04
 """Robot seconds by which followers may be wrong before the owner tells them."""
+PATIENCE = 2.0
+"""Wall seconds that time stands still for a follower; as long as a hung process takes to lose its leases."""
+ROUNDING = 1e-6
+"""Robot seconds by which a sum of steps may miss what it stands for."""
 LARGEST_LAG = 0.05
 """Wall seconds that a paced clock may lag behind its pace and still catch up."""
 
@@ -65,12 +69,16 @@ class WallClock:
 class FollowedClock:
     """Robot time as another process publishes it.
 
+    lag: where time runs as fast as its followers keep up, its owner waits for this one, which is never behind by more
+    than so many robot seconds. None: the owner does not wait, as for whoever only looks on.
+
     It stands at 0 until the first tick. Between ticks it runs on at the owner's factor, at most 0.1 s, so that it
     stands still when the owner does; it never runs backwards. `tick` and `reaches` may be called on any thread, the
     rest on the node's.
     """
 
-    def __init__(self, wall: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, wall: Callable[[], float] = time.monotonic, *, lag: float | None = None) -> None:
+        self.lag = lag
         self._wall = wall
         self._tick: _Tick | None = None
         self._latest = 0.0
@@ -158,3 +166,60 @@ class PacedClock:
         if self._started is not None and lag > LARGEST_LAG:
             self._started += lag
         self._now = max(self._now, due)
+
+
+@dataclass(slots=True)
+class _Follower:
+    done: float
+    lag: float
+    left_behind: bool = False
+
+
+class LockstepClock:
+    """Robot time of the process that owns it, as fast as its followers keep up: it waits until they are done.
+
+    Time stands after each step until every follower has done what that step brought, or lags by no more than it may.
+    So a loop that is closed over other processes stays closed, whatever they cost. This is the conservative
+    synchronisation of distributed simulations (K. M. Chandy and J. Misra, "Distributed simulation", IEEE Transactions
+    on Software Engineering SE-5(5), 1979), with the owner of the time as the only one who advances it.
+
+    A follower that is not done within `PATIENCE` wall seconds is left behind until it is heard of again: a process that
+    hangs must not stop the world, for others have to notice that it hangs.
+    """
+
+    factor = 0.0
+
+    def __init__(self, wall: Callable[[], float] = time.monotonic) -> None:
+        self._wall = wall
+        self._now = 0.0
+        self._reached = wall()
+        self._followers: dict[str, _Follower] = {}
+
+    def now(self) -> float:
+        return self._now
+
+    def done(self, follower: str, t: float, lag: float) -> None:
+        """A follower has done everything up to `t`, and may lag by `lag` seconds. The first time it joins."""
+        self._followers[follower] = _Follower(t, lag)
+
+    def gone(self, follower: str) -> None:
+        """Nobody waits for this follower any more."""
+        self._followers.pop(follower, None)
+
+    def seconds_until(self, due: float) -> float:
+        """0 once all are done; else the rest of the patience with those that are not."""
+        del due
+        late = [each for each in self._followers.values() if not each.left_behind and self._is_late(each)]
+        patience = self._reached + PATIENCE - self._wall()
+        if not late or patience > 0.0:
+            return max(0.0, patience) if late else 0.0
+        for follower in late:
+            follower.left_behind = True
+        return 0.0
+
+    def reach(self, due: float) -> None:
+        if due > self._now:
+            self._now, self._reached = due, self._wall()
+
+    def _is_late(self, follower: _Follower) -> bool:
+        return follower.done + follower.lag < self._now - ROUNDING

@@ -7,6 +7,7 @@ empties it and runs the timers in between, so that a node sees one thread and ne
 from __future__ import annotations
 
 import logging
+import math
 import threading
 import time
 from collections import deque
@@ -18,10 +19,20 @@ import zenoh.ext
 
 from skillwing.services.bus import EVENT_HISTORY, Answer, Answered, Handle, Refused, Request, Sample, Unanswered
 from skillwing.services.bus.agenda import Agenda, Entry
-from skillwing.services.bus.clock import Clock, FollowedClock, WallClock
+from skillwing.services.bus.clock import ROUNDING, Clock, FollowedClock, LockstepClock, WallClock
 from skillwing.services.bus.zenoh_session import CONNECT_TIMEOUT, open_client
 from skillwing.services.ids import new_goal_id
-from skillwing.services.protocol import CLOCK_KEY, ClockTick, ErrorCode, ErrorReply, ProtocolError, decode, encode
+from skillwing.services.protocol import (
+    CLOCK_DONE_KEY,
+    CLOCK_KEY,
+    ClockDone,
+    ClockTick,
+    ErrorCode,
+    ErrorReply,
+    ProtocolError,
+    decode,
+    encode,
+)
 
 REFUSAL = zenoh.Encoding("application/vnd.skillwing.refusal+msgpack")
 """Marks our own error replies; Zenoh makes error replies too, a query's timeout among them."""
@@ -60,11 +71,15 @@ class ZenohBus:
         self._wall_agenda = Agenda()
         self._declared: set[_Declared] = set()
         self._awaited: float | None = None
+        self._owed: float | None = None
+        self._done: _Publisher | None = None
         self._running = False
         self._closed = False
         self._session = open_client(endpoint, robot, connect_timeout)
         if isinstance(self._clock, FollowedClock):
             self._follow(self._clock)
+        elif isinstance(self._clock, LockstepClock):
+            self._lead(self._clock)
 
     @property
     def name(self) -> str:
@@ -245,6 +260,8 @@ class ZenohBus:
         timer = self._due_timer()
         if timer is not None:
             timer()
+        elif self._owed is not None:
+            self._acknowledge(self._owed)
         elif not waiting:
             try:
                 message = self._mailbox.get(timeout=self._patience(deadline))
@@ -280,12 +297,18 @@ class ZenohBus:
     def _follow(self, clock: FollowedClock) -> None:
         """Take the clock's ticks as they come, and wake the node only if a timer waits for this one."""
 
+        acknowledged = -math.inf
+
         def start(tick: ClockTick, received: float) -> None:
             if not clock.has_started():
                 self._robot_agenda.shift(tick.t)
                 clock.tick(tick.t, tick.factor, received)
 
+        def owe(t: float) -> None:
+            self._owed = t
+
         def receive(sample: zenoh.Sample) -> None:
+            nonlocal acknowledged
             received = time.monotonic()
             try:
                 tick = decode(sample.payload.to_bytes(), ClockTick)
@@ -296,11 +319,47 @@ class ZenohBus:
                 self.post(lambda: start(tick, received))
                 return
             clock.tick(tick.t, tick.factor, received)
+            if tick.complete and clock.lag is not None and tick.t - acknowledged >= clock.lag - ROUNDING:
+                # Behind everything that the owner of the time has said before, in the mailbox as on the network.
+                acknowledged = tick.t
+                self.post(lambda: owe(tick.t))
+                return
             awaited = self._awaited
             if awaited is not None and clock.reaches(awaited):
                 self.post(_nothing)
 
         self._session.declare_subscriber(CLOCK_KEY, zenoh.handlers.Callback(receive, indirect=False))
+
+    def _acknowledge(self, t: float) -> None:
+        """Tell the owner of the time that what there was to do up to `t` is done."""
+        self._owed = None
+        if self._done is None:
+            key = f"{CLOCK_DONE_KEY}/{self._name}"
+            self._done = self.advertise(key)
+            self.declare_alive(key)
+        assert isinstance(self._clock, FollowedClock)
+        self._done.put(encode(ClockDone(t=t, lag=self._clock.lag or 0.0)))
+
+    def _lead(self, clock: LockstepClock) -> None:
+        """Hear how far the followers of this process's time have come."""
+
+        def follower(key: str) -> str:
+            return key.removeprefix(f"{CLOCK_DONE_KEY}/")
+
+        def on_done(sample: Sample) -> None:
+            try:
+                done = decode(sample.payload, ClockDone)
+            except ProtocolError as error:
+                logger.warning("%s ignores how far %s has come: %s", self._name, follower(sample.key), error)
+                return
+            clock.done(follower(sample.key), done.t, done.lag)
+
+        def on_change(key: str, alive: bool) -> None:
+            if not alive:
+                clock.gone(follower(key))
+
+        self.subscribe(f"{CLOCK_DONE_KEY}/**", on_done)
+        self.watch_alive(f"{CLOCK_DONE_KEY}/**", on_change)
 
 
 # --- what is declared ------------------------------------------------------------------------------------------------

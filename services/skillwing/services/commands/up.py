@@ -13,6 +13,7 @@ from skillwing.services.commands.journal_options import (
     journal_words,
     make_room_for_journal,
 )
+from skillwing.services.commands.pace import PaceOption, written_pace
 from skillwing.services.commands.running import (
     DetachOption,
     ListenOption,
@@ -38,7 +39,7 @@ def up(
     robot: Annotated[
         str, typer.Option("--robot", "-r", metavar="NAME", help="Robot to run: its name or its package's folder.")
     ] = "m600",
-    speed: Annotated[float, typer.Option(metavar="FACTOR", min=0.05, help="Robot seconds per second.")] = 1.0,
+    speed: PaceOption = 1.0,
     seed: Annotated[
         int | None,
         typer.Option(metavar="N", min=0, help="Of the simulated world, default 1; of mocks, default their script's."),
@@ -73,7 +74,7 @@ def up(
     directory = make_run_dir(run_dir, "up")
     if detach:
         # Not the words we were called with: any of them, such as `-dr`, might say --detach once more.
-        words = ["up", *skills, "--robot", robot, "--speed", str(speed), "--listen", listen]
+        words = ["up", *skills, "--robot", robot, "--speed", written_pace(speed), "--listen", listen]
         words += [] if seed is None else ["--seed", str(seed)]
         words += ["--mock"] if mock else []
         words += [] if script is None else ["--script", str(script.absolute())]

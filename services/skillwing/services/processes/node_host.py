@@ -24,7 +24,7 @@ from typing import Any, cast
 
 from skillwing.dsl import SkillsetError, UnknownNameError
 from skillwing.services.bus import Node
-from skillwing.services.bus.clock import Clock, FollowedClock, PacedClock, WallClock
+from skillwing.services.bus.clock import Clock, FollowedClock, LockstepClock, PacedClock, WallClock
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.bus.zenoh_session import RouterUnreachableError
 from skillwing.services.errors import InvalidOptionError, SkillwingError
@@ -43,6 +43,9 @@ from skillwing.services.robot import ClockKind, ProcessSpec, find_robot
 SWITCH_INTERVAL = 0.0005
 """Seconds that one thread may keep the interpreter: with the default of 5 ms Zenoh's callbacks wait for it too long."""
 HEARTBEAT_PERIOD = 1.0
+LAG = 0.1
+"""Robot seconds by which a process may be behind where time runs as fast as its followers keep up: one period of the
+fastest data."""
 RUN_OPTIONS = {
     "seed": int,
     "speed": float,
@@ -95,10 +98,16 @@ def make_node(spec: ProcessSpec) -> Node:
 
 
 def make_clock(node: Node, kind: ClockKind, options: dict[str, Any]) -> Clock:
-    """The owner of robot time makes it, at `factor` of its options; everybody else follows it, or the wall clock."""
+    """The owner of robot time makes it, at `factor` of its options; everybody else follows it, or the wall clock.
+
+    A factor of 0 is as fast as the followers keep up. Those whose node has an attribute `closes_loop` that is true keep
+    up step by step, all others within `LAG`.
+    """
     if node.owns_clock:
-        return PacedClock(float(options.get("factor", 1.0)))
-    return FollowedClock() if kind == "robot" else WallClock()
+        factor = float(options.get("factor", 1.0))
+        return PacedClock(factor) if factor > 0.0 else LockstepClock()
+    lag = 0.0 if getattr(node, "closes_loop", False) else LAG
+    return FollowedClock(lag=lag) if kind == "robot" else WallClock()
 
 
 def _host(bus: ZenohBus, node: Node, lifetime: Lifetime, alive_key: str | None, heartbeat: Path | None) -> int:

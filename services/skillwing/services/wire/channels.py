@@ -13,7 +13,7 @@ from typing import Any
 
 from skillwing.dsl.model import Skillset
 from skillwing.services import names, protocol
-from skillwing.services.protocol import CLOCK_KEY, ErrorCode, Keys, Message
+from skillwing.services.protocol import CLOCK_DONE_KEY, CLOCK_KEY, ErrorCode, Keys, Message
 
 
 class Kind(StrEnum):
@@ -213,6 +213,17 @@ CHANNELS = (
         "every process of a simulated robot",
         "Robot time. A robot without this key lives in wall time: Unix time in seconds.",
         message=protocol.ClockTick,
+    ),
+    Channel(
+        lambda keys, name: f"{CLOCK_DONE_KEY}/{name}",
+        Kind.STREAM,
+        "every process of a simulated robot",
+        "the simulator",
+        "Where time runs as fast as its followers keep up: how far this one has come. The first one joins it to those "
+        "that time waits for; a liveliness token of the same key says when it has gone.",
+        each=Each.PROCESS,
+        internal=True,
+        message=protocol.ClockDone,
     ),
     # --- missions ---
     Channel(

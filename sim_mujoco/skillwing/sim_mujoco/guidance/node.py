@@ -26,6 +26,7 @@ class GuidanceNode:
 
     name = "guidance"
     owns_clock = False
+    closes_loop = True
 
     def __init__(self, core: GuidanceCore) -> None:
         self._core = core

@@ -26,6 +26,7 @@ class ObstaclesNode:
 
     name = "obstacles"
     owns_clock = False
+    closes_loop = True
 
     def __init__(self) -> None:
         self._source = ObstacleSource.NONE
