@@ -96,6 +96,8 @@ class SimNode:
         # Guidance answers navigation with a setpoint, so it comes last: its view of the world is then complete.
         for solution in happened.solutions:
             self._publish_navigation(solution)
+        if self._factor <= 0.0:
+            self._put(topics.CLOCK, ClockTick(t=self._epoch + t, factor=self._factor, complete=True))
 
     def _publish_navigation(self, solution: Solution) -> None:
         self._put(
