@@ -44,6 +44,29 @@ def test_switches_a_fault_on_and_off(capsys: pytest.CaptureFixture[str]) -> None
 
 
 @pytest.mark.usefixtures("running")
+def test_shows_what_can_fail_and_what_does(capsys: pytest.CaptureFixture[str]) -> None:
+    fault("range", kind="slow")
+    fault("rotor/2", kind="weak", magnitude=0.9)
+    capsys.readouterr()
+    fault(tell=True, as_json=True)
+    told = {each["name"]: each for each in json.loads(capsys.readouterr().out)}
+    assert told["range"]["active"] == ["slow"]
+    assert "freeze" in told["gnss"]["kinds"]
+    assert told["zed"]["status"] in {"UNKNOWN", "OK", "FAILED"}
+    assert (told["rotor/2"]["active"], told["rotor/2"]["status"]) == (["weak"], None)
+    fault(tell=True)
+    assert any(line.split()[0] == "rotor/2" and "weak" in line for line in capsys.readouterr().out.splitlines())
+    fault("range", kind="slow", off=True)
+    fault("rotor/2", kind="weak", off=True)
+
+
+@pytest.mark.usefixtures("running")
+def test_without_a_name_it_says_how_to_find_one() -> None:
+    with pytest.raises(InvalidOptionError, match="--list"):
+        fault()
+
+
+@pytest.mark.usefixtures("running")
 @pytest.mark.parametrize(
     ("sensor", "kind", "known"), [("zde", "blackout", "zed, lidar, imu"), ("zed", "blakout", "blackout, freeze")]
 )

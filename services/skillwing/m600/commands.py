@@ -6,14 +6,16 @@ import math
 from enum import StrEnum
 from typing import Annotated
 
+import msgspec
 import typer
+from rich.table import Table
 
 from skillwing.m600.command import sentences
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
-from skillwing.services.commands.output import print_json
+from skillwing.services.commands.output import make_console, print_json
 from skillwing.services.errors import InvalidOptionError, RefusedError, SkillwingError, UnansweredError
-from skillwing.services.protocol import ErrorCode, Message
-from skillwing.sim_mujoco.topics import FAULT, PILOT, Done, SetFault, SetPilot
+from skillwing.services.protocol import ErrorCode, M, Message
+from skillwing.sim_mujoco.topics import FAULT, FAULTS, PILOT, Done, Empty, Faults, SetFault, SetPilot
 
 
 class Handover(StrEnum):
@@ -24,25 +26,37 @@ class Handover(StrEnum):
 
 
 def fault(
-    sensor: Annotated[str, typer.Argument(metavar="NAME", help="The sensor: zed, lidar, imu or range.")],
+    sensor: Annotated[
+        str | None,
+        typer.Argument(metavar="[NAME]", help="Zed, lidar, imu, range, gnss, or a rotor: rotor/1 to rotor/6."),
+    ] = None,
     kind: Annotated[
-        str, typer.Option("--kind", help="How it fails: blackout, freeze, noise, bias, dropout or slow.")
-    ] = "blackout",
+        str | None,
+        typer.Option(
+            "--kind", help="How it fails: blackout, freeze, noise, bias, dropout, slow; rotors: stopped, weak."
+        ),
+    ] = None,
     off: Annotated[bool, typer.Option("--off", help="End the fault instead.")] = False,
     magnitude: Annotated[
         float | None, typer.Option("--magnitude", help="How badly, in the fault's own unit; it has a default.")
     ] = None,
+    tell: Annotated[bool, typer.Option("--list", help="Show what can fail, and what does.")] = False,
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Make a sensor of the simulated drone fail, or work again."""
+    """Make a sensor or a rotor of the simulated drone fail, or work again; show what fails."""
+    if tell:
+        _tell_faults(robot, as_json)
+        return
+    if sensor is None:
+        raise InvalidOptionError("name", "Name what is to fail, or give --list to see what can.")
     if magnitude is not None and not math.isfinite(magnitude):
         raise InvalidOptionError("magnitude", f"A magnitude of {magnitude} means nothing. Give a finite number.")
+    kind = kind or ("stopped" if sensor.startswith("rotor") else "blackout")
     with connect(robot) as system:
         try:
-            done = _ask_simulator(
-                system, "fault", FAULT, SetFault(sensor=sensor, kind=kind, on=not off, magnitude=magnitude)
-            )
+            switch = SetFault(sensor=sensor, kind=kind, on=not off, magnitude=magnitude)
+            done = _ask_simulator(system, "fault", FAULT, switch, Done)
         except RefusedError as error:
             if error.code is ErrorCode.UNKNOWN_NAME:
                 raise InvalidOptionError("fault", sentences(error.message)) from error
@@ -53,6 +67,19 @@ def fault(
         typer.echo(sentences(done.text))
 
 
+def _tell_faults(robot: str | None, as_json: bool) -> None:
+    with connect(robot) as system:
+        faults = _ask_simulator(system, "fault", FAULTS, Empty(), Faults)
+    if as_json:
+        print_json(msgspec.to_builtins(faults.of))
+        return
+    table = Table("name", "says of itself", "fails now by", "can fail by", box=None, pad_edge=False)
+    for each in faults.of:
+        status = "" if each.status is None else each.status.value
+        table.add_row(each.name, status, ", ".join(each.active), ", ".join(each.kinds))
+    make_console().print(table)
+
+
 def pilot(
     handover: Annotated[Handover, typer.Argument(help="Take the authority from the computer, or give it back.")],
     robot: RobotOption = None,
@@ -61,17 +88,17 @@ def pilot(
     """Be the simulated drone's safety pilot: take the authority over it, or give it to the computer."""
     authority = handover is Handover.GIVE
     with connect(robot) as system:
-        done = _ask_simulator(system, "pilot", PILOT, SetPilot(authority=authority))
+        done = _ask_simulator(system, "pilot", PILOT, SetPilot(authority=authority), Done)
     if as_json:
         print_json({"authority": authority, "text": done.text})
     else:
         typer.echo(sentences(done.text))
 
 
-def _ask_simulator(system: System, command: str, key: str, message: Message) -> Done:
+def _ask_simulator(system: System, command: str, key: str, message: Message, reply: type[M]) -> M:
     """Ask the simulated drone; raises SkillwingError where the system has none, as that of another robot."""
     try:
-        return system.ask(key, message, Done)
+        return system.ask(key, message, reply)
     except UnansweredError as error:
         what = f"`{command}` is for the simulated drone, and none answers in `{system.target.robot}`."
         raise SkillwingError(f"{what} See with `skillwing status` what runs.") from error

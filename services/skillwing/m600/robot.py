@@ -14,15 +14,16 @@ def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
     """The simulated drone, with the bridge that makes it known to the skillset.
 
     options: `seed` and kind of the `world`, `speed` (robot seconds per wall second, 0 for as fast as possible),
-    `faults` as the simulator schedules them (`[{"sensor": "zed", "kind": "blackout", "at": 60.0}]`), `wind`, `battery`
-    at the start; `fence` and `bounds` of the site, boxes from `low` to `high`; `watch` False has guidance
-    ignore obstacles. Absent ones keep their defaults.
+    `faults` as the simulator schedules them (`[{"sensor": "zed", "kind": "blackout", "at": 60.0}]`), the path of a
+    `scenario` file, `wind`, `battery` at the start; `fence` and `bounds` of the site, boxes from `low` to `high`;
+    `watch` False has guidance ignore obstacles. Absent ones keep their defaults.
     """
     names = {
         "seed": "seed",
         "world": "world",
         "speed": "factor",
         "faults": "faults",
+        "scenario": "scenario",
         "wind": "wind",
         "battery": "battery",
     }

@@ -36,6 +36,7 @@ HEALTH = "fl/health"  # Health under fl/health/<sensor>, events
 TRUTH = "fl/truth"  # Truth, 20 Hz: for judges and recordings only, never for the robot
 AUTOPILOT_SETPOINT = "fl/autopilot/setpoint"  # AutopilotSetpoint, 50 Hz, guidance -> autopilot
 FAULT = "fl/fault"  # query SetFault -> Done
+FAULTS = "fl/fault/all"  # query Empty -> Faults
 PILOT = "fl/pilot"  # query SetPilot -> Done
 GUIDANCE_COMMAND = "fl/guidance/command"  # query GuidanceCommand -> Done
 GEOFENCE = "fl/geofence"  # Geofence, events: guidance tells where targets may lie
@@ -208,6 +209,19 @@ class SetFault(Message, frozen=True, kw_only=True):
     kind: str
     on: bool = True
     magnitude: float | None = None
+
+
+class FaultState(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What can fail: in which ways it can, in which ways it does, and what it thinks of itself (a rotor: None)."""
+
+    name: str
+    kinds: tuple[str, ...]
+    active: tuple[str, ...] = ()
+    status: SensorStatus | None = None
+
+
+class Faults(Message, frozen=True, kw_only=True):
+    of: tuple[FaultState, ...]
 
 
 class SetPilot(Message, frozen=True, kw_only=True):

@@ -19,6 +19,7 @@ from rich.console import Console
 from rich.text import Text
 
 from skillwing.dsl.model import Skillset
+from skillwing.m600.command import sentences
 from skillwing.m600.demo.flight_deck import FlightDeck
 from skillwing.m600.demo.flight_watch import FlightWatch
 from skillwing.m600.robot import ROBOT
@@ -106,6 +107,10 @@ def demo(
         float,
         typer.Option(metavar="SECONDS", min=0.0, callback=_finite, help="Robot time at which the depth camera fails."),
     ] = CAMERA_FAILS_AT,
+    scenario: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="TOML or JSON: faults, wind, pilot and more, instead of the camera's fault."),
+    ] = None,
     seed: Annotated[int, typer.Option(metavar="N", min=0, max=LARGEST_SEED, help="Seed of the simulated world.")] = 1,
     speed: PaceOption = 1.0,
     viewer: Annotated[
@@ -121,10 +126,11 @@ def demo(
     not or was cut short, 2 it cannot be flown with these options.
     """
     console = make_console()
+    happens = _scenario(scenario) if scenario else _camera_fails(None if no_fault else fault_at)
+    title = f"Mission {MISSION}, world {seed}, {happens.title}"
     with reserved(ROBOT.name):
         directory = _make_run_dir(run_dir or Path("runs") / f"{datetime.now().astimezone():%Y%m%d-%H%M%S}-{MISSION}")
-        faults = [] if no_fault else [{"sensor": "zed", "kind": "blackout", "at": fault_at}]
-        options: dict[str, Any] = {"seed": seed, "speed": speed, "faults": faults, "run_dir": str(directory)}
+        options: dict[str, Any] = {"seed": seed, "speed": speed, "run_dir": str(directory), **happens.options}
         wants_viewer = has_screen() if viewer is None else viewer
         try:
             with ended_by_signals() as ending, ExitStack() as stack:
@@ -134,7 +140,7 @@ def demo(
                         window = stack.enter_context(_viewer(directory, console))
                 if window is not None:
                     options["viewer_url"] = window.url
-                flight = _fly(options, directory, console, _title(seed, None if no_fault else fault_at), ending)
+                flight = _fly(options, directory, console, title, ending)
                 with ending.at_once():
                     code = _judge(flight, directory, seed, console)
                 goes_on = not flight.ended_by and not ending.told
@@ -147,9 +153,31 @@ def demo(
         raise typer.Exit(code)
 
 
-def _title(seed: int, fault_at: float | None) -> str:
-    fault = "no fault" if fault_at is None else f"depth camera fails at {fault_at:g} s"
-    return f"Mission {MISSION}, world {seed}, {fault}"
+@dataclass(frozen=True)
+class _Happens:
+    """What happens to the drone, in a few words and as options of the robot."""
+
+    title: str
+    options: dict[str, Any]
+
+
+def _camera_fails(at: float | None) -> _Happens:
+    if at is None:
+        return _Happens("no fault", {"faults": []})
+    return _Happens(f"depth camera fails at {at:g} s", {"faults": [{"sensor": "zed", "kind": "blackout", "at": at}]})
+
+
+def _scenario(path: Path) -> _Happens:
+    """What a file says. Raises InvalidOptionError if it cannot be used."""
+    from skillwing.sim_mujoco.scenario import ScenarioError, read_scenario  # noqa: PLC0415 - loads physics
+
+    try:
+        read_scenario(path)
+    except ScenarioError as error:
+        raise InvalidOptionError(
+            "scenario", f"{sentences(str(error))} docs/sensors.md tells how one is written."
+        ) from error
+    return _Happens(f"scenario {path.name}", {"scenario": str(path.absolute())})
 
 
 def _make_run_dir(path: Path) -> Path:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from skillwing.sim_mujoco.sensors.cadence import Cadence
-from skillwing.sim_mujoco.sensors.corruptors import Corruption, Data
+from skillwing.sim_mujoco.sensors.corruptors import ONE, Corruption, Data
 from skillwing.sim_mujoco.sensors.health import Change, Condition, HealthMonitor, Limits
 
 
@@ -33,9 +33,17 @@ class Channel:
     `witness(t, measurement)` is asked about each measurement that arrives: what others know that speaks against it.
     """
 
-    def __init__(self, sensor: str, period: float, delay: float, limits: Limits, rng: np.random.Generator) -> None:
+    def __init__(
+        self,
+        sensor: str,
+        period: float,
+        delay: float,
+        limits: Limits,
+        rng: np.random.Generator,
+        unit: Data = ONE,
+    ) -> None:
         self.sensor = sensor
-        self.corruption = Corruption(rng)
+        self.corruption = Corruption(rng, unit)
         self.witness: Callable[[float, Measurement], str | None] = _nobody
         self._cadence, self._delay = Cadence(period), delay
         self._monitor = HealthMonitor(period, limits)

@@ -5,11 +5,17 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from skillwing.sim_mujoco.frames.vectors import Vector
+from skillwing.sim_mujoco.sensors.zones import Zone
+
 Data = NDArray[np.float32]
+ONE: Final[Data] = np.ones(1, dtype=np.float32)
+"""The unit of a sensor whose values are all of one kind. Others have a row: what one unit means for each value."""
 
 
 class Corruptor(ABC):
@@ -40,23 +46,23 @@ class Freeze(Corruptor):
 
 
 class Noise(Corruptor):
-    """Adds white noise of this standard deviation, in the sensor's unit."""
+    """Adds white noise of this standard deviation, in units of the sensor."""
 
-    def __init__(self, sigma: float, rng: np.random.Generator) -> None:
-        self._sigma, self._rng = np.float32(sigma), rng
+    def __init__(self, sigma: float, rng: np.random.Generator, unit: Data = ONE) -> None:
+        self._sigma, self._rng = np.float32(sigma) * unit, rng
 
     def apply(self, data: Data) -> Data | None:
         return (data + self._sigma * self._rng.standard_normal(data.shape, dtype=np.float32)).astype(np.float32)
 
 
 class Bias(Corruptor):
-    """Adds a constant, in the sensor's unit."""
+    """Adds a constant, in units of the sensor."""
 
-    def __init__(self, offset: float) -> None:
-        self._offset = np.float32(offset)
+    def __init__(self, offset: float, unit: Data = ONE) -> None:
+        self._offset = np.float32(offset) * unit
 
     def apply(self, data: Data) -> Data | None:
-        return data + self._offset
+        return (data + self._offset).astype(np.float32)
 
 
 class Dropout(Corruptor):
@@ -82,13 +88,21 @@ class Slow(Corruptor):
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One corruptor for one sensor, wanted from `at` on (robot time), for `duration` seconds or for good."""
+    """One corruptor for one sensor, wanted from `at` on (robot time), for `duration` seconds or for good, and if there
+    is a `zone` only while the drone is inside."""
 
     sensor: str
     kind: str
     at: float = 0.0
     duration: float | None = None
     magnitude: float | None = None
+    zone: Zone | None = None
+
+    def is_wanted(self, t: float, position: Vector) -> bool:
+        """Whether it should be on at `t`, with the drone at `position`."""
+        early = t < self.at - 1e-9
+        late = self.duration is not None and t >= self.at + self.duration - 1e-9
+        return not early and not late and (self.zone is None or self.zone.contains(position))
 
 
 class UnknownFaultError(ValueError):
@@ -99,19 +113,19 @@ class UnknownFaultError(ValueError):
         self.what, self.name, self.known = what, name, known
 
 
-_Maker = Callable[[float, np.random.Generator], Corruptor]
+_Maker = Callable[[float, np.random.Generator, Data], Corruptor]
 _MAKERS: dict[str, tuple[float, _Maker]] = {
-    "blackout": (0.0, lambda _, rng: Blackout()),
-    "freeze": (0.0, lambda _, rng: Freeze()),
+    "blackout": (0.0, lambda _, rng, unit: Blackout()),
+    "freeze": (0.0, lambda _, rng, unit: Freeze()),
     "noise": (2.0, Noise),
-    "bias": (1.0, lambda offset, rng: Bias(offset)),
-    "dropout": (0.8, Dropout),
-    "slow": (5.0, lambda every, rng: Slow(every)),
+    "bias": (1.0, lambda offset, rng, unit: Bias(offset, unit)),
+    "dropout": (0.8, lambda probability, rng, unit: Dropout(probability, rng)),
+    "slow": (5.0, lambda every, rng, unit: Slow(every)),
 }
 KINDS = tuple(_MAKERS)
 
 
-def make_corruptor(kind: str, magnitude: float | None, rng: np.random.Generator) -> Corruptor:
+def make_corruptor(kind: str, magnitude: float | None, rng: np.random.Generator, unit: Data = ONE) -> Corruptor:
     """A corruptor by name. `magnitude` is sigma, offset, probability or divisor; None takes the kind's usual value.
 
     Raises UnknownFaultError.
@@ -119,14 +133,14 @@ def make_corruptor(kind: str, magnitude: float | None, rng: np.random.Generator)
     if kind not in _MAKERS:
         raise UnknownFaultError("kind of fault", kind, KINDS)
     usual, make = _MAKERS[kind]
-    return make(usual if magnitude is None else magnitude, rng)
+    return make(usual if magnitude is None else magnitude, rng, unit)
 
 
 class Corruption:
     """The corruptors of one sensor that are switched on, in the order in which they were."""
 
-    def __init__(self, rng: np.random.Generator) -> None:
-        self._rng = rng
+    def __init__(self, rng: np.random.Generator, unit: Data = ONE) -> None:
+        self._rng, self._unit = rng, unit
         self._active: dict[str, Corruptor] = {}
 
     @property
@@ -135,7 +149,7 @@ class Corruption:
 
     def switch(self, kind: str, on: bool, magnitude: float | None = None) -> None:
         """Switch a kind of fault on or off; switching twice changes only the magnitude. Raises UnknownFaultError."""
-        corruptor = make_corruptor(kind, magnitude, self._rng)
+        corruptor = make_corruptor(kind, magnitude, self._rng, self._unit)
         if on:
             self._active[kind] = corruptor
         else:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import msgspec
 import numpy as np
 
-from skillwing.services.bus import Bus, Publisher
+from skillwing.services.bus import Bus, Publisher, Request
 from skillwing.services.bus.clock import TickRule
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.protocol import ClockTick, ErrorCode, Message, encode
@@ -19,15 +20,17 @@ from skillwing.sim_mujoco.geofence import FenceOptions
 from skillwing.sim_mujoco.messaging import answer_with
 from skillwing.sim_mujoco.navigation.navigator import Solution
 from skillwing.sim_mujoco.options import OptionsError, read_options
+from skillwing.sim_mujoco.scenario import FaultOptions, GustOptions, PilotOptions, ScenarioError, read_scenario
 from skillwing.sim_mujoco.sensors import lidar
 from skillwing.sim_mujoco.sensors.cadence import Cadence
 from skillwing.sim_mujoco.sensors.channel import Measurement
 from skillwing.sim_mujoco.sensors.corruptors import Fault, UnknownFaultError
 from skillwing.sim_mujoco.sensors.depth_camera import depth_header
+from skillwing.sim_mujoco.sensors.fittings import GNSS, IMU, LIDAR, RANGE, SENSORS
 from skillwing.sim_mujoco.sensors.health import Change
 from skillwing.sim_mujoco.simulator.autopilot import Limits, Setpoint
 from skillwing.sim_mujoco.simulator.failsafes import CRITICAL_CHARGE
-from skillwing.sim_mujoco.simulator.simulator import GNSS, SENSORS, Simulator
+from skillwing.sim_mujoco.simulator.simulator import Simulator
 from skillwing.sim_mujoco.simulator.wind import Gust
 from skillwing.sim_mujoco.topics import Vector3
 from skillwing.sim_mujoco.world.world import make_world
@@ -66,6 +69,7 @@ class SimNode:
         bus.subscribe(topics.AUTOPILOT_SETPOINT, setpoints, latest_only=True)
         bus.serve(topics.FAULT, answer_with(topics.SetFault, self._set_fault))
         bus.serve(topics.CAMERA_COMMAND, answer_with(topics.ControlCamera, self._control_camera))
+        bus.serve(topics.FAULTS, self._tell_faults)
         bus.serve(topics.PILOT, answer_with(topics.SetPilot, self._set_pilot))
         bus.every(SLICE, self._advance)
 
@@ -117,16 +121,16 @@ class SimNode:
 
     def _publish_measurement(self, measurement: Measurement) -> None:
         start, end, data = self._epoch + measurement.start, self._epoch + measurement.end, measurement.data
-        if measurement.sensor == "range":
+        if measurement.sensor == RANGE:
             distance = float(data[0])
             self._put(topics.RANGE, topics.Range(t=end, distance=distance if distance != 0.0 else None))
-        elif measurement.sensor == "imu":
+        elif measurement.sensor == IMU:
             times = np.linspace(0.0, end - start, len(data), endpoint=False, dtype=np.float32)
             rows = np.column_stack([times, data])
             self._put_array(topics.IMU, rows, topics.ImuHeader(t0=start, count=len(rows)))
         elif measurement.sensor == GNSS:
             self._put(topics.GNSS, _fix_message(end, data))
-        elif measurement.sensor == "lidar":
+        elif measurement.sensor == LIDAR:
             columns, beams = data.shape
             header = topics.LidarHeader(t0=start, t1=end, columns=columns, beams=beams, mount=lidar.LIDAR_MOUNT)
             self._put_array(topics.LIDAR, data, header)
@@ -205,6 +209,23 @@ class SimNode:
         self._sim.camera.want(self._sim.t, wanted.fps, wanted.seconds, wanted.tilt)
         return f"pictures for {wanted.seconds:g} s"
 
+    def _tell_faults(self, request: Request) -> None:
+        request.reply(
+            encode(
+                topics.Faults(
+                    of=tuple(
+                        topics.FaultState(name=name, kinds=kinds, active=self._sim.active_faults(name), status=status)
+                        for name, kinds in self._sim.fallible.items()
+                        for status in [self._status(name)]
+                    )
+                )
+            )
+        )
+
+    def _status(self, name: str) -> topics.SensorStatus | None:
+        condition = self._sim.condition(name)
+        return None if condition is None else topics.SensorStatus(condition.value)
+
     def _set_pilot(self, wanted: topics.SetPilot) -> str:
         self._sim.autopilot.authority = wanted.authority
         return "the computer has the authority" if wanted.authority else "the safety pilot has the authority"
@@ -225,36 +246,22 @@ def _differs(one: topics.FlightState, other: topics.FlightState) -> bool:
     return any(getattr(one, name) != getattr(other, name) for name in names)
 
 
-class FaultOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"duration": "for"}):
-    """A scheduled fault: `{"sensor": "zed", "kind": "blackout", "at": 60.0}`, optionally with `for` seconds."""
-
-    sensor: str
-    kind: str
-    at: float = 0.0
-    duration: float | None = None
-    magnitude: float | None = None
-
-
-class GustOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"duration": "for"}):
-    """A gust: `{"at": 30.0, "velocity": [6.0, 0.0, 0.0], "for": 4.0}`, in s and m/s (ENU)."""
-
-    at: float
-    velocity: Vector3
-    duration: float
-
-
 class SimOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Options of `make_sim`. `world` is its kind, `scale` its size; `factor` is the pace that the clock announces;
     `authority` is who has it at the start.
 
     `turbulence` is the wind at a height of 6 m that stirs the air [m/s]; `battery_floor` is the charge [%] below which
-    the autopilot lands; `geofence` is the one that it keeps the drone inside of, by default the world's.
+    the autopilot lands; `geofence` is the one that it keeps the drone inside of, by default the world's; `receiver` is
+    a class of satellite receivers (gnss.py). A `scenario` is a file (scenario.py); other options add to its lists, and
+    count before its single values.
     """
 
     seed: int = 1
     world: str = "courtyard"
     scale: float = 1.0
+    scenario: str | None = None
     faults: tuple[FaultOptions, ...] = ()
+    pilot: tuple[PilotOptions, ...] = ()
     wind: Vector3 = (0.0, 0.0, 0.0)
     turbulence: float = 0.0
     gusts: tuple[GustOptions, ...] = ()
@@ -269,14 +276,15 @@ class SimOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 def make_sim(options: dict[str, Any]) -> SimNode:
     """The simulator node. Raises OptionsError."""
-    wanted = read_options(options, SimOptions)
-    faults = [Fault(f.sensor, f.kind, f.at, f.duration, f.magnitude) for f in wanted.faults]
+    wanted = _with_scenario(read_options(options, SimOptions), options)
+    faults = [Fault(f.sensor, f.kind, f.at, f.duration, f.magnitude, f.zone) for f in wanted.faults]
     try:
         world = make_world(wanted.seed, wanted.world, wanted.scale)
         fence = wanted.geofence.box if wanted.geofence else world.geofence
         simulator = Simulator(
             world,
             faults=faults,
+            pilot=[(event.at, event.authority) for event in wanted.pilot],
             wind=wanted.wind,
             turbulence=wanted.turbulence,
             gusts=[Gust(g.at, g.velocity, g.duration) for g in wanted.gusts],
@@ -289,3 +297,16 @@ def make_sim(options: dict[str, Any]) -> SimNode:
         raise OptionsError(str(error)) from error
     simulator.autopilot.authority = wanted.authority
     return SimNode(simulator, wanted.factor)
+
+
+def _with_scenario(wanted: SimOptions, given: dict[str, Any]) -> SimOptions:
+    """The options with what their scenario adds to them. Raises OptionsError."""
+    if wanted.scenario is None:
+        return wanted
+    try:
+        scenario = read_scenario(Path(wanted.scenario)).sim_options()
+    except ScenarioError as error:
+        raise OptionsError(str(error)) from error
+    lists = {name: getattr(wanted, name) + scenario.pop(name) for name in ("faults", "gusts", "pilot")}
+    single = {name: value for name, value in scenario.items() if name not in given}
+    return msgspec.structs.replace(wanted, **lists, **single)

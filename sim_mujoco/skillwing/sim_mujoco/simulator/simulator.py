@@ -17,20 +17,17 @@ from skillwing.sim_mujoco.camera.feed import CAMERA, CameraFeed
 from skillwing.sim_mujoco.frames.motion import Motion
 from skillwing.sim_mujoco.frames.vectors import Vector
 from skillwing.sim_mujoco.navigation.navigator import EPOCH, Navigator, Solution
-from skillwing.sim_mujoco.sensors import depth_camera, gnss, lidar
+from skillwing.sim_mujoco.sensors import lidar
 from skillwing.sim_mujoco.sensors.cadence import Cadence
-from skillwing.sim_mujoco.sensors.channel import Channel, Measurement
+from skillwing.sim_mujoco.sensors.channel import Measurement
 from skillwing.sim_mujoco.sensors.corruptors import KINDS, Fault, UnknownFaultError
 from skillwing.sim_mujoco.sensors.depth_camera import DepthCamera
+from skillwing.sim_mujoco.sensors.fittings import GNSS, IMU, LIDAR, SENSORS, ZED, make_channel
 from skillwing.sim_mujoco.sensors.gnss import Gnss, receiver_class
 from skillwing.sim_mujoco.sensors.health import Change, Condition
-from skillwing.sim_mujoco.sensors.health import Limits as SensorLimits
 from skillwing.sim_mujoco.sensors.instruments import (
-    ACCELERATION_LIMIT,
     IMU_BATCH,
     IMU_PERIOD,
-    RANGE_PERIOD,
-    RANGE_REACH,
     Barometer,
     Imu,
     RangeFinder,
@@ -40,9 +37,10 @@ from skillwing.sim_mujoco.sensors.rays import RayScene
 from skillwing.sim_mujoco.simulator.autopilot import Autopilot, Estimate, Limits, Setpoint
 from skillwing.sim_mujoco.simulator.battery import Battery
 from skillwing.sim_mujoco.simulator.clearance import Clearance
+from skillwing.sim_mujoco.simulator.fault_plan import ROTOR, FaultPlan
 from skillwing.sim_mujoco.simulator.hexacopter import HULL_RADIUS, ROTORS
 from skillwing.sim_mujoco.simulator.physics import Physics
-from skillwing.sim_mujoco.simulator.rotor_faults import ROTOR_NAMES, RotorFaults, check_rotor_fault
+from skillwing.sim_mujoco.simulator.rotor_faults import ROTOR_FAULTS, ROTOR_NAMES, RotorFaults
 from skillwing.sim_mujoco.simulator.wind import Gust, Wind
 from skillwing.sim_mujoco.world.world import TERRAIN, World
 
@@ -56,17 +54,6 @@ IDLE_THRUST = 1.0
 """Total thrust below which the rotors count as off; hovering takes more than a hundred times as much [N]."""
 _HOME_FIX = 1.0
 _RANGE_VALID = 0.3
-GNSS = "gnss"
-_CHANNELS = {
-    "zed": (depth_camera.PERIOD, 0.03, SensorLimits(0.2, 20.5)),
-    "lidar": (lidar.PERIOD, 0.0, SensorLimits(0.3, 60.5)),
-    "imu": (IMU_BATCH, 0.0, SensorLimits(-ACCELERATION_LIMIT, ACCELERATION_LIMIT)),
-    "range": (RANGE_PERIOD, 0.0, SensorLimits(0.0, RANGE_REACH + 0.5)),
-    GNSS: (gnss.PERIOD, gnss.DELAY, SensorLimits(-gnss.FARTHEST, gnss.FARTHEST, zero_is_none=False)),
-}
-"""Period [s], delay [s] and possible values of each sensor."""
-SENSORS = tuple(_CHANNELS)
-_ROTOR = "rotor/"
 _NO_SHARE = [0.0] * ROTORS
 
 
@@ -87,6 +74,7 @@ class Simulator:
         world: World,
         *,
         faults: Iterable[Fault] = (),
+        pilot: Iterable[tuple[float, bool]] = (),
         wind: Vector = (0.0, 0.0, 0.0),
         turbulence: float = 0.0,
         gusts: Iterable[Gust] = (),
@@ -95,10 +83,11 @@ class Simulator:
         sensors: Collection[str] = SENSORS,
         receiver: str = "rtk",
     ) -> None:
-        """`wind` [m/s] ENU, with `turbulence` of this strength (see `wind.Turbulence`) and `gusts`; `limits` of the
-        autopilot, by default with the world's fence; `sensors` names those that are fitted, and `receiver` the class of
-        the autopilot's own satellite receiver, which always is. Raises UnknownFaultError if a fault names a sensor,
-        rotor or kind that does not exist, ValueError for a wind, a charge or a receiver that cannot be."""
+        """`pilot` lists when the safety pilot gives the authority (True) or takes it; `wind` [m/s] ENU, with
+        `turbulence` of this strength (see `wind.Turbulence`) and `gusts`; `limits` of the autopilot, by default with
+        the world's fence; `sensors` names those that are fitted, and `receiver` the class of the autopilot's own
+        satellite receiver, which always is. Raises UnknownFaultError if a fault names a sensor, rotor or kind that does
+        not exist, ValueError for a wind, a charge or a receiver that cannot be."""
         self.world = world
         self._physics = Physics(world)
         self._wind = Wind(self._random(6), wind, turbulence, gusts)
@@ -122,9 +111,13 @@ class Simulator:
         self._navigator = Navigator(receiver_class(receiver))
         self._epochs = Cadence(EPOCH)
         self._thrusts = [0.0] * ROTORS
-        self._channels = {name: self._channel(name) for name in SENSORS if name in (*sensors, GNSS)}
+        fitted = [name for name in SENSORS if name in (*sensors, GNSS)]
+        self._channels = {name: make_channel(name, self._random(10 + SENSORS.index(name))) for name in fitted}
         self._channels[GNSS].witness = self._navigate
-        self._schedule = self._plan(faults)
+        self._corruptions = {name: channel.corruption for name, channel in self._channels.items()}
+        self._corruptions[CAMERA] = self.camera.corruption
+        self._plan = FaultPlan(faults)
+        self._pilot = sorted(pilot)
         self._ticks = 0
         self._track = deque([self._physics.motion], maxlen=round(lidar.PERIOD / TICK) + 1)
         self._inertial: deque[tuple[float, ...]] = deque(maxlen=round(IMU_BATCH / IMU_PERIOD))
@@ -166,22 +159,29 @@ class Simulator:
 
     def set_fault(self, sensor: str, kind: str, on: bool, magnitude: float | None = None) -> None:
         """Switch a corruptor of a sensor, or a fault of a rotor ("rotor/2"). Raises UnknownFaultError."""
-        if sensor.startswith(_ROTOR):
+        if sensor.startswith(ROTOR):
             self._rotors.switch(sensor, kind, on, magnitude)
             self._physics.set_rotors(self._rotors.shares)
             return
-        if sensor == CAMERA:
-            self.camera.corruption.switch(kind, on, magnitude)
-            return
-        if sensor not in self._channels:
-            raise UnknownFaultError("sensor", sensor, (*self._channels, CAMERA))
-        self._channels[sensor].corruption.switch(kind, on, magnitude)
+        corruption = self._corruptions.get(sensor)
+        if corruption is None:
+            raise UnknownFaultError("sensor", sensor, tuple(self._corruptions))
+        corruption.switch(kind, on, magnitude)
 
     def active_faults(self, sensor: str) -> tuple[str, ...]:
         """Kinds of fault that are switched on for a sensor or a rotor."""
         if sensor in ROTOR_NAMES:
             return self._rotors.active(sensor)
-        return self._channels[sensor].corruption.active
+        return self._corruptions[sensor].active
+
+    def condition(self, name: str) -> Condition | None:
+        """What a sensor thinks of itself; None for a rotor and for the camera, which do not think."""
+        return self._channels[name].condition if name in self._channels else None
+
+    @property
+    def fallible(self) -> dict[str, tuple[str, ...]]:
+        """What can be made to fail, and in which ways."""
+        return dict.fromkeys(self._corruptions, KINDS) | dict.fromkeys(ROTOR_NAMES, ROTOR_FAULTS)
 
     def advance(self, until: float) -> Happened:
         """Let time pass up to `until`, in whole ticks."""
@@ -193,7 +193,7 @@ class Simulator:
     def _tick(self, happened: Happened) -> None:
         if self._ticks % 2 == 0:
             self._guide(happened)
-        self._switch_scheduled_faults()
+        self._follow_plan()
         self._blow()
         for step in range(_STEPS):
             self._step(step)
@@ -273,43 +273,25 @@ class Simulator:
         for name, channel in self._channels.items():
             if not channel.due(t):
                 continue
-            if name == "lidar":
+            if name == LIDAR:
                 channel.deliver(self._track[0].t, t, self._lidar.scan(self._track, self._track[0].t, t))
-            elif name == "zed":
+            elif name == ZED:
                 channel.deliver(t, t, self._zed.picture(motion))
-            elif name == "imu":
+            elif name == IMU:
                 channel.deliver(t - IMU_BATCH, t, self._imu.measure(np.array(self._inertial)))
             elif name == GNSS:
                 channel.deliver(t, t, self._gnss.measure(motion))
             else:
                 channel.deliver(t, t, self._range.measure(motion))
 
-    def _switch_scheduled_faults(self) -> None:
-        while self._schedule and self._schedule[0][0] <= self.t + 1e-9:
-            _, on, fault = self._schedule.pop(0)
+    def _follow_plan(self) -> None:
+        for fault, on in self._plan.switches(self.t, self._physics.motion.position):
             self.set_fault(fault.sensor, fault.kind, on, fault.magnitude)
-
-    @staticmethod
-    def _plan(faults: Iterable[Fault]) -> list[tuple[float, bool, Fault]]:
-        plan: list[tuple[float, bool, Fault]] = []
-        for fault in faults:
-            if fault.sensor.startswith(_ROTOR):
-                check_rotor_fault(fault.sensor, fault.kind)
-            elif fault.sensor not in (*SENSORS, CAMERA):
-                raise UnknownFaultError("sensor", fault.sensor, (*SENSORS, CAMERA))
-            elif fault.kind not in KINDS:
-                raise UnknownFaultError("kind of fault", fault.kind, KINDS)
-            plan.append((fault.at, True, fault))
-            if fault.duration is not None:
-                plan.append((fault.at + fault.duration, False, fault))
-        return sorted(plan, key=lambda event: event[0])
+        while self._pilot and self._pilot[0][0] <= self.t + 1e-9:
+            _, self.autopilot.authority = self._pilot.pop(0)
 
     def _distance_to_hull(self) -> float:
         return self._clearance.distance(self._physics.motion.position) - HULL_RADIUS
-
-    def _channel(self, name: str) -> Channel:
-        period, delay, limits = _CHANNELS[name]
-        return Channel(name, period, delay, limits, self._random(10 + SENSORS.index(name)))
 
     def _random(self, stream: int) -> np.random.Generator:
         return np.random.default_rng((self.world.seed, 1000 + stream))

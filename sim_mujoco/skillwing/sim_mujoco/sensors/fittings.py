@@ -1,0 +1,53 @@
+"""Which sensors the drone has: how often and how late they measure, and what their values can be."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from skillwing.sim_mujoco.sensors import depth_camera, gnss, lidar
+from skillwing.sim_mujoco.sensors.channel import Channel
+from skillwing.sim_mujoco.sensors.corruptors import ONE, Data
+from skillwing.sim_mujoco.sensors.health import Limits
+from skillwing.sim_mujoco.sensors.instruments import ACCELERATION_LIMIT, IMU_BATCH, RANGE_PERIOD, RANGE_REACH
+
+ZED, LIDAR, IMU, RANGE, GNSS = "zed", "lidar", "imu", "range", "gnss"
+
+
+@dataclass(frozen=True, slots=True)
+class Fitting:
+    """Period and delay [s], possible values, and the unit in which noise and bias are given to corrupt it."""
+
+    period: float
+    delay: float
+    limits: Limits
+    unit: Data = field(default_factory=lambda: ONE)
+
+
+FITTINGS = {
+    ZED: Fitting(depth_camera.PERIOD, 0.03, Limits(0.2, 20.5)),
+    LIDAR: Fitting(lidar.PERIOD, 0.0, Limits(0.3, 60.5)),
+    IMU: Fitting(
+        IMU_BATCH,
+        0.0,
+        Limits(-ACCELERATION_LIMIT, ACCELERATION_LIMIT),
+        # One unit is 1 m/s2 and 0.1 rad/s.
+        np.array([1.0] * 3 + [0.1] * 3, dtype=np.float32),
+    ),
+    RANGE: Fitting(RANGE_PERIOD, 0.0, Limits(0.0, RANGE_REACH + 0.5)),
+    GNSS: Fitting(
+        gnss.PERIOD,
+        gnss.DELAY,
+        Limits(-gnss.FARTHEST, gnss.FARTHEST, zero_is_none=False),
+        # One unit is a metre of position; velocity and heading stay right.
+        np.array([1.0] * 3 + [0.0] * 4, dtype=np.float32),
+    ),
+}
+SENSORS = tuple(FITTINGS)
+
+
+def make_channel(sensor: str, rng: np.random.Generator) -> Channel:
+    """The way out of one of the SENSORS."""
+    fitting = FITTINGS[sensor]
+    return Channel(sensor, fitting.period, fitting.delay, fitting.limits, rng, fitting.unit)

@@ -1,0 +1,40 @@
+"""Places in the world where something holds while the drone is there."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+import msgspec
+
+from skillwing.sim_mujoco.frames.vectors import Vector
+from skillwing.sim_mujoco.topics import Vector3
+
+Metres = Annotated[float, msgspec.Meta(gt=0.0, le=1e6)]
+Level = tuple[float, float]
+
+
+class Zone(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A box from `low` to `high`, or an upright cylinder around `center` (x, y) with `radius`; ENU [m].
+
+    Raises ValueError if it is neither or both.
+    """
+
+    low: Vector3 | None = None
+    high: Vector3 | None = None
+    center: Level | None = None
+    radius: Metres | None = None
+
+    def __post_init__(self) -> None:
+        corners, circle = (self.low, self.high), (self.center, self.radius)
+        is_box = None not in corners and circle == (None, None)
+        is_cylinder = None not in circle and corners == (None, None)
+        if not is_box and not is_cylinder:
+            raise ValueError("a zone has either `low` and `high`, or `center` and `radius`")
+
+    def contains(self, point: Vector) -> bool:
+        if self.low is not None and self.high is not None:
+            return all(low <= x <= high for low, x, high in zip(self.low, point, self.high, strict=True))
+        assert self.center is not None
+        assert self.radius is not None
+        return math.dist(point[:2], self.center) <= self.radius

@@ -1,0 +1,153 @@
+"""Faults that come by time, place and file, and what a file can be wrong in."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from skillwing.sim_mujoco.options import OptionsError
+from skillwing.sim_mujoco.scenario import ScenarioError, read_scenario
+from skillwing.sim_mujoco.sensors.corruptors import Fault, UnknownFaultError
+from skillwing.sim_mujoco.sensors.zones import Zone
+from skillwing.sim_mujoco.simulator.fault_plan import FaultPlan
+from skillwing.sim_mujoco.simulator.node import make_sim
+from skillwing.sim_mujoco.simulator.simulator import Simulator
+from skillwing.sim_mujoco.world.world import make_world
+
+EXAMPLE = """
+wind = [3, 0, 0]
+battery = 80
+
+[[fault]]
+sensor = "gnss"
+kind = "blackout"
+zone = { center = [10.0, 0.0], radius = 5.0 }
+
+[[fault]]
+sensor = "zed"
+kind = "noise"
+at = 3
+for = 4
+magnitude = 1.5
+
+[[gust]]
+at = 30
+velocity = [6, 0, 0]
+for = 4
+
+[[pilot]]
+at = 0.5
+authority = false
+"""
+HERE, AWAY = (10.0, 1.0, 4.0), (30.0, 1.0, 4.0)
+
+
+@pytest.fixture
+def write(tmp_path: Path):
+    def write(text: str, name: str = "scenario.toml") -> Path:
+        path = tmp_path / name
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return write
+
+
+def test_a_fault_by_place_is_on_while_the_drone_is_inside() -> None:
+    plan = FaultPlan([Fault("gnss", "freeze", at=5.0, zone=Zone(center=(10.0, 0.0), radius=5.0))])
+    where = [(0.0, HERE), (4.9, HERE), (5.0, HERE), (6.0, HERE), (7.0, AWAY), (8.0, AWAY), (9.0, HERE)]
+    seen = [(t, on) for t, position in where for _, on in plan.switches(t, position)]
+    assert seen == [(5.0, True), (7.0, False), (9.0, True)]
+
+
+@given(
+    at=st.floats(0.0, 50.0),
+    duration=st.none() | st.floats(0.0, 50.0),
+    inside=st.lists(st.booleans(), min_size=1, max_size=60),
+)
+def test_a_plan_switches_exactly_where_what_is_wanted_changes(
+    at: float, duration: float | None, inside: list[bool]
+) -> None:
+    fault = Fault("zed", "blackout", at, duration, zone=Zone(low=(5.0, -5.0, 0.0), high=(15.0, 5.0, 9.0)))
+    plan, on = FaultPlan([fault]), False
+    for t, within in enumerate(inside):
+        position = HERE if within else AWAY
+        for _, switched in plan.switches(float(t), position):
+            assert switched is not on
+            on = switched
+        assert on is fault.is_wanted(float(t), position)
+
+
+def test_a_fault_that_nothing_can_have_is_refused() -> None:
+    for sensor, kind in (("nose", "blackout"), ("zed", "gremlin"), ("rotor/9", "stopped"), ("rotor/1", "freeze")):
+        with pytest.raises(UnknownFaultError):
+            FaultPlan([Fault(sensor, kind)])
+
+
+def test_a_file_becomes_faults_wind_battery_and_a_pilot(write) -> None:
+    node = make_sim({"seed": 2, "scenario": str(write(EXAMPLE)), "sensors": ["range"]})
+    simulator = node._sim
+    assert 79.0 < simulator.battery.percent <= 80.0
+    simulator.advance(0.4)
+    assert simulator.autopilot.authority
+    simulator.advance(0.6)
+    assert not simulator.autopilot.authority
+
+
+def test_json_says_the_same_as_toml(write) -> None:
+    toml = read_scenario(write(EXAMPLE))
+    content = {
+        "wind": [3, 0, 0],
+        "battery": 80,
+        "fault": [
+            {"sensor": "gnss", "kind": "blackout", "zone": {"center": [10, 0], "radius": 5}},
+            {"sensor": "zed", "kind": "noise", "at": 3, "for": 4, "magnitude": 1.5},
+        ],
+        "gust": [{"at": 30, "velocity": [6, 0, 0], "for": 4}],
+        "pilot": [{"at": 0.5, "authority": False}],
+    }
+    assert read_scenario(write(json.dumps(content), "scenario.json")) == toml
+
+
+def test_options_add_to_a_scenario_and_count_before_it(write) -> None:
+    options = {"scenario": str(write(EXAMPLE)), "battery": 50.0, "sensors": ["range"]}
+    node = make_sim({**options, "faults": [{"sensor": "range", "kind": "slow"}]})
+    assert node._sim.battery.percent <= 50.0
+    node._sim.advance(0.1)
+    assert node._sim.active_faults("range") == ("slow",)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("wind = 3", "wind: Expected `array"),
+        ('[[fault]]\nsensor="zed"\nkind="freeze"\n[[fault]]\nsensr="x"', "fault 2: .*`sensr`; known are sensor, kind"),
+        ('[[fault]]\nsensor="zed"\nkind="freeze"\nat=-1', "fault 1 at: .*>= 0"),
+        ('[[fault]]\nsensor="zed"\nkind="freeze"\nzone={center=[1,2]}', "fault 1 zone: .*`center` and `radius`"),
+        ('[[fault]]\nsensor="nose"\nkind="freeze"', "fault 1: there is no sensor 'nose'; choose one of zed"),
+        ("winds = [1, 2, 3]", "`winds`; known are fault, gust, pilot, wind"),
+        ("wind = = 3", "is no TOML"),
+    ],
+)
+def test_a_file_that_does_not_fit_is_refused_in_words(write, text: str, words: str) -> None:
+    with pytest.raises(ScenarioError, match=words):
+        read_scenario(write(text))
+    with pytest.raises(OptionsError, match=words):
+        make_sim({"scenario": str(write(text))})
+
+
+def test_a_file_that_is_not_there_is_refused_in_words(tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError, match="cannot be read"):
+        read_scenario(tmp_path / "nothing.toml")
+
+
+def test_a_unit_of_noise_or_bias_suits_each_value_of_a_sensor() -> None:
+    simulator = Simulator(make_world(1), sensors=("imu",))
+    simulator.advance(0.5)
+    simulator.set_fault("imu", "bias", on=True)
+    (still,) = [m.data for m in simulator.advance(0.52).measurements if m.sensor == "imu"][-1:]
+    assert still[:, :3].mean(axis=0) == pytest.approx([1.0, 1.0, 10.81], abs=0.3)
+    assert still[:, 3:].mean(axis=0) == pytest.approx([0.1, 0.1, 0.1], abs=0.02)
