@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from simulation.campaign import run_campaign, shrink
+from simulation.ledger import Ledger, code_version, part_of
 from simulation.plan import draw_plan
 from simulation.report import write_section
 from simulation.story import tell
@@ -21,7 +22,8 @@ def main() -> int:
     parser.add_argument("--first", type=int, default=0, help="the first seed (default: 0)")
     parser.add_argument("--jobs", type=int, default=2, help="how many processes (default: 2)")
     parser.add_argument("--seconds", type=float, help="stop after so much wall time")
-    parser.add_argument("--write", type=Path, help="write what came out into this page of the documentation")
+    parser.add_argument("--record", type=Path, help="go on with the campaign in this file until it has so many seeds")
+    parser.add_argument("--write", type=Path, help="write what came out, or stands in --record, into this page")
     arguments = parser.parse_args()
     say = sys.stdout.write
     if arguments.seed is not None:
@@ -30,11 +32,20 @@ def main() -> int:
             plan = shrink(plan)
         outcome = tell(plan, _print, messages=arguments.verbose)
         return 1 if outcome.problems else 0
-    result = run_campaign(arguments.first, arguments.runs, jobs=arguments.jobs, seconds=arguments.seconds)
+    ledger = Ledger(arguments.record)
+    version = code_version()
+    first = max(arguments.first, ledger.next_seed)
+    result = run_campaign(
+        first,
+        arguments.first + arguments.runs - first,
+        jobs=arguments.jobs,
+        seconds=arguments.seconds,
+        on_part=lambda start, part: ledger.add(part_of(start, part, version)),
+    )
     say(result.text() + "\n")
     if arguments.write is not None:
-        write_section(arguments.write, result)
-    return 1 if result.failures else 0
+        write_section(arguments.write, ledger.parts)
+    return 1 if any(part.failures for part in ledger.parts) else 0
 
 
 def _print(line: str) -> None:

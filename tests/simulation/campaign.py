@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field, replace
 
@@ -17,7 +17,10 @@ CHUNK = 50
 
 @dataclass
 class Campaign:
-    """What came of a campaign. failures: the first broken promise by seed; seconds: of wall time."""
+    """What came of a campaign. failures: the first broken promise by seed.
+
+    seconds: of wall time for a campaign, of one processor for a part of it.
+    """
 
     runs: int = 0
     messages: int = 0
@@ -37,10 +40,21 @@ class Campaign:
         return "\n".join(lines)
 
 
-def run_campaign(first: int, runs: int, *, jobs: int = 1, seconds: float | None = None) -> Campaign:
-    """Carry out `runs` seeds from `first` on, or as many as `seconds` of wall time allow."""
+def run_campaign(
+    first: int,
+    runs: int,
+    *,
+    jobs: int = 1,
+    seconds: float | None = None,
+    on_part: Callable[[int, Campaign], None] = lambda first, part: None,
+) -> Campaign:
+    """Carry out `runs` seeds from `first` on, or as many as `seconds` of wall time allow.
+
+    on_part: is told of each part that is done, in order, with its first seed.
+    """
     campaign, began = Campaign(), time.monotonic()
     for part in _parts(first, runs, jobs):
+        on_part(first + campaign.runs, part)
         campaign.runs += part.runs
         campaign.messages += part.messages
         campaign.failures |= part.failures
@@ -63,13 +77,14 @@ def _parts(first: int, runs: int, jobs: int) -> Iterator[Campaign]:
 
 
 def _carry_out(seeds: range) -> Campaign:
-    part = Campaign()
+    part, began = Campaign(), time.process_time()
     for seed in seeds:
         outcome = simulate(seed)
         part.runs += 1
         part.messages += outcome.messages
         if outcome.problems:
             part.failures[seed] = str(outcome.problems[0])
+    part.seconds = time.process_time() - began
     return part
 
 

@@ -2,30 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
-from simulation.campaign import Campaign
+from simulation.ledger import Part, spans
 from simulation.planted import BUGS, SEEDS, find
 
 BEGIN, END = "<!-- figures of the simulation: begin -->", "<!-- figures of the simulation: end -->"
 
 
-def write_section(page: Path, campaign: Campaign) -> None:
+def write_section(page: Path, parts: Sequence[Part]) -> None:
     """Put the figures between their marks. Raises ValueError for a page without them."""
     text = page.read_text()
     if BEGIN not in text or END not in text:
         raise ValueError(f"{page} has no place for the figures: write the lines {BEGIN} and {END} into it")
     head, tail = text.split(BEGIN)[0], text.split(END)[1]
-    page.write_text(f"{head}{BEGIN}\n{_figures(campaign)}\n{END}{tail}")
+    page.write_text(f"{head}{BEGIN}\n{_figures(parts)}\n{END}{tail}")
 
 
-def _figures(campaign: Campaign) -> str:
+def _figures(parts: Sequence[Part]) -> str:
+    versions = list(dict.fromkeys(part.code for part in parts))
     lines = [
-        f"{campaign.runs:,} runs with {campaign.messages:,} messages took {campaign.seconds / 60:.0f} minutes on two "
-        f"cores; {len(campaign.failures) or 'none'} of them found a broken promise.",
+        *(_figure([part for part in parts if part.code == version]) for version in versions),
         "",
-        *(f"- seed {seed}: {text}" for seed, text in sorted(campaign.failures.items())),
-        *([""] if campaign.failures else []),
+        *(f"- seed {seed}: {text}" for part in parts for seed, text in sorted(part.failures.items())),
+        *([""] if any(part.failures for part in parts) else []),
         "| mistake put into the managers | found by run | broken promise |",
         "|---|---|---|",
     ]
@@ -34,3 +35,18 @@ def _figures(campaign: Campaign) -> str:
         told = f"{found[0] + 1} | {found[1]}" if found else f"not within {SEEDS} |"
         lines.append(f"| {bug} | {told} |")
     return "\n".join(lines)
+
+
+def _figure(parts: Sequence[Part]) -> str:
+    """One sentence on what one version of the code has been through."""
+    runs = sum(part.end - part.first for part in parts)
+    messages = sum(part.messages for part in parts)
+    minutes = sum(part.seconds for part in parts) / 60
+    seeds = " and ".join(f"{first:,} to {last:,}" for first, last in spans(parts))
+    failures = sum(len(part.failures) for part in parts) or "none"
+    dates = sorted({part.date for part in parts})
+    return (
+        f"{runs:,} runs (seeds {seeds}) with {messages:,} messages took {minutes:.0f} minutes of one processor; "
+        f"{failures} of them found a broken promise. Code {parts[0].code}, {parts[0].machine}, "
+        f"{' to '.join(dict.fromkeys((dates[0], dates[-1])))}."
+    )

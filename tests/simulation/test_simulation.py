@@ -6,11 +6,13 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
 from simulation.campaign import run_campaign, shrink
 from simulation.found import FOUND
+from simulation.ledger import Ledger, code_version, part_of, spans
 from simulation.plan import FAULTS, Deed, draw_plan
 from simulation.planted import BUGS, LATE, SEEDS, find, planted
 from simulation.run import Run, simulate
@@ -71,3 +73,29 @@ def test_a_failing_plan_is_made_small_and_told() -> None:
     assert law in outcome.laws
     assert any("BROKEN" in line for line in lines)
     assert any("resource/goal" in line for line in lines)
+
+
+def test_a_campaign_goes_on_where_it_was_interrupted(tmp_path: Path) -> None:
+    file = tmp_path / "campaign.jsonl"
+    for runs, code in ((2, "a"), (3, "a"), (1, "b")):
+        ledger = Ledger(file)
+        first = ledger.next_seed
+        run_campaign(
+            first, runs, on_part=lambda start, part, ledger=ledger, code=code: ledger.add(part_of(start, part, code))
+        )
+    parts = Ledger(file).parts
+    assert [(part.first, part.end, part.code) for part in parts] == [(0, 2, "a"), (2, 5, "a"), (5, 6, "b")]
+    assert spans(parts) == [(0, 5)]
+    assert sum(part.messages for part in parts) == sum(simulate(seed).messages for seed in range(6))
+
+
+def test_the_code_version_changes_with_the_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "extra.py"
+    module = ModuleType("simulation.extra")
+    module.__file__ = str(file)
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+    file.write_text("A = 1")
+    before = code_version()
+    assert code_version() == before
+    file.write_text("A = 2")
+    assert code_version() != before

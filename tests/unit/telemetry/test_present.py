@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from typing import Any
 
 import pytest
 
@@ -58,7 +59,7 @@ def test_progress_belongs_to_its_goal() -> None:
     assert present.skill("hover").feedback == {"left": 3}
 
 
-def record(name: str, kind: RecordKind, subject: str, after: str, t: float, **more: str) -> Record:
+def record(name: str, kind: RecordKind, subject: str, after: str, t: float, **more: Any) -> Record:
     return Record(id=name, t=t, source="resource_manager", kind=kind, subject=subject, before=None, after=after, **more)
 
 
