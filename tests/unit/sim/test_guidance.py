@@ -9,6 +9,9 @@ from flight_rig import Rig
 
 from skillwing.services.protocol import ErrorCode
 from skillwing.sim_mujoco.axis import RefusedError
+from skillwing.sim_mujoco.frames.vectors import heading_of, wrap
+from skillwing.sim_mujoco.guidance.core import GuidanceCore
+from skillwing.sim_mujoco.guidance.lookout import fastest
 from skillwing.sim_mujoco.guidance.solitude import LAND_AFTER
 from skillwing.sim_mujoco.simulator.autopilot import Mode
 from skillwing.sim_mujoco.topics import (
@@ -21,6 +24,7 @@ from skillwing.sim_mujoco.topics import (
     Nose,
     ObstacleSource,
     ObstacleStatus,
+    Orbit,
     Revoked,
     Stop,
     TakeOff,
@@ -257,3 +261,128 @@ def test_without_a_fresh_view_it_waits_and_then_goes_on() -> None:
     assert math.dist(where, rig.sim.motion.position) < 0.3
     rig.fly_until(MotionState.DONE)
     assert math.dist(rig.sim.motion.position, (12.0, 0.0, 4.0)) < 0.3
+
+
+ORBIT = Orbit(center=(-3.0, 0.0, 0.0), radius=3.0, height=4.5, laps=0.5, speed=3.0)
+
+
+def off_the_circle(rig: Rig) -> float:
+    x, y, z = rig.sim.motion.position
+    return math.hypot(math.hypot(x + 3.0, y) - ORBIT.radius, z - ORBIT.height)
+
+
+def on_the_round(rig: Rig) -> Rig:
+    """On its way around, with the approach behind it."""
+    rig.command("orbit", ORBIT)
+    assert rig.fly(20.0, lambda: (rig.status.laps_done or 0.0) > 0.1), rig.status
+    return rig
+
+
+def test_an_orbit_goes_around_with_the_nose_on_the_centre() -> None:
+    rig = on_the_round(airborne())
+    assert rig.status.way, "others are told where the way bends to"
+
+    def look() -> bool:
+        x, y, _ = rig.sim.motion.position
+        assert off_the_circle(rig) < 0.35
+        assert abs(wrap(heading_of(rig.sim.motion.quaternion) - math.atan2(-y, -x - 3.0))) < 0.45
+        return rig.status.body.state is MotionState.DONE
+
+    assert rig.fly(20.0, look), rig.status
+    assert rig.status.laps_done == pytest.approx(0.5)
+    assert math.dist(rig.sim.motion.position, (-6.0, 0.0, 4.5)) < 0.3
+    assert (rig.status.target, rig.status.way) == (None, ())
+
+
+def test_an_obstacle_on_the_circle_blocks_the_orbit() -> None:
+    rig = airborne()
+
+    def report(t: float, status: GuidanceStatus) -> ObstacleStatus | None:
+        """Something stands on the circle a third of a lap on."""
+        if not status.way:
+            return None
+        x, y, _ = status.setpoint
+        free = max(0.0, (2.0 * math.pi / 3.0 - math.atan2(y, x + 3.0)) * ORBIT.radius)
+        return ObstacleStatus(
+            t=t, source=ObstacleSource.LIDAR, free_distance=free, horizon=5.0, ahead=None, stamp=t - 0.1, across=True
+        )
+
+    rig.obstacles = report
+    rig.command("orbit", ORBIT)
+    rig.fly_until(MotionState.BLOCKED)
+    x, y, _ = rig.sim.motion.position
+    assert 1.5 < (2.0 * math.pi / 3.0 - math.atan2(y, x + 3.0)) * ORBIT.radius < 3.5
+    assert off_the_circle(rig) < 0.35
+    assert 0.0 < (rig.status.laps_done or 0.0) < 0.25
+
+
+def test_an_orbit_that_loses_its_view_waits_and_flies_the_rest_of_its_laps() -> None:
+    rig = airborne()
+    blind = (math.inf, math.inf)
+
+    def report(t: float, status: GuidanceStatus) -> ObstacleStatus | None:
+        stamp = blind[0] if blind[0] <= t < blind[1] else t - 0.1
+        free = 20.0 if status.way or status.target else None
+        return ObstacleStatus(
+            t=t, source=ObstacleSource.LIDAR, free_distance=free, horizon=5.0, ahead=None, stamp=stamp, across=True
+        )
+
+    rig.obstacles = report
+    on_the_round(rig)
+    blind = (rig.sim.t, rig.sim.t + 4.0)
+    rig.fly_until(MotionState.WAITING, seconds=5.0)
+    waiting = rig.status.laps_done
+    rig.fly_until(MotionState.DONE)
+    assert waiting is not None
+    assert 0.1 < waiting < 0.5
+    assert rig.status.laps_done == pytest.approx(0.5)
+    assert math.dist(rig.sim.motion.position, (-6.0, 0.0, 4.5)) < 0.3
+
+
+def test_an_orbit_that_loses_the_heading_is_aborted() -> None:
+    rig = on_the_round(airborne())
+    rig.command("turn", Turn(heading=0.0, lock=True))
+    rig.fly_until(MotionState.ABORTED, seconds=5.0)
+    assert "heading" in rig.status.body.text
+
+
+@pytest.mark.parametrize(("across", "angle"), [(False, 0.0), (True, math.pi / 2)])
+def test_the_nose_can_be_left_to_what_looks_along_the_way(across: bool, angle: float) -> None:
+    rig = airborne()
+    source = ObstacleSource.LIDAR if across else ObstacleSource.ZED
+    rig.obstacles = lambda t, status: ObstacleStatus(
+        t=t, source=source, free_distance=30.0, horizon=14.0, ahead=None, stamp=t - 0.1, across=across
+    )
+    rig.fly(0.1)
+    rig.command("north", FlyTo(target=(0.0, 4.0, 4.0), speed=2.0, nose=Nose.IN_VIEW))
+    rig.fly_until(MotionState.MOVING, seconds=6.0)
+    off_track = abs(wrap(heading_of(rig.sim.motion.quaternion) - math.pi / 2))
+    assert off_track == pytest.approx(angle, abs=0.1)
+    rig.fly_until(MotionState.DONE)
+
+
+def test_it_flies_no_faster_than_the_depth_map_reaches() -> None:
+    rig = airborne()
+    rig.obstacles = lambda t, status: ObstacleStatus(
+        t=t, source=ObstacleSource.LIDAR, free_distance=25.0, horizon=4.0, ahead=None, stamp=t - 0.1, across=True
+    )
+    rig.fly(0.1)
+    rig.command("a", FlyTo(target=(12.0, 0.0, 4.0), speed=5.0, nose=Nose.FREE))
+    fastest_seen = 0.0
+
+    def look() -> bool:
+        nonlocal fastest_seen
+        fastest_seen = max(fastest_seen, math.hypot(*rig.sim.motion.velocity))
+        return rig.status.body.state is MotionState.DONE
+
+    assert rig.fly(30.0, look)
+    assert 1.5 < fastest_seen < fastest(4.0) + 0.2
+
+
+def test_deaf_to_reports_it_flies_on() -> None:
+    rig = airborne()
+    rig.core = GuidanceCore(watch=False)
+    rig.fly(0.1)
+    rig.obstacles = wall_at(8.0)
+    rig.command("a", EAST, token=100)
+    rig.fly_until(MotionState.DONE)
