@@ -11,7 +11,9 @@ from skillwing.sim_mujoco.sensors.scans import OWN_BODY, LidarScan
 from skillwing.sim_mujoco.slam.propagation import Track
 from skillwing.sim_mujoco.slam.so3 import Floats
 
-_HASHES = 1 << 17
+_HASH_BITS = 17
+_FACTORS = np.array([2654435761, 2246822519, 3266489917], dtype=np.uint32)
+"""Large odd numbers: the upper bits of multiples of theirs are spread evenly (Knuth, section 6.4)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,10 +60,10 @@ def thinned(points: NDArray[np.float32], cell: float) -> NDArray[np.float32]:
 
     Cubes are found by a hash of their indices. Where two share a hash one loses its point, which does no harm.
     """
-    cells = np.floor(points * np.float32(1.0 / cell)).astype(np.int32)
-    hashes = (cells[:, 0] * 73856093) ^ (cells[:, 1] * 19349663) ^ (cells[:, 2] * 83492791)
-    hashes &= _HASHES - 1
-    owners = np.empty(_HASHES, dtype=np.int32)
+    cells = np.floor(points.T * np.float32(1.0 / cell)).astype(np.int32).view(np.uint32)
+    x, y, z = _FACTORS
+    hashes = (cells[0] * x + cells[1] * y + cells[2] * z) >> np.uint32(32 - _HASH_BITS)
+    owners = np.empty(1 << _HASH_BITS, dtype=np.int32)
     numbers = np.arange(len(points), dtype=np.int32)
     owners[hashes] = numbers
     return points[owners[hashes] == numbers]

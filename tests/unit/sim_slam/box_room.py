@@ -1,0 +1,124 @@
+"""A drone in an empty room, whose sensors are computed in closed form: a world for odometry that costs nothing.
+
+The room is a box that stands askew, so that the LiDAR's narrow ring sees all its walls, and that they have nothing to
+do with the borders of voxels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from skillwing.services.protocol import encode
+from skillwing.sim_mujoco.sensors.directions import lidar_directions
+from skillwing.sim_mujoco.sensors.scans import LidarScan
+from skillwing.sim_mujoco.slam import so3
+from skillwing.sim_mujoco.slam.inertial import Inertial
+from skillwing.sim_mujoco.slam.odometry import Fix, Odometry
+from skillwing.sim_mujoco.slam.so3 import Floats
+from skillwing.sim_mujoco.topics import LidarHeader, Navigation
+
+LOW, HIGH = (-20.0, -20.0, -10.0), (20.0, 20.0, 20.0)
+HALF = np.array([7.0, 8.0, 4.0])
+ASKEW = so3.exp(np.array([0.1, -0.07, 0.8]))
+COLUMNS, BEAMS = 360, 16
+IMU_RATE, BATCH, PERIOD = 250, 0.02, 0.1
+MOUNT = np.array([0.0, 0.0, -0.3])
+GRAVITY = np.array([0.0, 0.0, 9.81])
+STANDING = 2.2
+_FORWARD, _SIDEWAYS, _TURN = 2.0, 1.0, 0.15
+
+
+@dataclass
+class Room:
+    """A flight in the room: the drone stands for a while, then sways along a smooth path and turns to and fro.
+
+    lidar_bias, lidar_noise [m], gyro_bias [rad/s], accel_bias [m/s2]: what the sensors add; they may be changed on the
+    way. blind, deaf: no scans, no inertial measurements.
+    """
+
+    seed: int = 1
+    begins_at: float = 0.0
+    lidar_bias: float = 0.0
+    lidar_noise: float = 0.02
+    gyro_bias: Floats = field(default_factory=lambda: np.array([0.004, -0.003, 0.002]))
+    accel_bias: Floats = field(default_factory=lambda: np.array([0.05, -0.04, 0.03]))
+    blind: bool = False
+    deaf: bool = False
+
+    def __post_init__(self) -> None:
+        self._rng = np.random.default_rng(self.seed)
+        self.t = self.begins_at
+
+    def position(self, t: float | Floats) -> Floats:
+        """Where the drone is at `t` (...): (..., 3)."""
+        s = self._phase(t)
+        ways = _FORWARD * (1 - np.cos(s)), _SIDEWAYS * np.sin(s) ** 2, 0.5 * (1 - np.cos(2 * s))
+        return np.stack(ways, axis=-1)
+
+    def turn(self, t: float | Floats) -> Floats:
+        """Its attitude at `t` (...): (..., 3, 3)."""
+        s = self._phase(t)
+        zero = np.zeros_like(s)
+        yaw = so3.exp(np.stack([zero, zero, _TURN * (1 - np.cos(s))], axis=-1))
+        return yaw @ so3.exp(np.stack([0.1 * np.sin(s) ** 2, zero, zero], axis=-1))
+
+    def velocity(self, t: float) -> Floats:
+        step = 1e-4
+        return (self.position(t + step) - self.position(t - step)) / (2 * step)
+
+    def navigation(self, t: float) -> Navigation:
+        return Navigation(
+            t=t,
+            position=tuple(self.position(t).tolist()),
+            velocity=tuple(self.velocity(t).tolist()),
+            quaternion=so3.quaternion(self.turn(t)),
+            angular_velocity=(0.0, 0.0, 0.0),
+            heading=0.0,
+        )
+
+    def inertial(self, start: float, end: float) -> Inertial:
+        times = start + np.arange(round((end - start) * IMU_RATE)) / IMU_RATE
+        forces, rates = self.felt(times)
+        noise = self._rng.standard_normal((2, len(times), 3))
+        return Inertial(times, forces + self.accel_bias + 0.06 * noise[0], rates + self.gyro_bias + 0.005 * noise[1])
+
+    def felt(self, times: Floats) -> tuple[Floats, Floats]:
+        """True specific force and angular rate at `times` (N,): (N, 3) both."""
+        step = 1e-3
+        before, now, after = self.position(times - step), self.position(times), self.position(times + step)
+        force = (after - 2 * now + before) / step**2 + GRAVITY
+        change = self.turn(times - step).transpose(0, 2, 1) @ self.turn(times + step)
+        # Of a rotation by so little the skew part is the rotation vector.
+        rates = np.stack([change[:, 2, 1], change[:, 0, 2], change[:, 1, 0]], axis=-1) / (2 * step)
+        return np.einsum("nji,nj->ni", self.turn(times), force), rates
+
+    def scan(self, start: float, end: float) -> LidarScan:
+        header = LidarHeader(t0=start, t1=end, columns=COLUMNS, beams=BEAMS, mount=tuple(MOUNT.tolist()))
+        times = start + (np.arange(COLUMNS) + 0.5) / COLUMNS * (end - start)
+        turns = self.turn(times)
+        origins = (self.position(times) + turns @ MOUNT) @ ASKEW
+        ways = np.einsum("cbj,cij->cbi", lidar_directions(COLUMNS, BEAMS), turns) @ ASKEW
+        ranges = ((np.copysign(HALF, ways) - origins[:, None]) / ways).min(axis=2)
+        ranges += self.lidar_bias + self.lidar_noise * self._rng.standard_normal(ranges.shape)
+        return LidarScan.decode(ranges.astype(np.float32).tobytes(), encode(header))
+
+    def fly(self, odometry: Odometry, seconds: float) -> Iterator[Fix]:
+        """Let time pass, in the order in which a simulator publishes: scan, inertial measurements, navigation."""
+        for _ in range(round(seconds / BATCH)):
+            start, self.t = self.t, round(self.t + BATCH, 6)
+            fixes = []
+            if not self.blind and round(self.t / BATCH) % round(PERIOD / BATCH) == 0:
+                fixes.append(odometry.scan(self.scan(self.t - PERIOD, self.t)))
+            if not self.deaf:
+                fixes.append(odometry.imu(self.inertial(start, self.t)))
+            odometry.navigation(self.navigation(self.t))
+            odometry.check(self.t)
+            yield from (fix for fix in fixes if fix is not None)
+
+    def _phase(self, t: float | Floats) -> Floats:
+        """Stands still until STANDING, then gathers way smoothly."""
+        moving = np.maximum(np.asarray(t) - STANDING, 0.0)
+        return 0.6 * moving**3 / (moving**2 + 1.0)

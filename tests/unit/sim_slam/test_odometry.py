@@ -1,0 +1,168 @@
+"""Odometry in a room: how well it follows, where it begins, and whether it notices when it must not be believed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from box_room import BATCH, HIGH, LOW, STANDING, Room
+
+from skillwing.sim_mujoco.slam import so3
+from skillwing.sim_mujoco.slam.odometry import IMU_PATIENCE, SCAN_PATIENCE, Odometry, Phase
+from skillwing.sim_mujoco.slam.vigil import DOUBTS
+
+
+def make_odometry() -> Odometry:
+    return Odometry(LOW, HIGH)
+
+
+def flying(room: Room, seconds: float = 2.0) -> Odometry:
+    """Odometry in the air, `seconds` after the drone began to move."""
+    odometry = make_odometry()
+    for _ in room.fly(odometry, STANDING + seconds):
+        pass
+    assert odometry.phase is Phase.TRACKING
+    return odometry
+
+
+def test_it_follows_a_drone_through_a_room_and_finds_the_biases() -> None:
+    room, odometry = Room(), make_odometry()
+    fixes = list(room.fly(odometry, 14.0))
+    assert len(fixes) == 119
+    errors = [np.linalg.norm(fix.state.position - room.position(fix.t)) for fix in fixes]
+    turns = [np.linalg.norm(so3.log(fix.state.turn.T @ room.turn(fix.t))) for fix in fixes]
+    assert max(errors) < 0.05
+    assert max(turns) < np.radians(0.3)
+    last = fixes[-1]
+    assert np.allclose(last.state.gyro_bias, room.gyro_bias, atol=1.5e-3)
+    assert np.allclose(last.state.accel_bias, room.accel_bias, atol=0.04)
+    assert all(fix.believed for fix in fixes)
+    assert all(errors[k] < 4.0 * np.linalg.norm(fix.position_sigma) for k, fix in enumerate(fixes))
+    assert last.agreement.share > 0.6
+
+
+def test_the_same_measurements_give_the_same_poses_bit_by_bit() -> None:
+    runs = [[fix.state.position.tobytes() for fix in Room().fly(make_odometry(), 4.0)] for _ in range(2)]
+    assert runs[0] == runs[1]
+
+
+def test_it_begins_after_two_seconds_at_rest_where_navigation_says() -> None:
+    room, odometry = Room(), make_odometry()
+    assert list(room.fly(odometry, 1.9)) == []
+    assert odometry.phase is Phase.STARTING
+    (first, *_) = room.fly(odometry, 0.3)
+    assert odometry.begun_at == pytest.approx(2.0, abs=0.11)
+    assert np.allclose(first.state.position, room.position(0.0), atol=0.01)
+
+
+def test_it_begins_in_flight_from_navigation_and_learns_the_biases_there() -> None:
+    room, odometry = Room(begins_at=6.0), make_odometry()
+    fixes = list(room.fly(odometry, 8.0))
+    assert odometry.begun_at == pytest.approx(6.0, abs=0.3)
+    assert np.linalg.norm(fixes[-1].state.position - room.position(fixes[-1].t)) < 0.1
+    assert np.allclose(fixes[-1].state.gyro_bias, room.gyro_bias, atol=3e-3)
+    assert odometry.phase is Phase.TRACKING
+
+
+def test_without_navigation_it_does_not_begin() -> None:
+    room, odometry = Room(), make_odometry()
+    for k in range(200):
+        odometry.imu(room.inertial(k * BATCH, (k + 1) * BATCH))
+    assert odometry.scan(room.scan(3.9, 4.0)) is None
+    assert odometry.phase is Phase.STARTING
+
+
+def biased(room: Room) -> None:
+    room.lidar_bias = 1.0
+
+
+def noisy(room: Room) -> None:
+    room.lidar_noise = 2.0
+
+
+def turning(room: Room) -> None:
+    room.gyro_bias = room.gyro_bias + 1.0
+
+
+def falling(room: Room) -> None:
+    room.accel_bias = room.accel_bias + 1.0
+
+
+def both(room: Room) -> None:
+    turning(room)
+    falling(room)
+
+
+@pytest.mark.parametrize("break_", [biased, noisy, turning, falling, both])
+def test_it_notices_within_two_seconds_that_a_sensor_lies(break_: Callable[[Room], None]) -> None:
+    room = Room()
+    odometry = flying(room)
+    break_(room)
+    broken_at = room.t
+    fixes = list(room.fly(odometry, 2.0))
+    assert odometry.phase is Phase.LOST
+    assert odometry.text
+    assert fixes[-1].t - broken_at < 2.0
+    assert len(fixes) >= DOUBTS - 1
+
+
+def test_a_lost_odometry_gives_no_more_poses_until_it_is_started_anew() -> None:
+    room = Room()
+    odometry = flying(room)
+    room.lidar_bias = 1.0
+    list(room.fly(odometry, 2.0))
+    room.lidar_bias = 0.0
+    assert list(room.fly(odometry, 1.0)) == []
+    odometry.restart()
+    assert odometry.phase is Phase.STARTING
+    fixes = list(room.fly(odometry, 6.0))
+    assert odometry.phase is Phase.TRACKING
+    assert np.linalg.norm(fixes[-1].state.position - room.position(fixes[-1].t)) < 0.1
+
+
+def test_a_single_wrong_scan_is_left_out_and_changes_nothing() -> None:
+    room = Room()
+    odometry = flying(room)
+    room.lidar_bias = 1.0
+    doubted = list(room.fly(odometry, 0.1))
+    room.lidar_bias = 0.0
+    fixes = list(room.fly(odometry, 2.0))
+    assert [fix.believed for fix in doubted] == [False]
+    assert all(fix.believed for fix in fixes)
+    assert odometry.phase is Phase.TRACKING
+    assert np.linalg.norm(fixes[-1].state.position - room.position(fixes[-1].t)) < 0.05
+
+
+@pytest.mark.parametrize(("silence", "patience"), [("blind", SCAN_PATIENCE), ("deaf", IMU_PATIENCE)])
+def test_a_sensor_may_be_silent_for_a_moment_but_not_for_long(silence: str, patience: float) -> None:
+    room = Room()
+    odometry = flying(room)
+    setattr(room, silence, True)
+    list(room.fly(odometry, patience - 0.2))
+    assert odometry.phase is not Phase.LOST
+    list(room.fly(odometry, 0.4))
+    assert odometry.phase is Phase.LOST
+    assert f"{patience:g} s" in odometry.text
+
+
+def test_scans_that_were_missing_are_bridged_by_inertial_measurements() -> None:
+    room = Room()
+    odometry = flying(room)
+    room.blind = True
+    list(room.fly(odometry, 1.5))
+    room.blind = False
+    fixes = list(room.fly(odometry, 1.0))
+    assert odometry.phase is Phase.TRACKING
+    assert np.linalg.norm(fixes[-1].state.position - room.position(fixes[-1].t)) < 0.06
+
+
+def test_missing_inertial_measurements_are_not_bridged() -> None:
+    room = Room()
+    odometry = flying(room)
+    room.deaf = True
+    list(room.fly(odometry, 0.3))
+    room.deaf = False
+    list(room.fly(odometry, 0.3))
+    assert odometry.phase is Phase.LOST
+    assert "inertial measurements" in odometry.text
