@@ -16,7 +16,8 @@ def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
     options: `seed` and kind of the `world`, `speed` (robot seconds per wall second, 0 for as fast as possible),
     `faults` as the simulator schedules them (`[{"sensor": "zed", "kind": "blackout", "at": 60.0}]`), the path of a
     `scenario` file, `wind`, `battery` at the start; `fence` and `bounds` of the site, boxes from `low` to `high`;
-    `watch` False has guidance ignore obstacles. Absent ones keep their defaults.
+    `watch` False has guidance ignore obstacles; `link`, what the radio can do where (docs/video.md).
+    Absent ones keep their defaults.
     """
     names = {
         "seed": "seed",
@@ -30,6 +31,8 @@ def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
     sim = {names[option]: value for option, value in options.items() if option in names and value is not None}
     guides = {"fence": "geofence", "watch": "watch"}
     guidance = {guides[option]: value for option, value in options.items() if option in guides and value is not None}
+    radio = {name: options[name] for name in ("seed", "scenario") if options.get(name) is not None}
+    link = dict(options.get("link") or {}) | radio
     return (
         # A new simulator would begin with a drone on the ground at time 0, and nobody else would.
         ProcessSpec("sim", f"{SIMULATION}.simulator.node:make_sim", sim, extra="sim", restart="never"),
@@ -42,6 +45,9 @@ def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
             essential=False,
             extra="sim",
         ),
+        ProcessSpec("video", f"{SIMULATION}.video.node:make_video", essential=False, extra="sim"),
+        ProcessSpec("link", f"{SIMULATION}.link.node:make_link", link, essential=False, extra="sim"),
+        ProcessSpec("ground", f"{SIMULATION}.video.ground:make_ground", essential=False, extra="sim"),
         ProcessSpec("bridge", "skillwing.m600.bridge.node:make_bridge", {"skillset": str(SKILLSET)}),
     )
 

@@ -14,6 +14,7 @@ from typing import Annotated, Any
 
 import msgspec
 
+from skillwing.sim_mujoco.link.radio import LinkFaultOptions, RadioOptions, RadioZone
 from skillwing.sim_mujoco.sensors.zones import Zone
 from skillwing.sim_mujoco.topics import Vector3
 
@@ -62,6 +63,7 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     turbulence: Annotated[float, msgspec.Meta(ge=0.0, le=50.0)] | None = None
     battery: Percent | None = None
     receiver: str | None = None
+    link: RadioOptions | None = None
 
     def sim_options(self) -> dict[str, Any]:
         """The same as options of the simulator node."""
@@ -113,9 +115,18 @@ def _in_words(complaint: str) -> str:
     """A complaint of the validation, with its place as people count: the second fault is `fault 2`."""
     what, _, place = complaint.partition(" - at `$")
     names = re.sub(r"\[(\d+)\]", lambda index: f" {int(index[1]) + 1}", place).strip("`").replace(".", " ").split()
-    kind: type[msgspec.Struct] = Zone if "zone" in names else _SECTIONS.get(names[0], Scenario) if names else Scenario
+    kind = next((_SECTIONS[name] for name in reversed(names) if name in _SECTIONS), Scenario)
     known = f"; known are {', '.join(f.encode_name for f in msgspec.structs.fields(kind))}" if "field" in what else ""
     return f"{' '.join(names)}: {what}{known}".removeprefix(": ")
 
 
-_SECTIONS: dict[str, type[msgspec.Struct]] = {"fault": FaultOptions, "gust": GustOptions, "pilot": PilotOptions}
+_SECTIONS: dict[str, type[msgspec.Struct]] = {
+    "fault": FaultOptions,
+    "gust": GustOptions,
+    "pilot": PilotOptions,
+    "zone": Zone,
+    "link": RadioOptions,
+    "zones": RadioZone,
+    "faults": LinkFaultOptions,
+}
+"""By the name of a section or a field: what can be written there."""

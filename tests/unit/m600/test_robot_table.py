@@ -27,8 +27,8 @@ def test_every_process_has_a_factory_and_options_that_survive_json(spec: Process
     assert json.loads(json.dumps(spec.options)) == spec.options
 
 
-def test_every_skill_has_a_manager_but_those_that_come_with_the_video() -> None:
-    assert {skill.name for skill in SKILLSET.skills} - set(ROBOT.hooks) <= {"stream"}
+def test_every_skill_has_a_manager() -> None:
+    assert {skill.name for skill in SKILLSET.skills} == set(ROBOT.hooks)
 
 
 @pytest.mark.parametrize("skill", sorted(ROBOT.hooks))

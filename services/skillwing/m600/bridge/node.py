@@ -15,6 +15,7 @@ from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
 from skillwing.m600.bridge.battery_level import BatteryLevel
 from skillwing.m600.bridge.extern_levels import ExternLevels, Level
+from skillwing.m600.bridge.link_level import SILENCE, LinkLevel
 from skillwing.m600.bridge.telemetry import Telemetry
 from skillwing.m600.latest import Latest
 from skillwing.services.bus import Answer, Bus, Refused, Sample
@@ -27,9 +28,11 @@ from skillwing.sim_mujoco.topics import (
     BATTERY,
     FLIGHT,
     HEALTH,
+    LINK_STATUS,
     Battery,
     FlightState,
     Health,
+    LinkStatus,
     Revoked,
     SensorStatus,
 )
@@ -56,6 +59,7 @@ class RobotBridge:
         self._skillset = skillset
         self._levels = ExternLevels()
         self._battery = BatteryLevel()
+        self._link = LinkLevel()
         self._health: dict[str, SensorStatus] = {}
         self._faults: set[str] = set()
         self._asked: set[str] = set()
@@ -70,6 +74,8 @@ class RobotBridge:
         Latest(bus, f"{HEALTH}/*", Health, self._on_health, events=True)
         Latest(bus, FLIGHT, FlightState, self._on_flight)
         Latest(bus, BATTERY, Battery, self._on_battery)
+        self._modem = Latest(bus, LINK_STATUS, LinkStatus, self._on_link)
+        bus.every(SILENCE / 4, self._miss_the_modem)
         bus.subscribe(keys.verdict("*"), self._on_verdict, events=True)
         self._resources.on_change(self._follow)
         bus.every(RESEND_PERIOD, self._follow)
@@ -126,6 +132,14 @@ class RobotBridge:
 
     def _on_battery(self, battery: Battery) -> None:
         self._want("battery_status", self._battery.update(battery.percent), "battery", f"{battery.percent:.0f} %")
+
+    def _on_link(self, link: LinkStatus) -> None:
+        through = link.bandwidth * (1.0 - link.loss) / 1e6
+        self._want("link_status", self._link.update(through), "link", f"{through:.2f} Mbit/s")
+
+    def _miss_the_modem(self) -> None:
+        if self._modem.value is not None and not self._modem.is_fresh(SILENCE):
+            self._want("link_status", self._link.update(0.0), "link", f"the modem is silent for {SILENCE:g} s")
 
     def _want(self, resource: str, state: str, subject: str, text: str = "") -> None:
         """Note where a resource should be. A change of that is the root of a chain of causes."""

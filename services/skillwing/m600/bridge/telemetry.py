@@ -14,16 +14,20 @@ from skillwing.services.bus import Bus, Sample
 from skillwing.services.protocol import DataSample, Keys, ProtocolError, decode, encode
 from skillwing.sim_mujoco.topics import (
     BATTERY,
+    LINK_STATUS,
     MAP,
     MAPPING_STATUS,
     NAVIGATION,
     OBSTACLE_STATUS,
+    VIDEO_STATUS,
     Battery,
+    LinkStatus,
     MapHeader,
     MappingStatus,
     Navigation,
     ObstacleStatus,
     Vector3,
+    VideoStatus,
 )
 
 _log = logging.getLogger(__name__)
@@ -59,6 +63,15 @@ def obstacle_distance(status: ObstacleStatus) -> Stamped | None:
     """What is free on the way to the target; without a target, the distance of whatever is ahead; None if unknown."""
     distance = status.free_distance if status.free_distance is not None else status.ahead
     return None if distance is None or status.stamp is None else Stamped(distance, status.stamp)
+
+
+def link_bandwidth(status: LinkStatus) -> Stamped:
+    return Stamped(status.bandwidth / 1e6, status.t)
+
+
+def video_quality(status: VideoStatus) -> Stamped | None:
+    """None while nothing is seen on the ground."""
+    return None if status.quality is None else Stamped(status.quality, status.t)
 
 
 class MapFeed:
@@ -97,6 +110,8 @@ class Telemetry:
             "heading": partial(_read, navigation, heading),
             "battery": partial(_read, Latest(bus, BATTERY, Battery), battery),
             "obstacle_distance": partial(_read, Latest(bus, OBSTACLE_STATUS, ObstacleStatus), obstacle_distance),
+            "link_bandwidth": partial(_read, Latest(bus, LINK_STATUS, LinkStatus), link_bandwidth),
+            "video_quality": partial(_read, Latest(bus, VIDEO_STATUS, VideoStatus), video_quality),
             "map_statistics": MapFeed(bus).read,
         }
         self._published_at: dict[str, float] = {}

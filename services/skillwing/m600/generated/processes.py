@@ -24,4 +24,5 @@ HOOKS = {
     "lidar_depthmap": f"{PACKAGE}.skills.lidar_depthmap:LidarDepthmapManager",
     "lidar_mapping": f"{PACKAGE}.skills.lidar_mapping:LidarMappingManager",
     "inspect": f"{PACKAGE}.skills.inspect:InspectManager",
+    "stream": f"{PACKAGE}.skills.stream:StreamManager",
 }

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections import deque
+from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from skillwing.services.bus import Bus, Publisher, Sample
@@ -15,7 +17,8 @@ from skillwing.sim_mujoco.axis import RefusedError
 from skillwing.sim_mujoco.link.pipe import Packet, Pipe
 from skillwing.sim_mujoco.link.radio import Conditions, Radio, RadioOptions, UnknownLinkFaultError
 from skillwing.sim_mujoco.messaging import answer_with
-from skillwing.sim_mujoco.options import read_options
+from skillwing.sim_mujoco.options import OptionsError, read_options
+from skillwing.sim_mujoco.scenario import ScenarioError, read_scenario
 from skillwing.sim_mujoco.topics import Vector3
 
 STEP = 0.01
@@ -127,12 +130,23 @@ def _deliver(end: Publisher, packets: list[Packet]) -> None:
 
 
 class LinkOptions(RadioOptions, frozen=True, forbid_unknown_fields=True):
-    """Options of `make_link`: those of the radio, and the seed of its losses."""
+    """Options of `make_link`: those of the radio, the seed of its losses, and a scenario file whose section `link` adds
+    zones and faults and takes the place of other options."""
 
     seed: int = 1
+    scenario: str | None = None
 
 
 def make_link(options: dict[str, Any]) -> LinkNode:
     """The link. Raises OptionsError."""
     wanted = read_options(options, LinkOptions)
-    return LinkNode(Radio(wanted), wanted.seed)
+    radio: RadioOptions = wanted
+    if wanted.scenario is not None:
+        try:
+            section = read_scenario(Path(wanted.scenario)).link
+        except ScenarioError as error:
+            raise OptionsError(str(error)) from error
+        if section is not None:
+            zones, faults = section.zones + wanted.zones, section.faults + wanted.faults
+            radio = msgspec.structs.replace(section, zones=zones, faults=faults)
+    return LinkNode(Radio(radio), wanted.seed)

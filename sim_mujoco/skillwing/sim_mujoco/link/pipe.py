@@ -15,19 +15,21 @@ BURST = 3_000
 """What an idle modem may send at once before its pace counts [bytes]."""
 LONGEST_WAIT = 2.0
 """What could not be sent for so long is dropped, so that a link that comes back does not begin with old news [s]."""
-HEADER = 40
-"""What every packet costs beside its payload: IP, UDP and RTP headers [bytes]."""
+HEADER = 60
+"""What every packet costs beside its payload: IP, UDP and RTP headers with an extension [bytes]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Packet:
+    """The attachment says what a real packet's header would."""
+
     payload: bytes
     attachment: bytes
 
     @property
     def size(self) -> int:
         """Bytes on the air."""
-        return len(self.payload) + len(self.attachment) + HEADER
+        return len(self.payload) + HEADER
 
 
 class Pipe:

@@ -9,32 +9,30 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Annotated, TypeAlias
+from typing import Annotated, Literal, TypeAlias
 
 import msgspec
 
 from skillwing.sim_mujoco.frames.vectors import Vector
-from skillwing.sim_mujoco.options import OptionsError
-from skillwing.sim_mujoco.topics import Vector3
+from skillwing.sim_mujoco.sensors.zones import Zone
 
 MEGABIT = 1e6
 FLOOR = 1.0
 """Bandwidths are blended by their logarithms, which nothing at all does not have [bit/s]."""
 
+NARROW, CUT = "narrow", "cut"
+FAULTS = (NARROW, CUT)
+Kind: TypeAlias = Literal["narrow", "cut"]
 Megabits: TypeAlias = Annotated[float, msgspec.Meta(ge=0.0, le=1e4)]
 Seconds: TypeAlias = Annotated[float, msgspec.Meta(ge=0.0, le=10.0)]
 Share: TypeAlias = Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
 Metres: TypeAlias = Annotated[float, msgspec.Meta(gt=0.0, le=1e6)]
 
 
-class ZoneOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A sphere (`center`, `radius`) or a box (`low`, `high`) in ENU, and what is left of the link inside of it. What it
-    does not name stays as outside."""
+class RadioZone(Zone, frozen=True, forbid_unknown_fields=True):
+    """A zone and what is left of the link inside of it: what it does not name stays as outside. Its effect begins
+    `edge` outside of its border [m]."""
 
-    center: Vector3 | None = None
-    radius: Metres | None = None
-    low: Vector3 | None = None
-    high: Vector3 | None = None
     edge: Metres = 4.0
     bandwidth: Megabits | None = None
     latency: Seconds | None = None
@@ -45,7 +43,7 @@ class LinkFaultOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     """A scheduled fault: `{"kind": "narrow", "at": 60.0}`, optionally with `for` seconds and a `magnitude`, the
     Mbit/s that are left."""
 
-    kind: str
+    kind: Kind
     at: float = 0.0
     duration: float | None = None
     magnitude: Megabits | None = None
@@ -58,7 +56,7 @@ class RadioOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     reach: Metres = 200.0
     latency: Seconds = 0.03
     loss: Share = 0.0
-    zones: tuple[ZoneOptions, ...] = ()
+    zones: tuple[RadioZone, ...] = ()
     faults: tuple[LinkFaultOptions, ...] = ()
 
 
@@ -71,8 +69,6 @@ class Conditions:
     loss: float
 
 
-NARROW, CUT = "narrow", "cut"
-FAULTS = (NARROW, CUT)
 USUAL_NARROW = 0.15
 """What a narrow link is left with unless somebody says otherwise [Mbit/s]."""
 
@@ -87,15 +83,11 @@ class UnknownLinkFaultError(ValueError):
 
 
 class Radio:
-    """Conditions by place and time. Pure; raises OptionsError for a zone that has no shape or has two."""
+    """Conditions by place and time. Pure."""
 
     def __init__(self, options: RadioOptions) -> None:
         self._options = options
-        self._zones = [(_shape_of(zone), zone) for zone in options.zones]
         self._faults: dict[str, float | None] = {}
-        for fault in options.faults:
-            if fault.kind not in FAULTS:
-                raise OptionsError(str(UnknownLinkFaultError(fault.kind)))
 
     def switch(self, kind: str, on: bool, magnitude: float | None = None) -> None:
         """Switch a fault; `magnitude` is what a narrow link is left with [Mbit/s]. Raises UnknownLinkFaultError."""
@@ -114,8 +106,8 @@ class Radio:
             options.bandwidth * MEGABIT / (1.0 + (distance / options.reach) ** 2), options.latency, options.loss
         )
         found = open_air
-        for shape, zone in self._zones:
-            found = _worst(found, _inside(open_air, zone, shape.depth(position)))
+        for zone in options.zones:
+            found = _worst(found, _inside(open_air, zone, zone.depth(position)))
         return self._spoilt(t, found)
 
     def _spoilt(self, t: float, conditions: Conditions) -> Conditions:
@@ -132,41 +124,7 @@ class Radio:
         return conditions
 
 
-@dataclass(frozen=True, slots=True)
-class Sphere:
-    center: Vector
-    radius: float
-
-    def depth(self, position: Vector) -> float:
-        """How far inside the place is; outside negative [m]."""
-        return self.radius - math.dist(position, self.center)
-
-
-@dataclass(frozen=True, slots=True)
-class Block:
-    low: Vector
-    high: Vector
-
-    def depth(self, position: Vector) -> float:
-        """How far inside the place is; outside negative [m]."""
-        beyond = [max(low - x, x - high) for low, x, high in zip(self.low, position, self.high, strict=True)]
-        outside = math.hypot(*(max(b, 0.0) for b in beyond))
-        return -outside if outside > 0.0 else -max(beyond)
-
-
-def _shape_of(zone: ZoneOptions) -> Sphere | Block:
-    match (zone.center, zone.radius, zone.low, zone.high):
-        case ((_, _, _) as center, float(radius), None, None):
-            return Sphere(center, radius)
-        case (None, None, (_, _, _) as low, (_, _, _) as high):
-            if all(a < b for a, b in zip(low, high, strict=True)):
-                return Block(low, high)
-            raise OptionsError(f"a zone's box reaches from {low} to {high}; every number of `high` has to be larger")
-        case _:
-            raise OptionsError("a zone of the link has either `center` and `radius` or `low` and `high`")
-
-
-def _inside(outside: Conditions, zone: ZoneOptions, depth: float) -> Conditions:
+def _inside(outside: Conditions, zone: RadioZone, depth: float) -> Conditions:
     """What the zone makes of the link so deep inside: all of its effect from its rim inwards, none `edge` outside."""
     share = min(1.0, max(0.0, 1.0 + depth / zone.edge))
     share = share * share * (3.0 - 2.0 * share)

@@ -33,8 +33,14 @@ class Zone(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             raise ValueError("a zone has either `low` and `high`, or `center` and `radius`")
 
     def contains(self, point: Vector) -> bool:
+        return self.depth(point) >= 0.0
+
+    def depth(self, point: Vector) -> float:
+        """How far inside the point is, from the nearest border; outside negative [m]."""
         if self.low is not None and self.high is not None:
-            return all(low <= x <= high for low, x, high in zip(self.low, point, self.high, strict=True))
+            beyond = [max(low - x, x - high) for low, x, high in zip(self.low, point, self.high, strict=True)]
+            outside = math.hypot(*(max(b, 0.0) for b in beyond))
+            return -outside if outside > 0.0 else -max(beyond)
         assert self.center is not None
         assert self.radius is not None
-        return math.dist(point[:2], self.center) <= self.radius
+        return self.radius - math.dist(point[:2], self.center)

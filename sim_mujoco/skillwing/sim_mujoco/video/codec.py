@@ -1,0 +1,106 @@
+"""H.264 by libx264 and libavcodec, through PyAV: one access unit in, one picture out, nothing held back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import av
+import av.error
+import numpy as np
+from av.video.codeccontext import VideoCodecContext
+from av.video.frame import PictureType
+from numpy.typing import NDArray
+
+Picture = NDArray[np.uint8]
+CLOCK = 90_000
+"""Ticks a second of a picture's time stamp, as RTP has it."""
+FASTEST_RATE, SLOWEST_RATE = 1_500_000, 40_000
+"""Between them the encoder's rate can be chosen [bit/s]."""
+_BUFFER = 0.05
+"""How long the largest picture may take at the fastest rate [s]: so a keyframe does not clog a narrow link."""
+
+
+@dataclass(frozen=True, slots=True)
+class AccessUnit:
+    """What a picture has become, and whether it can be decoded without those before it."""
+
+    data: bytes
+    keyframe: bool
+
+
+class Encoder:
+    """An encoder whose rate can be changed while it runs.
+
+    It is opened at the fastest rate and turned down from there: libx264 follows a new rate within about half a second
+    as long as it is not above the one it was opened with, and no keyframe is needed.
+    """
+
+    def __init__(self, width: int, height: int, fps: float) -> None:
+        self._codec = av.CodecContext.create("libx264", "w")
+        assert isinstance(self._codec, VideoCodecContext)
+        self._codec.width, self._codec.height, self._codec.pix_fmt = width, height, "yuv420p"
+        self._codec.time_base = Fraction(1, CLOCK)
+        self._codec.framerate = Fraction(fps).limit_denominator(1000)
+        self._codec.bit_rate = FASTEST_RATE
+        self._codec.thread_count = 1
+        self._codec.options = {
+            "preset": "veryfast",
+            "tune": "zerolatency",
+            "maxrate": str(FASTEST_RATE),
+            "bufsize": str(round(FASTEST_RATE * _BUFFER)),
+            # Keyframes come on request only: each costs as much as several other pictures.
+            "x264-params": "keyint=infinite:scenecut=0",
+        }
+        self._last = -1
+
+    def encode(self, picture: Picture, t: float, bitrate: float, *, keyframe: bool) -> AccessUnit | None:
+        """Encode a picture (height, width, 3) taken at `t` [s], aiming at `bitrate` [bit/s] from now on.
+
+        None where the encoder leaves a picture out. Times have to grow; a repeated one is moved by a tick.
+        """
+        # The rate counts from the second picture on: the encoder is opened, at its fastest rate, with the first.
+        if self._codec.is_open:
+            self._codec.bit_rate = round(min(max(bitrate, SLOWEST_RATE), FASTEST_RATE))
+        frame = av.VideoFrame.from_ndarray(picture, format="rgb24")
+        frame.pts = self._last = max(self._last + 1, round(t * CLOCK))
+        frame.time_base = Fraction(1, CLOCK)
+        frame.pict_type = PictureType.I if keyframe else PictureType.NONE
+        packets = self._codec.encode(frame)
+        if not packets:
+            return None
+        return AccessUnit(b"".join(bytes(packet) for packet in packets), any(packet.is_keyframe for packet in packets))
+
+
+class UndecodableError(ValueError):
+    """These bytes are no access unit that fits those before it."""
+
+
+class Decoder:
+    """Decodes one access unit after the other."""
+
+    def __init__(self) -> None:
+        self._codec = av.CodecContext.create("h264", "r")
+        assert isinstance(self._codec, VideoCodecContext)
+        self._codec.thread_count = 1
+
+    def decode(self, data: bytes) -> Picture:
+        """The picture (height, width, 3). Raises UndecodableError."""
+        try:
+            frames = self._codec.decode(av.Packet(data))
+        except av.error.FFmpegError as error:
+            raise UndecodableError(str(error)) from error
+        if not frames:
+            raise UndecodableError("there is no picture in it")
+        return np.asarray(frames[-1].to_ndarray(format="rgb24"), dtype=np.uint8)
+
+
+def jpeg(picture: Picture) -> bytes:
+    """A picture (height, width, 3) as a JPEG file."""
+    codec = av.CodecContext.create("mjpeg", "w")
+    assert isinstance(codec, VideoCodecContext)
+    codec.height, codec.width = picture.shape[:2]
+    codec.pix_fmt, codec.time_base = "yuvj420p", Fraction(1, CLOCK)
+    codec.qmin = codec.qmax = 5
+    packets = codec.encode(av.VideoFrame.from_ndarray(picture, format="rgb24"))
+    return b"".join(bytes(packet) for packet in (*packets, *codec.encode(None)))
