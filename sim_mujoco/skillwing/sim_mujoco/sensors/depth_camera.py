@@ -17,7 +17,7 @@ from skillwing.sim_mujoco.frames.motion import Motion
 from skillwing.sim_mujoco.frames.poses import rotations
 from skillwing.sim_mujoco.frames.vectors import Vector, add, to_world
 from skillwing.sim_mujoco.sensors.directions import depth_directions
-from skillwing.sim_mujoco.sensors.infill import Pixels, inverse_depths
+from skillwing.sim_mujoco.sensors.infill import Infill, Pixels
 from skillwing.sim_mujoco.sensors.noise import NoiseTable
 from skillwing.sim_mujoco.sensors.rays import RayScene
 from skillwing.sim_mujoco.topics import DepthHeader
@@ -54,8 +54,9 @@ class DepthCamera:
         self._rays, self._noise = rays, NoiseTable(rng)
         directions = depth_directions(depth_header(0.0))
         length = np.linalg.norm(directions, axis=-1, keepdims=True)
-        self._rays_in_body = directions / length
-        self._range_per_depth = length[..., 0].astype(np.float32)
+        self._rays_in_body = (directions / length).reshape(-1, 3)
+        self._range_per_depth = length.ravel().astype(np.float32)
+        self._infill = Infill(HEIGHT, WIDTH)
         self._reach = REACH * float(length.max())
 
     def picture(self, motion: Motion) -> NDArray[np.float32]:
@@ -79,11 +80,11 @@ class DepthCamera:
         turn = rotations(np.array([motion.quaternion]))[0].astype(np.float32)
         origin = np.array(add(motion.position, to_world(motion.quaternion, ZED_MOUNT)), dtype=np.float32)
 
-        def cast(rows: Pixels, columns: Pixels) -> NDArray[np.float32]:
-            ranges = self._rays.distances(origin, self._rays_in_body[rows, columns] @ turn.T, self._reach)
-            return np.divide(self._range_per_depth[rows, columns], ranges, out=ranges, where=ranges > 0.0)
+        def cast(pixels: Pixels) -> NDArray[np.float32]:
+            ranges = self._rays.distances(origin, self._rays_in_body.take(pixels, axis=0) @ turn.T, self._reach)
+            return np.divide(self._range_per_depth.take(pixels), ranges, out=ranges, where=ranges > 0.0)
 
-        return inverse_depths(HEIGHT, WIDTH, cast)
+        return self._infill.inverse_depths(cast)
 
 
 def _inverted(inverse: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -12,34 +12,45 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-Pixels = NDArray[np.int64]
+Pixels = NDArray[np.intp]
 Image = NDArray[np.float32]
-Cast = Callable[[Pixels, Pixels], Image]
-"""Inverse depths (n,) of the pixels in these rows and columns."""
+Cast = Callable[[Pixels], Image]
+"""Inverse depths (n,) of the pixels with these numbers, counted row by row."""
 
 _STRAIGHT = np.float32(2e-3)
 """How far, relative to the value, neighbours may lie off one line."""
 
 
-def inverse_depths(height: int, width: int, cast: Cast) -> Image:
-    """Inverse depths (height, width), both even; 0 where there is no return."""
-    rows, columns = np.meshgrid(np.arange(0, height, 2), np.arange(0, width, 2), indexing="ij")
-    known = cast(rows.ravel(), columns.ravel()).reshape(rows.shape)
-    half = _fill(known, lambda i, j: cast(2 * i, j))
-    return _fill(half.T, lambda i, j: cast(j, i)).T
+class Infill:
+    """Computes pictures of one size, of which both sides are even."""
+
+    def __init__(self, height: int, width: int) -> None:
+        self._numbers = np.arange(height * width, dtype=np.intp).reshape(height, width)
+        self._first = self._numbers[::2, ::2].ravel()
+        self._between_columns = np.ascontiguousarray(self._numbers[::2, 1::2])
+        self._between_rows = np.ascontiguousarray(self._numbers[1::2].T)
+
+    def inverse_depths(self, cast: Cast) -> Image:
+        """Inverse depths (height, width); 0 where there is no return."""
+        known = cast(self._first).reshape(self._between_columns.shape)
+        half = _fill(known, self._between_columns, cast)
+        return _fill(np.ascontiguousarray(half.T), self._between_rows, cast).T
 
 
-def _fill(known: Image, cast: Cast) -> Image:
-    """Put a column after each column of `known` (n, m): (n, 2 m)."""
+def _fill(known: Image, between: Pixels, cast: Cast) -> Image:
+    """Put a column after each column of `known` (n, m), whose pixels are `between` (n, m): (n, 2 m)."""
     filled = np.empty((known.shape[0], 2 * known.shape[1]), dtype=np.float32)
     filled[:, ::2] = known
-    step = np.diff(known, axis=1)
+    step = known[:, 1:] - known[:, :-1]
     middle = known[:, :-1] + np.float32(0.5) * step
-    bend = np.pad(np.abs(np.diff(step, axis=1)), ((0, 0), (1, 1)))
-    straight = np.maximum(bend[:, :-1], bend[:, 1:]) <= _STRAIGHT * middle
+    bend = np.abs(step[:, 1:] - step[:, :-1])
+    allowed = _STRAIGHT * middle
+    bent = np.zeros(known.shape, dtype=bool)
+    bent[:, :-2] = bend > allowed[:, :-1]
+    bent[:, 1:-1] |= bend > allowed[:, 1:]
+    bent[:, -1] = True
     filled[:, 1:-1:2] = middle
-    unknown = np.ones_like(known, dtype=bool)
-    unknown[:, :-1] = ~straight
-    i, j = np.nonzero(unknown)
-    filled[i, 2 * j + 1] = cast(i, 2 * j + 1)
+    unknown = np.flatnonzero(bent)
+    places = filled[:, 1::2]
+    places[bent] = cast(between.ravel()[unknown])
     return filled

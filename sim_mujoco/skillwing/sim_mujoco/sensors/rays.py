@@ -41,10 +41,8 @@ class RayScene:
         starts = np.ascontiguousarray(np.broadcast_to(origins, directions.shape), dtype=np.float32)
         found = self._scene.run(starts, np.ascontiguousarray(directions), dists=reach, output=True)
         distances, normals = found["tfar"], found["Ng"]
-        hit = distances < reach
-        distances[~hit] = 0.0
-        squareness = np.zeros_like(distances)
-        nx, ny, nz = normals[hit].T
-        dx, dy, dz = directions[hit].T
-        squareness[hit] = np.abs(nx * dx + ny * dy + nz * dz) / np.sqrt(nx * nx + ny * ny + nz * nz)
-        return distances, squareness
+        missed = distances >= reach
+        along = np.abs(np.einsum("ij,ij->i", normals, directions))
+        lengths = np.sqrt(np.einsum("ij,ij->i", normals, normals))
+        distances[missed], along[missed], lengths[missed] = 0.0, 0.0, 1.0
+        return distances, along / lengths

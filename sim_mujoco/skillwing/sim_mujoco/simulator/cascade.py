@@ -108,11 +108,12 @@ class AttitudeLoop:
         return self._mixer.thrusts(self._thrust, self._torque(self._wanted_rate(quaternion), rate))
 
     def _wanted_rate(self, quaternion: Quaternion) -> Vector:
-        now = axes(quaternion)
-        error = (0.0, 0.0, 0.0)
-        for actual, wanted in zip(now, self._axes, strict=True):
-            error = add(error, scale(0.5, cross(actual, wanted)))
-        roll, pitch, yaw = (dot(axis, error) for axis in now)
+        # Half the sum of the cross products of actual and wanted axes, in body coordinates.
+        x, y, z = axes(quaternion)
+        to_x, to_y, to_z = self._axes
+        roll = 0.5 * (dot(to_y, z) - dot(to_z, y))
+        pitch = 0.5 * (dot(to_z, x) - dot(to_x, z))
+        yaw = 0.5 * (dot(to_x, y) - dot(to_y, x))
         turn = clamp(2.0 * yaw, -0.8, 0.8) if self.holds_heading else 0.0
         return clamp(5.0 * roll, -2.0, 2.0), clamp(5.0 * pitch, -2.0, 2.0), turn
 
