@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
 
-.PHONY: setup demo test mutants lint format errors pictures reference lock clean history simulate fuzz chaos bench
+.PHONY: setup demo test mutants lint format errors pictures worlds reference lock clean history simulate fuzz chaos bench
 
 setup: $(READY)
 
@@ -56,6 +56,12 @@ pictures: setup
 	$(BIN)/skillwing demo --no-viewer --run-dir runs/pictures
 	mkdir -p docs/images
 	cp runs/pictures/timeline.png runs/pictures/map.png docs/images/
+
+# The gallery in docs/worlds.md. Nothing is flown for it.
+worlds: setup
+	mkdir -p docs/images/worlds
+	for kind in courtyard street village industrial inspection; do \
+		$(BIN)/skillwing world $$kind -o docs/images/worlds/$$kind.png || exit 1; done
 
 # Histories of the real resource manager, asked by several clients and killed, checked for linearizability.
 HISTORY_ARGS ?= --seconds 60
