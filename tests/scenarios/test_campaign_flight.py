@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import pytest
 
-from skillwing.m600.campaign.conditions import Condition, Handover
+from skillwing.m600.campaign.conditions import Condition
 from skillwing.m600.campaign.flight import fly
 from skillwing.m600.campaign.plan import FlightPlan
 from skillwing.m600.campaign.result import End
 from skillwing.m600.campaign.witness import HELD_FOR, Witness
 from skillwing.m600.robot import ROBOT
-from skillwing.services.bus import Request
 from skillwing.services.bus.inprocess import InProcessNetwork
-from skillwing.services.protocol import Keys, MissionStatus, decode, encode
-from skillwing.sim_mujoco.topics import FLIGHT, PILOT, TRUTH, Done, FlightState, SetPilot, Truth
+from skillwing.services.protocol import Keys, MissionStatus, encode
+from skillwing.sim_mujoco.topics import FLIGHT, TRUTH, FlightState, Truth
 
 TAKE_OFF = 4.0
 """Robot seconds: the drone is in the air, and all its sensors have spoken."""
@@ -36,9 +35,9 @@ def test_the_same_plan_is_the_same_flight_bit_by_bit_and_another_seed_is_another
 class Scene:
     """A drone that the test moves, and the witness who sees it."""
 
-    def __init__(self, *pilot: Handover) -> None:
+    def __init__(self, *, pilot_returns: bool = False) -> None:
         self.network = InProcessNetwork()
-        self.witness = Witness(ROBOT.skillset.stem, pilot)
+        self.witness = Witness(ROBOT.skillset.stem, pilot_returns=pilot_returns)
         self.network.attach(self.witness)
         self.bus = self.network.bus("drone")
         self.truth, self.flight = self.bus.advertise(TRUTH), self.bus.advertise(FLIGHT)
@@ -110,20 +109,13 @@ def test_a_drone_in_the_pilots_hands_is_handed_over_once_it_has_held_its_place()
     assert scene.witness.end is End.FLYING
 
 
-def test_the_pilot_acts_on_time_and_a_flight_waits_for_him_to_give_back_what_he_took() -> None:
-    scene = Scene(Handover(at=2.0, authority=False), Handover(at=20.0, authority=True))
-    asked: list[tuple[float, bool]] = []
-
-    def hand_over(request: Request) -> None:
-        asked.append((scene.bus.now(), decode(request.payload, SetPilot).authority))
-        request.reply(encode(Done()))
-
-    scene.bus.serve(PILOT, hand_over)
+def test_a_pilot_who_gives_back_what_he_took_has_to_do_so_first() -> None:
+    scene = Scene(pilot_returns=True)
     scene.end_mission()
-    scene.be(5.0, 4.0, authority=False, seconds=15.0)
+    scene.be(5.0, 4.0, authority=False, seconds=2.0 * HELD_FOR)
     assert scene.witness.end is End.FLYING
-    scene.network.run_for(10.0)
-    assert [(round(t), authority) for t, authority in asked] == [(2, False), (20, True)]
+    scene.be(5.0, 0.1, on_ground=True)
+    assert scene.witness.end is End.ELSEWHERE
 
 
 def test_leaving_the_fence_counts_once_until_the_drone_is_back_inside() -> None:

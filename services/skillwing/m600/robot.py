@@ -15,9 +15,9 @@ def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
 
     options: `seed` and kind of the `world`, `speed` (robot seconds per wall second, 0 for as fast as possible),
     `faults` as the simulator schedules them (`[{"sensor": "zed", "kind": "blackout", "at": 60.0}]`), the path of a
-    `scenario` file, `wind`, `battery` at the start; `fence` and `bounds` of the site, boxes from `low` to `high`;
-    `watch` False has guidance ignore obstacles; `link`, what the radio can do where (docs/video.md).
-    Absent ones keep their defaults.
+    `scenario` file, `wind`, `turbulence`, `gusts`, `battery` at the start, what the safety `pilot` does; `fence` and
+    `bounds` of the site, boxes from `low` to `high`; `watch` False has guidance ignore obstacles; `link`, what the
+    radio can do where (docs/video.md). Absent ones keep their defaults.
     """
     names = {
         "seed": "seed",
@@ -26,7 +26,10 @@ def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
         "faults": "faults",
         "scenario": "scenario",
         "wind": "wind",
+        "turbulence": "turbulence",
+        "gusts": "gusts",
         "battery": "battery",
+        "pilot": "pilot",
     }
     sim = {names[option]: value for option, value in options.items() if option in names and value is not None}
     guides = {"fence": "geofence", "watch": "watch"}

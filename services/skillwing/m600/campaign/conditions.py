@@ -7,8 +7,6 @@ import random
 from enum import StrEnum
 from typing import Any
 
-import msgspec
-
 SENSOR_FAULTS = ("blackout", "freeze", "noise", "bias", "dropout", "slow")
 EARLIEST = 2.0
 """Robot time at which the mission is about to take off [s]."""
@@ -36,31 +34,18 @@ _SUMMARIES = {
     Condition.CAMERA: "the depth camera fails, in one of six ways, for a while or for good",
     Condition.LIDAR: "the LiDAR fails in the same ways",
     Condition.BOTH: "both of them fail, each at its own time",
-    Condition.GUST: "wind of 4 to 9 m/s from anywhere",
+    Condition.GUST: "wind of 2 to 6 m/s from anywhere, turbulence, and three gusts of 3 to 7 m/s more",
     Condition.BATTERY: "the battery is charged so little that the drone has to come home early, or land",
     Condition.PILOT: "the safety pilot takes the authority and keeps it",
     Condition.PILOT_RETURNS: "the safety pilot takes the authority, and gives it back some seconds later",
 }
 
 
-class Handover(msgspec.Struct, frozen=True, kw_only=True):
-    """At robot time `at` [s] the safety pilot gives the computer the authority, or takes it."""
+def draw(condition: Condition, seed: int, flight_time: float) -> dict[str, Any]:
+    """What a flight meets that takes about `flight_time` seconds of robot time if nothing goes wrong.
 
-    at: float
-    authority: bool
-
-
-class Circumstances(msgspec.Struct, frozen=True, kw_only=True):
-    """What a flight meets. simulation: options of the functional layer; pilot: what the safety pilot does."""
-
-    simulation: dict[str, Any] = {}
-    pilot: tuple[Handover, ...] = ()
-
-
-def draw(condition: Condition, seed: int, flight_time: float) -> Circumstances:
-    """The circumstances of a flight that takes about `flight_time` seconds of robot time if nothing goes wrong.
-
-    They follow from condition and seed alone, and differ from those of any other condition with the same seed.
+    These are options of the functional layer. They follow from condition and seed alone, and those of one condition
+    tell nothing about those of another with the same seed.
     """
     chance = random.Random(f"{condition} {seed}")
 
@@ -68,7 +53,6 @@ def draw(condition: Condition, seed: int, flight_time: float) -> Circumstances:
         return round(chance.uniform(EARLIEST, flight_time), 2)
 
     simulation: dict[str, Any] = {}
-    pilot: list[Handover] = []
     match condition:
         case Condition.NONE:
             pass
@@ -79,16 +63,27 @@ def draw(condition: Condition, seed: int, flight_time: float) -> Circumstances:
         case Condition.BOTH:
             simulation["faults"] = [_sensor_fault(chance, sensor, moment()) for sensor in ("zed", "lidar")]
         case Condition.GUST:
-            speed, bearing = chance.uniform(4.0, 9.0), chance.uniform(0.0, 2.0 * math.pi)
-            simulation["wind"] = [round(speed * math.cos(bearing), 2), round(speed * math.sin(bearing), 2), 0.0]
+            simulation["wind"] = _wind(chance, 2.0, 6.0)
+            simulation["turbulence"] = round(chance.uniform(2.0, 6.0), 2)
+            simulation["gusts"] = [
+                {"at": moment(), "velocity": _wind(chance, 3.0, 7.0), "for": round(chance.uniform(2.0, 6.0), 2)}
+                for _ in range(3)
+            ]
         case Condition.BATTERY:
             simulation["battery"] = round(chance.uniform(30.2, 37.0), 2)
         case Condition.PILOT | Condition.PILOT_RETURNS:
             taken = moment()
-            pilot = [Handover(at=taken, authority=False)]
+            simulation["pilot"] = [{"at": taken, "authority": False}]
             if condition is Condition.PILOT_RETURNS:
-                pilot.append(Handover(at=round(taken + chance.uniform(2.0, 15.0), 2), authority=True))
-    return Circumstances(simulation=simulation, pilot=tuple(pilot))
+                back = round(taken + chance.uniform(2.0, 15.0), 2)
+                simulation["pilot"].append({"at": back, "authority": True})
+    return simulation
+
+
+def _wind(chance: random.Random, least: float, most: float) -> list[float]:
+    """Level wind of such a speed, to anywhere [m/s, ENU]."""
+    speed, bearing = chance.uniform(least, most), chance.uniform(0.0, 2.0 * math.pi)
+    return [round(speed * math.cos(bearing), 2), round(speed * math.sin(bearing), 2), 0.0]
 
 
 def _sensor_fault(chance: random.Random, sensor: str, at: float) -> dict[str, Any]:

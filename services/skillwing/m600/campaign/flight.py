@@ -12,6 +12,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from skillwing.m600.campaign.conditions import Condition
 from skillwing.m600.campaign.plan import FlightPlan
 from skillwing.m600.campaign.result import End, FlightResult
 from skillwing.m600.campaign.witness import Witness
@@ -35,7 +36,7 @@ def fly(plan: FlightPlan, run_dir: Path | None = None, *, longest: float = LONGE
     in the result.
     """
     begun = time.process_time()
-    witness = Witness(ROBOT.skillset.stem, plan.circumstances().pilot)
+    witness = Witness(ROBOT.skillset.stem, pilot_returns=plan.condition is Condition.PILOT_RETURNS)
     options = plan.robot_options()
     if run_dir is not None:
         options["run_dir"] = str(run_dir)

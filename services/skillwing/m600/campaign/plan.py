@@ -8,7 +8,7 @@ from typing import Any
 
 import msgspec
 
-from skillwing.m600.campaign.conditions import Circumstances, Condition, draw
+from skillwing.m600.campaign.conditions import Condition, draw
 from skillwing.sim_mujoco.world.kinds import make_site
 from skillwing.sim_mujoco.world.site import Site
 
@@ -45,8 +45,8 @@ class FlightPlan(msgspec.Struct, frozen=True, kw_only=True):
         """What is known of its world beforehand."""
         return make_site(self.seed, self.world)
 
-    def circumstances(self) -> Circumstances:
-        """What befalls the drone."""
+    def circumstances(self) -> dict[str, Any]:
+        """What befalls the drone, as options of the functional layer."""
         return draw(self.condition, self.seed, flight_time(self.site()))
 
     def robot_options(self) -> dict[str, Any]:
@@ -58,7 +58,7 @@ class FlightPlan(msgspec.Struct, frozen=True, kw_only=True):
             "fence": {"low": list(site.fence.low), "high": list(site.fence.high)},
             "bounds": {"low": list(site.bounds.low), "high": list(site.bounds.high)},
             "watch": self.watched,
-            **self.circumstances().simulation,
+            **self.circumstances(),
         }
 
     def mission_options(self) -> dict[str, Any]:

@@ -1,14 +1,12 @@
-"""Who watches a flight of a campaign, plays its safety pilot, and says when it is over."""
+"""Who watches a flight of a campaign, and says when it is over."""
 
 from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from skillwing.m600.campaign.conditions import Handover
 from skillwing.m600.campaign.result import End
 from skillwing.m600.judge.flight_log import SavedMap
 from skillwing.services.bus import Answer, Answered, Bus
@@ -19,13 +17,11 @@ from skillwing.sim_mujoco.topics import (
     FLIGHT,
     MAP_SNAPSHOT,
     MAPPING_STATUS,
-    PILOT,
     TRUTH,
     Empty,
     FlightState,
     MapHeader,
     MappingStatus,
-    SetPilot,
     Truth,
 )
 
@@ -38,14 +34,17 @@ HELD_WITHIN = 2.0
 
 
 class Witness:
-    """A node that sees what the robot does not know: the truth. pilot: what the safety pilot does, by robot time."""
+    """A node that sees what the robot does not know: the truth.
+
+    pilot_returns: the safety pilot gives the authority back, so that a drone in his hands is not handed over for good.
+    """
 
     name = "witness"
     owns_clock = False
 
-    def __init__(self, skillset: str, pilot: Sequence[Handover] = ()) -> None:
+    def __init__(self, skillset: str, *, pilot_returns: bool = False) -> None:
         self._keys = Keys(skillset)
-        self._pilot = pilot
+        self._pilot_returns = pilot_returns
         self._digest = hashlib.sha256()
         self._state: FlightState | None = None
         self._truth: Truth | None = None
@@ -67,8 +66,6 @@ class Witness:
         bus.subscribe(keys.mission_status, message_reader(MissionStatus, self._on_mission), events=True)
         bus.subscribe(keys.timeline, message_reader(Record, self._on_message), events=True)
         bus.subscribe(keys.status("*"), message_reader(GoalStatus, self._on_message), events=True)
-        for handover in self._pilot:
-            bus.after(handover.at - bus.now(), self._hand_over(handover))
 
     def detach(self) -> None:
         """It only looks on."""
@@ -89,10 +86,8 @@ class Witness:
         if state.on_ground and not state.rotors_on:
             return End.HOME if math.hypot(*truth.position[:2]) <= AT_HOME else End.ELSEWHERE
         held = self._held
-        # Who still has to give the authority back is not done.
-        if held is None or (self._pilot and self._pilot[-1].authority):
-            return End.FLYING
-        return End.HANDED_OVER if truth.t - held.t >= HELD_FOR else End.FLYING
+        handed_over = held is not None and not self._pilot_returns and truth.t - held.t >= HELD_FOR
+        return End.HANDED_OVER if handed_over else End.FLYING
 
     @property
     def collisions(self) -> int:
@@ -140,9 +135,3 @@ class Witness:
 
     def _on_message(self, message: Record | GoalStatus) -> None:
         self._digest.update(encode(message))
-
-    # --- what it does ------------------------------------------------------------------------------------------------
-
-    def _hand_over(self, handover: Handover) -> Callable[[], None]:
-        command = encode(SetPilot(authority=handover.authority))
-        return lambda: self._bus.ask(PILOT, command, lambda answer: None)
