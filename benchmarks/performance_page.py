@@ -20,18 +20,18 @@ def make_parser(description: str | None) -> argparse.ArgumentParser:
     return options
 
 
-def tell(script: str, title: str, body: str, *, write: bool) -> None:
-    """Print a section, and with `write` put it into the page in place of the one that `script` wrote before."""
+def tell(script: str, title: str, body: str, *, write: bool, file: Path = PAGE) -> None:
+    """Print a section, and with `write` put it into the page `file` in place of the one `script` wrote before."""
     begin, end = f"<!-- benchmarks/{script} -->", f"<!-- end of benchmarks/{script} -->"
     again = f"`python benchmarks/{script} --write` measures again and rewrites this section."
     section = f"{begin}\n## {title}\n\n{body.strip()}\n\n{again}\n{end}"
     sys.stdout.write(section + "\n")
     if write:
-        page = PAGE.read_text(encoding="utf-8") if PAGE.exists() else "# Performance\n"
+        page = file.read_text(encoding="utf-8") if file.exists() else f"# {file.stem.capitalize()}\n"
         before, found, rest = page.partition(begin)
         if not found:
             before, rest = page.rstrip() + "\n\n", end + "\n"
-        PAGE.write_text(before + section + rest.split(end, 1)[1], encoding="utf-8")
+        file.write_text(before + section + rest.split(end, 1)[1], encoding="utf-8")
 
 
 def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

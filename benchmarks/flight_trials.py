@@ -1,0 +1,329 @@
+"""The flights of benchmarks/flight_tests.py: each is one flight of the simulated drone over open ground, and what is
+measured in it. The autopilot flies on its own navigation; what is measured is the true motion.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skillwing.sim_mujoco.frames.vectors import Vector, axes, heading_of, norm, wrap
+from skillwing.sim_mujoco.geofence import Box
+from skillwing.sim_mujoco.guidance.trajectory import straight
+from skillwing.sim_mujoco.simulator.autopilot import Limits, Mode, Setpoint
+from skillwing.sim_mujoco.simulator.simulator import Simulator
+from skillwing.sim_mujoco.simulator.wind import Gust
+from skillwing.sim_mujoco.world.terrain import make_terrain
+from skillwing.sim_mujoco.world.world import World, make_world
+
+STILL: Vector = (0.0, 0.0, 0.0)
+PLACE: Vector = (15.0, 10.0, 15.0)
+WIND: Vector = (8.0, 4.0, 0.0)
+_PERIOD = 0.02
+_SETTLING = 4.0
+Plan = Callable[[float], Setpoint | None]
+
+
+def open_ground(seed: int, amplitude: float = 0.45) -> World:
+    """The ground of a seed, with hills of this height [m] and nothing on it."""
+    terrain = make_terrain(np.random.default_rng(seed), (15.0, 10.0), (35.0, 30.0), amplitude=amplitude)
+    return dataclasses.replace(make_world(seed), obstacles=(), terrain=terrain)
+
+
+class Flight:
+    """One drone, put into the air at rest; every 20 ms of true motion are remembered."""
+
+    def __init__(self, world: World, place: Vector = PLACE, **options: Any) -> None:
+        self.simulator = Simulator(world, sensors=("range",), **options)
+        self.simulator.place(place)
+        # Rotors start for a setpoint that is higher.
+        x, y, z = place
+        self.simulator.command(Setpoint((x, y, z + 0.1), STILL, 0.0))
+        self.simulator.advance(_PERIOD)
+        self.times: list[float] = []
+        self.positions: list[Vector] = []
+        self.velocities: list[Vector] = []
+        self.headings: list[float] = []
+        self.tilts: list[float] = []
+        self.failsafes: list[str] = []
+
+    def fly(self, seconds: float, plan: Plan, until: Callable[[], bool] = lambda: False) -> Flight:
+        """Give the plan's setpoints (None for none) for so long, or until something has happened."""
+        simulator = self.simulator
+        end = simulator.t + seconds
+        while simulator.t < end - 1e-9 and not until():
+            setpoint = plan(simulator.t)
+            if setpoint is not None:
+                simulator.command(setpoint)
+            simulator.advance(simulator.t + _PERIOD)
+            motion = simulator.motion
+            self.times.append(simulator.t)
+            self.positions.append(motion.position)
+            self.velocities.append(motion.velocity)
+            self.headings.append(heading_of(motion.quaternion))
+            self.tilts.append(math.acos(min(1.0, max(-1.0, axes(motion.quaternion)[2][2]))))
+            self.failsafes.append(simulator.autopilot.failsafe)
+        return self
+
+    def land(self, plan: Plan, seconds: float = 60.0) -> Flight:
+        """Fly on until the drone stands, and then until its rotors have run down."""
+        self.fly(seconds, plan, lambda: self.simulator.autopilot.on_ground)
+        return self.fly(0.5, lambda _: None)
+
+    @property
+    def landed(self) -> bool:
+        """It stands upright, and has touched nothing but the ground, and that gently."""
+        simulator = self.simulator
+        return simulator.autopilot.on_ground and simulator.collisions == 0 and self.tilts[-1] < math.radians(30.0)
+
+    @property
+    def touchdown_speed(self) -> float:
+        """Fastest motion in the last fifth of a second before the drone first came to rest for good [m/s]."""
+        speeds = np.linalg.norm(self.velocities, axis=1)
+        moving = np.flatnonzero(speeds > 0.2)
+        last = int(moving[-1]) if len(moving) else 0
+        return float(speeds[max(0, last - 10) : last + 1].max())
+
+    def drift(self, since: float) -> float:
+        """How far from where it was then the drone ends, level [m]."""
+        start = self.positions[np.searchsorted(self.times, since)]
+        return math.dist(start[:2], self.positions[-1][:2])
+
+    def errors(self, wanted: Vector, since: float) -> NDArray[np.float64]:
+        """Distances from a place from a time on (N,) [m]."""
+        away = np.array(self.positions) - np.array(wanted)
+        return np.linalg.norm(away, axis=1)[np.array(self.times) >= since]
+
+
+def stay(place: Vector = PLACE, heading: float = 0.0) -> Plan:
+    """A plan to be somewhere."""
+    return lambda _: Setpoint(place, STILL, heading)
+
+
+def along(start: Vector, velocity: Vector, since: float) -> Plan:
+    """A plan to fly straight on, not caring where to."""
+
+    def plan(t: float) -> Setpoint:
+        gone = max(0.0, t - since)
+        x, y, z = (p + v * gone for p, v in zip(start, velocity, strict=True))
+        return Setpoint((x, y, z), velocity, 0.0)
+
+    return plan
+
+
+def nothing(_: float) -> None:
+    """A plan of no setpoints at all."""
+
+
+# --- control -----------------------------------------------------------------------------------------------------
+
+
+def step_response(seed: int) -> tuple[Flight, dict[str, float]]:
+    """Told to be 10 m further east at once."""
+    x, y, z = PLACE
+    return _way_of_ten_metres(seed, lambda begun: stay((x + 10.0, y, z)))
+
+
+def guided_leg(seed: int) -> tuple[Flight, dict[str, float]]:
+    """Flown 10 m east as guidance flies a segment, at 3 m/s."""
+    x, y, z = PLACE
+
+    def plan_from(begun: float) -> Plan:
+        segment = straight(PLACE, (x + 10.0, y, z), 3.0, begun)
+
+        def plan(t: float) -> Setpoint:
+            position, velocity, acceleration = segment.at(t)
+            return Setpoint(position, velocity, 0.0, acceleration=acceleration)
+
+        return plan
+
+    return _way_of_ten_metres(seed, plan_from)
+
+
+def _way_of_ten_metres(seed: int, plan_from: Callable[[float], Plan]) -> tuple[Flight, dict[str, float]]:
+    flight = Flight(open_ground(seed)).fly(_SETTLING, stay())
+    begun = flight.simulator.t
+    flight.fly(14.0, plan_from(begun))
+    away = (np.array(flight.positions) - np.array(PLACE))[np.array(flight.times) > begun]
+    t90 = _PERIOD * float(np.argmax(away[:, 0] >= 9.0))
+    return flight, {
+        "t90, s": t90,
+        "overshoot, cm": 100.0 * max(0.0, float(away[:, 0].max()) - 10.0),
+        "sideways, cm": 100.0 * float(np.abs(away[:, 1]).max()),
+        "up or down, cm": 100.0 * float(np.abs(away[:, 2]).max()),
+    }
+
+
+def turn(seed: int) -> tuple[Flight, dict[str, float]]:
+    """Told to point north instead of east at once."""
+    flight = Flight(open_ground(seed)).fly(_SETTLING, stay())
+    begun = flight.simulator.t
+    flight.fly(8.0, stay(heading=math.pi / 2))
+    off = np.array([wrap(h - math.pi / 2) for h in flight.headings])
+    there = next(t for t, o in zip(flight.times, off, strict=True) if t > begun and abs(o) < math.radians(5.0))
+    return flight, {
+        "within 5 degrees after, s": there - begun,
+        "overshoot, degrees": math.degrees(max(0.0, off.max())),
+        "place kept within, cm": 100.0 * float(flight.errors(PLACE, begun).max()),
+    }
+
+
+def hover(seed: int, seconds: float = 40.0, **options: Any) -> tuple[Flight, dict[str, float]]:
+    """Told to stay, in some wind."""
+    flight = Flight(open_ground(seed), **options).fly(8.0 + seconds, stay())
+    errors = 100.0 * flight.errors(PLACE, 8.0)
+    return flight, {
+        "RMS, cm": float(np.sqrt((errors**2).mean())),
+        "largest, cm": float(errors.max()),
+        "largest tilt, degrees": math.degrees(max(flight.tilts)),
+    }
+
+
+def into_wind(seed: int) -> tuple[Flight, dict[str, float]]:
+    """Put level and at rest into a wind that blows already: a step of it."""
+    flight = Flight(open_ground(seed), wind=WIND).fly(12.0, stay())
+    errors = flight.errors(PLACE, 0.0)
+    back = np.flatnonzero(errors > 0.1)
+    return flight, {
+        "largest deviation, cm": 100.0 * float(errors.max()),
+        "back within 10 cm after, s": flight.times[int(back[-1])] if len(back) else 0.0,
+    }
+
+
+def gust(seed: int) -> tuple[Flight, dict[str, float]]:
+    """A gust of 10 m/s that swells and ends within 3 s."""
+    gusts = [Gust(_SETTLING, (10.0, 0.0, 0.0), 3.0)]
+    flight = Flight(open_ground(seed), gusts=gusts).fly(_SETTLING + 8.0, stay())
+    return flight, {"largest deviation, cm": 100.0 * float(flight.errors(PLACE, _SETTLING).max())}
+
+
+# --- landing -----------------------------------------------------------------------------------------------------
+
+
+def land_on_a_slope(seed: int, amplitude: float) -> tuple[Flight, dict[str, float]]:
+    """Come down by the range-finder where the ground of the seed slopes most, and take off from there again."""
+    world = open_ground(seed, amplitude)
+    (x, y), slope = _steepest(world)
+    high = world.terrain.highest + 6.0
+    flight = Flight(world, (x, y, high)).fly(1.0, stay((x, y, high)))
+    flight.land(nothing)
+    landed, speed, drift = flight.landed, flight.touchdown_speed, flight.drift(1.0)
+    tilt = math.degrees(flight.tilts[-1])
+    flight.fly(8.0, stay((x, y, flight.positions[-1][2] + 3.0)))
+    up = flight.simulator.autopilot.mode is Mode.FOLLOW and flight.simulator.collisions == 0
+    return flight, {
+        "slope, degrees": slope,
+        "landed": float(landed),
+        "touchdown speed, m/s": speed,
+        "drift, cm": 100.0 * drift,
+        "stands tilted by, degrees": tilt,
+        "took off again": float(up),
+    }
+
+
+def _steepest(world: World) -> tuple[tuple[float, float], float]:
+    """Where the ground is steepest, away from its border, and how steep that is [degrees]."""
+    heights = world.terrain.heights
+    (cx, cy), (hx, hy) = world.terrain.centre, world.terrain.half
+    north, east = np.gradient(heights, 2 * hy / (heights.shape[0] - 1), 2 * hx / (heights.shape[1] - 1))
+    slopes = np.hypot(east, north)[10:-10, 10:-10]
+    row, column = np.unravel_index(int(slopes.argmax()), slopes.shape)
+    x = cx - hx + (column + 10) * 2 * hx / (heights.shape[1] - 1)
+    y = cy - hy + (row + 10) * 2 * hy / (heights.shape[0] - 1)
+    return (float(x), float(y)), math.degrees(math.atan(slopes.max()))
+
+
+# --- failsafes ---------------------------------------------------------------------------------------------------
+
+
+def fence_run(seed: int, direction: Vector, wind_speed: float) -> tuple[Flight, dict[str, float]]:
+    """Told to fly through a wall of the fence at full speed, with the wind behind."""
+    fence = Box((-20.0, -20.0, -1.0), (50.0, 40.0, 30.0))
+    top = 2.0 if direction[2] else 6.0
+    velocity = (top * direction[0], top * direction[1], top * direction[2])
+    wind = (wind_speed * direction[0], wind_speed * direction[1], 0.0)
+    flight = Flight(open_ground(seed), wind=wind, limits=Limits(fence=fence)).fly(_SETTLING, stay())
+    flight.fly(16.0, along(PLACE, velocity, flight.simulator.t))
+    places = np.array(flight.positions)
+    gaps = np.minimum(np.array(fence.high) - places, places - np.array(fence.low)).min(axis=1)
+    return flight, {
+        "speed, m/s": max(norm(v) for v in flight.velocities),
+        "least distance, m": float(gaps.min()),
+        "at rest": float(norm(flight.velocities[-1]) < 0.5),
+    }
+
+
+def rotor_out(seed: int, rotor: int, left: float, **options: Any) -> tuple[Flight, dict[str, float]]:
+    """A rotor gives only the part `left` of its thrust while the drone flies east at 3 m/s."""
+    flight = Flight(open_ground(seed), **options).fly(_SETTLING, stay())
+    flight.fly(3.0, along(PLACE, (3.0, 0.0, 0.0), flight.simulator.t))
+    begun = flight.simulator.t
+    flight.simulator.set_fault(f"rotor/{rotor}", "weak", on=True, magnitude=left)
+    x, y, z = flight.positions[-1]
+    flight.land(stay((x, y, z)), 40.0)
+    found = next((t for t, text in zip(flight.times, flight.failsafes, strict=True) if "rotor" in text), None)
+    named = any(text.startswith(f"rotor {rotor} failed") for text in flight.failsafes)
+    after = np.array(flight.times) > begun
+    heights = np.array([p[2] for p in flight.positions])[after]
+    spin = np.diff(np.unwrap(flight.headings)) / _PERIOD
+    return flight, {
+        "found after, s": math.nan if found is None else found - begun,
+        "right one": float(named),
+        "landed": float(flight.landed),
+        "touchdown speed, m/s": flight.touchdown_speed if found is not None else math.nan,
+        "drift, m": flight.drift(begun),
+        "climbed or sank at once, m": float(abs(heights[: round(1.0 / _PERIOD)] - z).max()),
+        "largest tilt, degrees": math.degrees(float(np.array(flight.tilts)[after].max())),
+        "largest yaw rate, degrees/s": math.degrees(float(np.abs(spin[after[1:]]).max())),
+    }
+
+
+def silence(seed: int, **options: Any) -> tuple[Flight, dict[str, float]]:
+    """Setpoints end at 5 m/s."""
+    flight = Flight(open_ground(seed), **options).fly(_SETTLING, stay())
+    flight.fly(4.0, along(PLACE, (5.0, 0.0, 0.0), flight.simulator.t))
+    begun = flight.simulator.t
+    flight.land(nothing)
+    at = {text: t for t, text in reversed(list(zip(flight.times, flight.failsafes, strict=True)))}
+    return flight, {
+        "brakes after, s": at[Mode.HOVER.value] - begun,
+        "stops within, m": flight.drift(begun),
+        "lands after, s": at[Mode.LAND.value] - begun,
+        "landed": float(flight.landed),
+        "touchdown speed, m/s": flight.touchdown_speed,
+    }
+
+
+def low_battery(seed: int, **options: Any) -> tuple[Flight, dict[str, float]]:
+    """The battery becomes critical 25 m above the ground, and setpoints go on."""
+    place = (15.0, 10.0, 25.0)
+    flight = Flight(open_ground(seed), place, battery_percent=8.3, **options).land(stay(place), 90.0)
+    at = next(t for t, text in zip(flight.times, flight.failsafes, strict=True) if text)
+    return flight, {
+        "down after, s": flight.times[-1] - 0.5 - at,
+        "landed": float(flight.landed),
+        "touchdown speed, m/s": flight.touchdown_speed,
+        "drift, m": flight.drift(at),
+        "charge left, %": flight.simulator.battery.percent,
+    }
+
+
+def lost_fixes(seed: int, **options: Any) -> tuple[Flight, dict[str, float]]:
+    """The satellite receiver falls silent for good, and setpoints go on."""
+    flight = Flight(open_ground(seed), **options).fly(8.0, stay())
+    begun = flight.simulator.t
+    flight.simulator.set_fault("gnss", "blackout", on=True)
+    flight.land(stay(), 300.0)
+    at = next((t for t, text in zip(flight.times, flight.failsafes, strict=True) if "navigation" in text), math.nan)
+    return flight, {
+        "lands after, s": at - begun,
+        "landed": float(flight.landed),
+        "touchdown speed, m/s": flight.touchdown_speed,
+        "drift until then, m": math.dist(PLACE[:2], flight.positions[np.searchsorted(flight.times, at) - 1][:2]),
+        "drift in all, m": flight.drift(begun),
+    }
