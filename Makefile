@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
 
-.PHONY: setup demo test mutants lint format errors pictures worlds reference lock clean history simulate fuzz chaos bench
+.PHONY: setup demo test mutants lint format errors pictures worlds reference lock clean history simulate fuzz chaos bench flight-tests
 
 setup: $(READY)
 
@@ -38,13 +38,19 @@ format: setup
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-# The figures in docs/performance.md, for the better or the worse; on a quiet machine, for three minutes.
+# The figures in docs/performance.md, for the better or the worse; on a quiet machine, for four minutes.
 bench: setup
 	$(BIN)/python benchmarks/latency.py --write
 	$(BIN)/python benchmarks/managers.py --write
 	$(BIN)/python benchmarks/messages.py --write
 	$(BIN)/python benchmarks/tree_tick.py --write
 	$(BIN)/python benchmarks/language.py --write
+	$(BIN)/python benchmarks/sim_speed.py --write
+
+# How well the simulated drone flies, over seeds: figures and pictures in docs/flight.md. FLIGHT_ARGS=--only rotors for a part.
+FLIGHT_ARGS ?=
+flight-tests: setup
+	$(BIN)/python benchmarks/flight_tests.py --write $(FLIGHT_ARGS)
 
 # What follows from the code in docs/errors/: headings, the output under each example, the index.
 errors: setup
