@@ -21,7 +21,7 @@ from skillwing.sim_mujoco.world.world import World
 
 _AROUND = 14.0
 """How much is shown around the fence, seen from above [m]."""
-_ROWS: Final = 480
+ROWS: Final = 480
 _WIDTH = 44.0
 """Of the view from the helicopter [degrees]."""
 _DPI: Final = 100
@@ -29,25 +29,25 @@ _ROUTE, _AREA, _FENCE, _TARGET = "#e0115f", "#ffffff", "#ffcf33", "#19d3ff"
 _EDGE = withStroke(linewidth=3.2, foreground="#00000090")
 
 
-def draw_world(file: Path, world: World) -> None:
-    """Write the picture to `file` (PNG, 256 colours)."""
+def draw_world(file: Path, world: World, rows: int = ROWS) -> None:
+    """Write the picture to `file` (PNG, 256 colours); its two views are so many pixels high."""
     renderer, site = Renderer(world), world.site
     (west, south, _), (east, north, _) = site.fence.low, site.fence.high
     low, high = (west - _AROUND, south - _AROUND), (east + _AROUND, north + _AROUND)
-    above = renderer.picture(from_above(low, high, 200.0, 2 * _ROWS))
-    columns = round(1.5 * _ROWS)
-    oblique = renderer.picture(from_place(*_helicopter(site), (2 * _ROWS, 2 * columns), _WIDTH))
-    figure = Figure(figsize=((above.shape[1] + columns + 70) / _DPI, (_ROWS + 76) / _DPI), dpi=_DPI)
+    above = renderer.picture(from_above(low, high, 200.0, 2 * rows))
+    columns = round(1.5 * rows)
+    oblique = renderer.picture(from_place(*_helicopter(site), (2 * rows, 2 * columns), _WIDTH))
+    figure = Figure(figsize=((above.shape[1] + columns + 70) / _DPI, (rows + 76) / _DPI), dpi=_DPI)
     canvas = FigureCanvasAgg(figure)
     width, height = (size * _DPI for size in figure.get_size_inches())
-    plan = figure.add_axes((50 / width, 42 / height, above.shape[1] / width, _ROWS / height))
+    plan = figure.add_axes((50 / width, 42 / height, above.shape[1] / width, rows / height))
     plan.imshow(above, extent=(low[0], high[0], low[1], high[1]))
     _draw_site(plan, site)
     plan.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     plan.set_xlabel("east [m]", loc="left", labelpad=0)
     plan.set_ylabel("north [m]", labelpad=0)
     plan.tick_params(labelsize=8)
-    view = figure.add_axes((1 - (columns + 8) / width, 42 / height, columns / width, _ROWS / height))
+    view = figure.add_axes((1 - (columns + 8) / width, 42 / height, columns / width, rows / height))
     view.imshow(oblique)
     view.set_axis_off()
     figure.text(50 / width, 1 - 22 / height, _title(site), fontsize=12)
