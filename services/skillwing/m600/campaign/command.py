@@ -21,7 +21,7 @@ from skillwing.m600.campaign.conditions import Condition
 from skillwing.m600.campaign.crew import Crew
 from skillwing.m600.campaign.ledger import Ledger
 from skillwing.m600.campaign.outcomes import outcome_table, outcomes
-from skillwing.m600.campaign.plan import FlightPlan
+from skillwing.m600.campaign.plan import FlightPlan, Network
 from skillwing.m600.campaign.result import FlightResult
 from skillwing.services.commands.exit_codes import FAILED, OK
 from skillwing.services.commands.output import make_console, print_json
@@ -52,7 +52,9 @@ def campaign(
         str, typer.Option(metavar="NAME,...", help=f"Conditions: {', '.join(Condition)}; or all.")
     ] = Condition.NONE,
     worlds: Annotated[str, typer.Option(metavar="KIND,...", help="Kinds of worlds.")] = "courtyard",
-    jobs: Annotated[int, typer.Option(metavar="N", min=0, help="Flights at once; 0 for one on each core.")] = 0,
+    jobs: Annotated[
+        int, typer.Option(metavar="N", min=0, help="Flights at once; 0 for one on each core, or for one over Zenoh.")
+    ] = 0,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="DIR", help="Default runs/TIME-campaign-MISSION.")
     ] = None,
@@ -64,6 +66,9 @@ def campaign(
     without_obstacles: Annotated[
         bool, typer.Option("--without-obstacles", help="Take obstacle detection's word away: drones collide.")
     ] = False,
+    on: Annotated[
+        Network, typer.Option("--on", help="Fly in one process and virtual time, or with real processes over Zenoh.")
+    ] = Network.IN_PROCESS,
     write: Annotated[
         Path | None, typer.Option("--write", metavar="FILE", help="Write the table into a page, as docs/missions.md.")
     ] = None,
@@ -72,11 +77,13 @@ def campaign(
     """Fly a mission in many simulated worlds, much faster than real time, and count what became of the drone.
 
     Each flight is the robot's whole process table in one process and virtual time. What goes wrong, and when, follows
-    from its seed; the same flight is the same again, bit by bit. Each flight that ends is a line of `flights.jsonl`,
-    so that a campaign that was ended goes on by `--resume`. Exit codes: 0 every promise was kept (nothing hit, fence
-    kept, landed or handed over), 1 one was broken, 2 it cannot be flown with these options, 130 it was called off.
+    from its seed; the same flight is the same again, bit by bit. `--on zenoh` flies the same with real processes. Each
+    flight that ends is a line of `flights.jsonl`, so that a campaign that was ended goes on by `--resume`. Exit codes:
+    0 every promise was kept (nothing hit, fence kept, landed or handed over), 1 one was broken, 2 it cannot be flown
+    with these options, 130 it was called off.
     """
-    plans = make_plans(mission, seeds, faults, worlds, watched=not without_obstacles)
+    plans = make_plans(mission, seeds, faults, worlds, watched=not without_obstacles, network=on)
+    at_once = jobs or (1 if on is Network.ZENOH else os.cpu_count() or 1)
     folder = output or Path("runs") / f"{datetime.now().astimezone():%Y%m%d-%H%M%S}-campaign-{mission}"
     console = make_console()
     ledger = Ledger(folder, resume=resume)
@@ -84,8 +91,8 @@ def campaign(
     called_off = False
     with ended_by_signals() as ending:
         try:
-            _fly(plans, ledger, jobs or os.cpu_count() or 1, record=record, console=shown, ending=ending)
-            _record_worst(ledger, worst, jobs or os.cpu_count() or 1, shown, ending)
+            _fly(plans, ledger, at_once, record=record, console=shown, ending=ending)
+            _record_worst(ledger, worst, at_once, shown, ending)
         except KeyboardInterrupt:
             called_off = True
             shown.print("Called off. Go on with --resume.", style="red")
@@ -93,7 +100,8 @@ def campaign(
             ledger.close()
     _tell(plans, ledger, console, as_json=as_json)
     if write is not None and not called_off and ledger.results:
-        title = f"{mission}{' without obstacle detection' if without_obstacles else ''}"
+        title = mission + (" without obstacle detection" if without_obstacles else "")
+        title += " over Zenoh" if on is Network.ZENOH else ""
         rows = outcomes(ledger.results)
         page.write(write, title, page.section(title.capitalize(), _words(), ledger.results, rows))
     kept = all(result.kept for result in ledger.results)
@@ -103,7 +111,15 @@ def campaign(
 # --- what is flown ---------------------------------------------------------------------------------------------------
 
 
-def make_plans(mission: str, seeds: str, conditions: str, worlds: str, *, watched: bool) -> list[FlightPlan]:
+def make_plans(
+    mission: str,
+    seeds: str,
+    conditions: str,
+    worlds: str,
+    *,
+    watched: bool = True,
+    network: Network = Network.IN_PROCESS,
+) -> list[FlightPlan]:
     """All flights of a campaign, seed by seed, so that one that is cut short has flown all conditions alike.
 
     Raises UnknownNameError and InvalidOptionError.
@@ -118,7 +134,7 @@ def make_plans(mission: str, seeds: str, conditions: str, worlds: str, *, watche
     names = list(Condition) if conditions == "all" else _names("condition", conditions, list(Condition))
     kinds = list(KINDS) if worlds == "all" else _names("world", worlds, list(KINDS))
     return [
-        FlightPlan(mission=mission, world=kind, seed=seed, condition=Condition(name), watched=watched)
+        FlightPlan(mission=mission, world=kind, seed=seed, condition=Condition(name), watched=watched, network=network)
         for seed in parse_seeds(seeds)
         for kind in kinds
         for name in names

@@ -1,61 +1,52 @@
-"""One flight in one process and virtual time: the robot's whole process table, physics and sensors among them.
+"""One flight of the robot's whole process table, physics and sensors among them, and the judgement of it.
 
-The same plan is the same flight, bit by bit, and takes what its callbacks take.
+In one process and virtual time the same plan is the same flight, bit by bit, and takes what its callbacks take.
 """
 
 from __future__ import annotations
 
+import os
 import subprocess
-import time
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from skillwing.m600.campaign.conditions import Condition
-from skillwing.m600.campaign.plan import FlightPlan
-from skillwing.m600.campaign.result import End, FlightResult
+from skillwing.m600.campaign.course import in_process, over_zenoh
+from skillwing.m600.campaign.plan import FlightPlan, Network
+from skillwing.m600.campaign.result import FlightResult
 from skillwing.m600.campaign.witness import Witness
 from skillwing.m600.judge.evaluation import evaluate, judge_map
 from skillwing.m600.robot import ROBOT
-from skillwing.services.processes.in_process import RobotInProcess
+from skillwing.services.commands.pace import AS_FAST_AS_POSSIBLE
 from skillwing.services.robot import ProcessSpec
 from skillwing.sim_mujoco.world.world import make_world
 
 LONGEST = 1200.0
 """Robot seconds after which a flight that does not end is given up."""
-LAST_WORDS = 3.0
-"""Robot seconds after the end, for the last records and the map."""
 
 
 def fly(plan: FlightPlan, run_dir: Path | None = None, *, longest: float = LONGEST) -> FlightResult:
     """Fly a plan to its end and judge it.
 
     run_dir: an empty directory, in which the flight is recorded and its report written, as `skillwing demo` does.
-    longest: robot seconds after which it is given up. Whatever goes wrong in a node breaks the flight off and is told
-    in the result.
+    longest: robot seconds after which it is given up. What breaks the flight off is told in the result.
     """
-    begun = time.process_time()
+    begun = _processor_time()
     witness = Witness(ROBOT.skillset.stem, pilot_returns=plan.condition is Condition.PILOT_RETURNS)
     options = plan.robot_options()
     if run_dir is not None:
         options["run_dir"] = str(run_dir)
-    error = ""
-    with RobotInProcess(ROBOT) as robot:
-        robot.attach(witness)
-        try:
-            robot.start(processes(plan, options))
-            robot.network.run_until(lambda: witness.over, longest)
-            end, end_time = witness.end, robot.network.now()
-            witness.ask_for_map()
-            robot.network.run_for(LAST_WORDS)
-        except Exception as failure:  # noqa: BLE001 - a campaign goes on, whatever a node does
-            error = f"{type(failure).__name__}: {failure}"
-            end, end_time = End.BROKE_OFF, robot.network.now()
+    if plan.network is Network.IN_PROCESS:
+        course = in_process(witness, processes(plan, options), longest)
+    else:
+        options["speed"] = AS_FAST_AS_POSSIBLE
+        course = over_zenoh(witness, processes(plan, options), longest, run_dir)
     mission = witness.mission
     return FlightResult(
         plan=plan,
-        end=end,
+        end=course.end,
         phase=mission.phase if mission is not None else "",
         text=mission.text if mission is not None else "",
         failsafes=tuple(witness.failsafes),
@@ -63,10 +54,10 @@ def fly(plan: FlightPlan, run_dir: Path | None = None, *, longest: float = LONGE
         breaches=witness.breaches,
         clearance=None if witness.clearance is None else round(witness.clearance, 3),
         coverage=_coverage(plan, witness, run_dir),
-        end_time=round(end_time, 3),
+        end_time=round(course.end_time, 3),
         digest=witness.digest,
-        processor_time=round(time.process_time() - begun, 2),
-        error=error,
+        processor_time=round(_processor_time() - begun, 2),
+        error=course.error,
         version=code_version(),
     )
 
@@ -95,6 +86,11 @@ def _coverage(plan: FlightPlan, witness: Witness, run_dir: Path | None) -> float
         return None
     world = make_world(plan.seed, plan.world)
     return judge_map(world, world.site.way, witness.map).all
+
+
+def _processor_time() -> float:
+    """Of this process and of those that it has started and that have ended [s]."""
+    return sum(os.times()[:4])
 
 
 @cache

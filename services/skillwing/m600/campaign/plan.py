@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from enum import StrEnum
 from itertools import pairwise
 from typing import Any
 
@@ -18,6 +19,13 @@ OVERHEAD = 1.25
 """How much longer than its route a flight takes: it climbs, turns, brakes and goes round what stands in its way."""
 
 
+class Network(StrEnum):
+    """What the processes of a flight live on: one process and virtual time, or real ones over Zenoh."""
+
+    IN_PROCESS = "in-process"
+    ZENOH = "zenoh"
+
+
 class FlightPlan(msgspec.Struct, frozen=True, kw_only=True):
     """world: the kind of world. watched: obstacle detection watches the way; without it drones collide."""
 
@@ -26,19 +34,24 @@ class FlightPlan(msgspec.Struct, frozen=True, kw_only=True):
     seed: int
     condition: Condition
     watched: bool = True
+    network: Network = Network.IN_PROCESS
 
     @property
     def name(self) -> str:
         """Unique within a campaign, and fit for a file name."""
-        return f"{self.mission}-{self.world}-{self.condition}-{self.seed}" + ("" if self.watched else "-unwatched")
+        kind = ("" if self.watched else "-unwatched") + (
+            "" if self.network is Network.IN_PROCESS else f"-{self.network}"
+        )
+        return f"{self.mission}-{self.world}-{self.condition}-{self.seed}{kind}"
 
     @property
     def command(self) -> str:
         """What flies this flight again, and records it."""
-        blind = "" if self.watched else " --without-obstacles"
+        kind = "" if self.watched else " --without-obstacles"
+        kind += "" if self.network is Network.IN_PROCESS else f" --on {self.network}"
         return (
             f"skillwing campaign {self.mission} --seeds {self.seed}:{self.seed + 1} --faults {self.condition} "
-            f"--worlds {self.world}{blind} --record"
+            f"--worlds {self.world}{kind} --record"
         )
 
     def site(self) -> Site:

@@ -1,0 +1,79 @@
+"""The course of a flight on either network: from the start of its processes until the witness has seen enough."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+
+from skillwing.m600.campaign.result import End
+from skillwing.m600.campaign.witness import Witness
+from skillwing.m600.robot import ROBOT
+from skillwing.services.bus.clock import FollowedClock
+from skillwing.services.bus.zenoh_bus import ZenohBus
+from skillwing.services.errors import SkillwingError
+from skillwing.services.processes.in_process import RobotInProcess
+from skillwing.services.processes.launcher import ROUTER, Launcher
+from skillwing.services.robot import ProcessSpec
+
+LAST_WORDS = 3.0
+"""Robot seconds after the end, for the last records and the map."""
+MAP_TIMEOUT = 10.0
+"""Wall seconds that the map may take over Zenoh."""
+LONGEST_WALL = 3000.0
+"""Wall seconds after which real processes are taken for hung."""
+
+
+@dataclass(frozen=True, slots=True)
+class Course:
+    """Where it ended and when [robot s]; error: why it broke off, empty if it did not."""
+
+    end: End
+    end_time: float
+    error: str = ""
+
+
+def in_process(witness: Witness, specs: Sequence[ProcessSpec], longest: float) -> Course:
+    """Host all processes here, in virtual time; whatever goes wrong in a node breaks the flight off."""
+    with RobotInProcess(ROBOT) as robot:
+        robot.attach(witness)
+        try:
+            robot.start(specs)
+            robot.network.run_until(lambda: witness.over, longest)
+            course = Course(witness.end, robot.network.now())
+            witness.ask_for_map()
+            robot.network.run_for(LAST_WORDS)
+        except Exception as failure:  # noqa: BLE001 - a campaign goes on, whatever a node does
+            return Course(End.BROKE_OFF, robot.network.now(), f"{type(failure).__name__}: {failure}")
+    return course
+
+
+def over_zenoh(witness: Witness, specs: Sequence[ProcessSpec], longest: float, folder: Path | None) -> Course:
+    """Start real processes around a router, as `skillwing demo` does; the mission, last of them, when all are there.
+
+    folder: gets their logs, None for nowhere.
+    """
+    *robot, mission = specs
+    with tempfile.TemporaryDirectory() as nowhere:
+        launcher = Launcher(ROBOT.name, ROBOT.skillset.stem, folder or Path(nowhere), clock=ROBOT.clock, restarts=True)
+        essential = {ROUTER, *(spec.name for spec in specs if spec.essential)}
+
+        def dead() -> str:
+            return " ".join(str(each) for each in launcher.deaths if each.final and each.process in essential)
+
+        with launcher:
+            try:
+                launcher.start_router()
+                with closing(ZenohBus(witness.name, ROBOT.name, launcher.endpoint, FollowedClock())) as bus:
+                    witness.attach(bus)
+                    launcher.start(robot)
+                    launcher.start([mission])
+                    bus.run_until(lambda: witness.over or bool(dead()) or bus.now() > longest, LONGEST_WALL)
+                    course = Course(End.BROKE_OFF if dead() else witness.end, bus.now(), dead())
+                    witness.ask_for_map()
+                    bus.run_until(lambda: witness.map is not None, MAP_TIMEOUT)
+            except (SkillwingError, OSError) as failure:
+                return Course(End.BROKE_OFF, 0.0, str(failure))
+    return course
