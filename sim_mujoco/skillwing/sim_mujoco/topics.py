@@ -351,8 +351,8 @@ class SelectObstacleSource(Message, frozen=True, kw_only=True):
 
 
 class ObstacleStatus(Message, frozen=True, kw_only=True):
-    """`free_distance`: metres that are free along the way from the drone to guidance's target (None: no way, or the
-    source does not look along it); `horizon`: how far along it anything would be seen that is worth avoiding; `ahead`:
+    """`free_distance`: metres that are free along the way from the drone to guidance's target, and up to 1.3 m
+    behind it (None: no way, or the source does not look along it); `horizon`: how far along it anything would be seen that is worth avoiding; `ahead`:
     nearest obstacle in the direction of view or motion; `stamp`: when the measurement was taken; `across`: the source
     looks to both sides of the nose, not along it."""
 

@@ -236,7 +236,7 @@ def test_an_obstacle_on_the_way_ends_the_motion_at_a_distance() -> None:
 
 def test_an_obstacle_behind_the_target_does_not_matter() -> None:
     rig = airborne()
-    rig.obstacles = wall_at(13.0)
+    rig.obstacles = wall_at(13.3)
     rig.command("a", EAST)
     rig.fly_until(MotionState.DONE)
 

@@ -12,6 +12,8 @@ MARGIN = 2.0
 """Distance between the drone's centre and an obstacle when it has stopped for it [m]."""
 LEAST_MARGIN = 1.2
 """The same for what shows itself only at the very end of what can be seen: hull and drift [m]."""
+ROOM_AT_THE_END = 1.0
+"""What stands nearer than this behind the end of a way stands on it [m]."""
 STALE = 0.6
 """Reports whose measurement is older than this are no information [s]."""
 LATENCY = 0.4
@@ -102,8 +104,8 @@ class Lookout:
         if report.free_distance is None:
             return View.BLIND if self._watched else View.UNWATCHED
         self._watched = True
-        # Where the whole rest of the way is free the report ends with it.
-        if report.free_distance < min(stopping_distance(speed), remaining - 0.3):
+        # Where the whole rest of the way is free the report ends a little behind it.
+        if report.free_distance < min(stopping_distance(speed), remaining + ROOM_AT_THE_END):
             return View.BLOCKED
         return View.TOO_FAST if speed > fastest(report.horizon) + CRAWL else View.CLEAR
 

@@ -125,8 +125,10 @@ class FreeSpace:
 
 
 def _free_distance(solid: Points, corners: Sequence[Points], sight: float) -> float:
-    """Metres from the first corner along the way to where the swept hull meets something; at most `sight`.
+    """Metres along the way to what the hull, swept along it, would meet; at most `sight`.
 
+    The hull has to fit at the end of the way as well, so this may be more than the length of the way: by as much as what
+    stands behind its end is away from there, or by the tube's radius if nothing stands there.
     Near something the tube is as wide as the drone is away from it: it can leave, or go along, but not come nearer.
     """
     here, end = corners[0], corners[-1]
@@ -135,15 +137,14 @@ def _free_distance(solid: Points, corners: Sequence[Points], sight: float) -> fl
         length = float(np.linalg.norm(b - a))
         if length < 1e-3:
             continue
-        # What stands just behind the end makes the last part of the way too narrow.
         beyond = radius if b is end else 0.0
         nearest = _nearest(solid, a, (b - a) / length, min(length + beyond, sight - flown), radius)
         if math.isfinite(nearest):
-            return flown + (nearest if nearest <= length else max(0.0, nearest - radius))
+            return flown + nearest
         flown += length
         if flown >= sight:
             break
-    return min(flown, sight)
+    return min(flown + TUBE_RADIUS, sight)
 
 
 def _tube_radius(solid: Points, here: Points) -> float:
