@@ -10,10 +10,10 @@ import typer
 from typer.testing import CliRunner
 
 from skillwing.dsl import UnknownNameError
-from skillwing.services.commands.timeline import timeline
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.protocol import Record, RecordKind
 from skillwing.services.telemetry.journal import TIMELINE_FILE, JsonLines
+from skillwing.services.telemetry.timeline_command import timeline
 
 app = typer.Typer()
 app.command()(timeline)
