@@ -188,6 +188,11 @@ class ToyTurn(ToySkill):
         self.drone.bus.after(1.0, aligned)
 
 
+class ToyHover(ToySkill):
+    def on_dispatch(self, goal: Goal[dict[str, Any]]) -> None:
+        self.drone.bus.after(goal.inputs["duration"], lambda: self.terminated(goal.id, "DONE"))
+
+
 def skill_hooks(drone: ToyDrone) -> Iterator[ToySkill]:
     def above(z: Callable[[dict[str, Any]], float]) -> Callable[[dict[str, Any]], Position]:
         return lambda inputs: (drone.position[0], drone.position[1], z(inputs))
@@ -206,6 +211,7 @@ def skill_hooks(drone: ToyDrone) -> Iterator[ToySkill]:
 
     yield ToyMotion("return_home", drone, home)
     yield ToyTurn("rotate_head", drone)
+    yield ToyHover("hover", drone)
     for skill in ("lock_head", "zed_depthmap", "lidar_depthmap", "lidar_mapping"):
         yield ToySkill(skill, drone)
 

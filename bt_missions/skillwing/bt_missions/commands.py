@@ -9,11 +9,12 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
-from skillwing.bt_missions.running.mission import find_mission, installed_missions
+from skillwing.bt_missions.running.library import find_mission, installed_missions
 from skillwing.bt_missions.running.option_words import parse_options
 from skillwing.bt_missions.running.rehearsal import grounded_context, rehearse
 from skillwing.bt_missions.running.runner import MissionNode, Phase
 from skillwing.bt_missions.running.tree_text import render
+from skillwing.bt_missions.templates.template import write_template
 from skillwing.bt_missions.watching import MissionWatch, status_line, stay
 from skillwing.bt_missions.xml.writer import write_mission, write_models
 from skillwing.dsl import load
@@ -42,7 +43,7 @@ FIRST_LOOK = 2.0
 SECOND_LOOK = 0.5
 """Wall seconds for what skills and managers have published."""
 
-mission = typer.Typer(no_args_is_help=True, help="List, check, fly and write missions.")
+mission = typer.Typer(no_args_is_help=True, help="Begin, check, fly, watch and list missions.")
 
 
 @mission.command("list")
@@ -131,6 +132,19 @@ def check(
         verdict = f"{len(misfits)} problem{'s' * (len(misfits) != 1)}" if misfits else f"fits {model.name}"
         console.print(f"{chosen.name}: {verdict}")
     raise typer.Exit(FAILED if misfits else OK)
+
+
+@mission.command()
+def new(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="NAME.xml or NAME.py.", show_default=False)],
+) -> None:
+    """Write a small mission to begin with: fly to a point and home again, for the m600.
+
+    Exit codes: 0 written, 2 there is such a file already, or it is neither .xml nor .py.
+    """
+    write_template(file)
+    console = make_console()
+    console.print(f"Wrote {file}. Next: `skillwing mission check {file}`, then change it.", soft_wrap=True)
 
 
 @mission.command()

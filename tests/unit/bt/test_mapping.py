@@ -11,7 +11,7 @@ from py_trees.common import Status
 
 from skillwing.bt_missions.leaves.settling import CALM
 from skillwing.bt_missions.missions.mapping import MISSION, MappingOptions
-from skillwing.bt_missions.running.mission import find_mission
+from skillwing.bt_missions.running.library import find_mission
 from skillwing.bt_missions.running.preflight import preflight
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset, UnknownNameError

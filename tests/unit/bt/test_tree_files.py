@@ -20,7 +20,8 @@ from skillwing.bt_missions.leaves.conditions import SIGNS, DataCompare, Resource
 from skillwing.bt_missions.leaves.settling import NoteSwitch, Settled
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.missions.mapping import MISSION, MappingOptions
-from skillwing.bt_missions.running.mission import MissionTrees, Progress, find_mission
+from skillwing.bt_missions.running.library import find_mission
+from skillwing.bt_missions.running.mission import MissionTrees, Progress
 from skillwing.bt_missions.running.rehearsal import grounded_context, rehearse
 from skillwing.bt_missions.subtrees.composites import alongside
 from skillwing.bt_missions.subtrees.decorators import Deadline

@@ -1,12 +1,10 @@
-"""What a mission is, and where missions are found."""
+"""What a mission is."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from importlib.metadata import EntryPoint, entry_points
-from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
@@ -17,8 +15,6 @@ from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.planning.detour import Position, RoutePlanner
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.errors import InvalidOptionError
-
-ENTRY_POINTS = "skillwing.missions"
 
 
 class MissionOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -96,23 +92,3 @@ class Mission(ABC):
         except msgspec.ValidationError as error:
             option = next((name for name in known if f"$.{name}" in str(error)), "")
             raise InvalidOptionError(option, f"Mission `{self.name}` cannot use this: {error}.") from error
-
-
-def installed_missions() -> dict[str, EntryPoint]:
-    """Every mission that is installed, by name; loading an entry imports its module."""
-    return {entry.name: entry for entry in sorted(entry_points(group=ENTRY_POINTS), key=lambda entry: entry.name)}
-
-
-def find_mission(name: str) -> Mission:
-    """The mission of that name, or in that file where the name ends with `.xml`.
-
-    Raises UnknownNameError, or TreeFileError for a file that cannot be read.
-    """
-    if name.endswith(".xml"):
-        from skillwing.bt_missions.xml.mission import load_mission  # noqa: PLC0415 - it makes missions of this module
-
-        return load_mission(Path(name))
-    found = installed_missions()
-    if name not in found:
-        raise UnknownNameError("mission", name, found)
-    return found[name].load()

@@ -16,7 +16,8 @@ from py_trees.common import Status
 
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, find_mission
+from skillwing.bt_missions.running.library import find_mission
+from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees
 from skillwing.bt_missions.running.preflight import preflight
 from skillwing.bt_missions.running.tree_text import TreePortrait
 from skillwing.dsl import load
