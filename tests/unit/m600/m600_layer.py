@@ -66,6 +66,7 @@ class M600Layer(FakeLayer):
         self.heading = 0.0
         self.on_ground = True
         self.authority = True
+        self.failsafe = ""
         self.rotors_run_on = False
         self.percent = 100.0
         self.drift = 0.0
@@ -244,6 +245,7 @@ class M600Layer(FakeLayer):
                 rotors_on=self.rotors_run_on or not self.on_ground,
                 home_valid=True,
                 authority=self.authority,
+                failsafe=self.failsafe,
             ),
         )
         self.publish(

@@ -84,6 +84,18 @@ def test_the_same_fault_is_told_once(drone: Drone) -> None:
     assert [record.id for record in drone.history.records if record.kind is RecordKind.FAULT] == ["fault/zed/blackout"]
 
 
+def test_the_timeline_tells_what_the_autopilot_does_by_itself(drone: Drone) -> None:
+    for failsafe in ("no setpoints: holding position", "no setpoints: landing", ""):
+        drone.layer.failsafe = failsafe
+        drone.run(0.5)
+    told = [(r.before, r.after, r.text) for r in drone.history.records if r.subject == "autopilot"]
+    assert told == [
+        ("NORMAL", "FAILSAFE", "no setpoints: holding position"),
+        ("FAILSAFE", "FAILSAFE", "no setpoints: landing"),
+        ("FAILSAFE", "NORMAL", ""),
+    ]
+
+
 def test_telemetry_becomes_data_that_stay_fresh(drone: Drone) -> None:
     drone.layer.source = ObstacleSource.ZED
     drone.layer.position, drone.layer.heading = (1.0, 2.0, 3.0), 0.5

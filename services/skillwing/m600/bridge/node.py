@@ -61,6 +61,7 @@ class RobotBridge:
         self._battery = BatteryLevel()
         self._link = LinkLevel()
         self._health: dict[str, SensorStatus] = {}
+        self._failsafe = ""
         self._faults: set[str] = set()
         self._asked: set[str] = set()
         self._complaints: set[str] = set()
@@ -129,6 +130,14 @@ class RobotBridge:
         self._want("SDK_authority", "AVAILABLE" if flight.authority else "UNAVAILABLE", "safety pilot")
         self._want("homepoint_status", "VALID" if flight.home_valid else "INVALID", "home point")
         self._want("flight_status", "ON_GROUND" if flight.on_ground else "IN_AIR", "landing gear")
+        self._tell_failsafe(flight.failsafe)
+
+    def _tell_failsafe(self, failsafe: str) -> None:
+        """What the autopilot does by itself is no resource's state, but those who read the timeline need to know."""
+        if failsafe != self._failsafe:
+            before, after = ("FAILSAFE" if each else "NORMAL" for each in (self._failsafe, failsafe))
+            self._timeline.record(RecordKind.HEALTH, "autopilot", before, after, text=failsafe)
+            self._failsafe = failsafe
 
     def _on_battery(self, battery: Battery) -> None:
         self._want("battery_status", self._battery.update(battery.percent), "battery", f"{battery.percent:.0f} %")
