@@ -11,7 +11,7 @@ from matplotlib.image import imread
 
 from skillwing.bt_missions.missions.mapping import MappingOptions
 from skillwing.m600.geofence import HOME
-from skillwing.m600.judge.evaluation import MAP_PICTURE, TIMELINE_PICTURE, evaluate, map_scene
+from skillwing.m600.judge.evaluation import MAP_CLOUD, MAP_PICTURE, TIMELINE_PICTURE, evaluate, map_scene
 from skillwing.m600.judge.flight_log import FLIGHT_FILE, MAP_FILE, SavedMap
 from skillwing.m600.robot import ROBOT
 from skillwing.services.protocol import Ending, GoalStatus, Record, RecordKind, State, Terminal
@@ -116,6 +116,7 @@ def test_a_map_is_judged_against_the_world(tmp_path: Path) -> None:
     assert coverage.terrain is not None
     assert 0.0 < coverage.terrain < 1.0
     assert "simulated" in (tmp_path / "report.md").read_text()
+    assert (tmp_path / MAP_CLOUD).read_bytes().endswith(ground.astype("<f4").tobytes())
 
 
 def test_the_path_is_cut_where_the_depth_map_changes_hands_and_has_no_gaps() -> None:

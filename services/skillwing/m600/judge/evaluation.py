@@ -19,11 +19,13 @@ from skillwing.services.telemetry.report import Coverage, ProcessEntry, Report, 
 from skillwing.services.telemetry.timeline_picture import draw_timeline
 from skillwing.sim_mujoco.judge.coverage import Judge
 from skillwing.sim_mujoco.judge.map_picture import Flown, MapScene, draw_map
+from skillwing.sim_mujoco.judge.ply import write_ply
 from skillwing.sim_mujoco.topics import Truth, Vector3
 from skillwing.sim_mujoco.world.world import World, make_world
 
 TIMELINE_PICTURE = "timeline.png"
 MAP_PICTURE = "map.png"
+MAP_CLOUD = "map.ply"
 DEPTH_MAP = "depthmap_source"
 """The resource that tells which sensor looks ahead."""
 TRUTH_GAP = 2.0
@@ -43,7 +45,7 @@ def evaluate(
     processes: Iterable[ProcessEntry] = (),
     notes: Sequence[str] = (),
 ) -> Report:
-    """Judge the flight in `run_dir` and write `timeline.png`, `map.png`, `report.json` and `report.md` there.
+    """Judge the flight in `run_dir` and write `timeline.png`, `map.png`, `map.ply` and the reports there.
 
     world: its kind. route: planned waypoints, by which coverage is judged; by default those of the world. processes:
     what became of each process. notes: sentences for `report.md` that only the one who ran the flight can write.
@@ -67,6 +69,8 @@ def evaluate(
     write_report(report, history, run_dir, [*notes, *_notes(saved)])
     title = f"{mission}: {report.result}, {report.sim_time_s:.0f} s, seed {seed}"
     draw_timeline(history, run_dir / TIMELINE_PICTURE, title=title, resources=skillset.resources)
+    if saved is not None:
+        write_ply(run_dir / MAP_CLOUD, saved.centres, saved.voxel_size, saved.pose_source)
     if saved is not None or flight:
         draw_map(run_dir / MAP_PICTURE, map_scene(planned, history, flight, saved), title + _share(report.coverage))
     return report
