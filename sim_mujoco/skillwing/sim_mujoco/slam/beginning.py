@@ -126,7 +126,7 @@ class Beginning:
     def begin(self, t: float) -> tuple[State, Floats] | None:
         """State and covariance (15, 15) of its error at `t`; None while it is too early, or navigation is silent."""
         latest = self._latest
-        if latest is None or abs(t - latest.t) > NAVIGATION_VALID or self._heard is None:
+        if latest is None or not latest.valid or abs(t - latest.t) > NAVIGATION_VALID or self._heard is None:
             return None
         if self._rest.duration >= STANDING and self._rest.has_pose:
             return _at_rest(self._rest)

@@ -1,0 +1,149 @@
+"""A mapping flight for benchmarks: simulator and guidance in one loop, without processes and as fast as they go.
+
+The drone stands for a moment, takes off, and flies the planned route of a world from which what stands on the route
+was taken away, with its nose along the track or across it.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Iterable, Iterator
+
+from skillwing.sim_mujoco.frames.motion import Motion
+from skillwing.sim_mujoco.frames.vectors import heading_of
+from skillwing.sim_mujoco.guidance.core import GuidanceCore
+from skillwing.sim_mujoco.navigation.navigator import Solution
+from skillwing.sim_mujoco.sensors.corruptors import Fault
+from skillwing.sim_mujoco.simulator.autopilot import Setpoint
+from skillwing.sim_mujoco.simulator.simulator import Happened, Simulator
+from skillwing.sim_mujoco.topics import (
+    FlightState,
+    FlyTo,
+    GuidanceCommand,
+    MotionState,
+    Navigation,
+    Nose,
+    TakeOff,
+    Turn,
+)
+from skillwing.sim_mujoco.topics import Motion as Wanted
+from skillwing.sim_mujoco.world.world import World, make_world
+
+SPEED = 2.0
+STANDING = 3.0
+"""So long it stands on its pad before it takes off [s]."""
+_SLICE = 0.02
+_LONGEST = 300.0
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Moment:
+    """What happened within 20 ms, and the true motion at their end."""
+
+    happened: Happened
+    truth: Motion
+
+
+class MappingFlight:
+    """One flight, to be iterated over once."""
+
+    def __init__(
+        self,
+        seed: int,
+        *,
+        across: bool,
+        faults: Iterable[Fault] = (),
+        sensors: Iterable[str] = ("lidar", "imu", "range"),
+    ) -> None:
+        """across: whether the nose points across the track, as it does while the LiDAR looks ahead."""
+        self.world = free_route(seed)
+        self.simulator = Simulator(self.world, faults=faults, sensors=tuple(sensors))
+        self._across = across
+        self._core = GuidanceCore(self.world.geofence)
+        self._token = 0
+
+    def __iter__(self) -> Iterator[Moment]:
+        yield from self._pass(lambda: self.simulator.t >= STANDING)
+        at = self.world.route[0]
+        yield from self._do(TakeOff(height=at[2], speed=1.5))
+        for target in self.world.route[1:]:
+            if math.dist(at, target) > 0.5:
+                yield from self._leg(at, target)
+                at = target
+
+    def _leg(self, at: tuple[float, float, float], target: tuple[float, float, float]) -> Iterator[Moment]:
+        if self._across:
+            heading = math.atan2(target[1] - at[1], target[0] - at[0]) - math.pi / 2
+            self._command("turn", Turn(heading=heading, lock=True))
+            began = self.simulator.t
+            # The heading axis keeps turning while it is locked, so the turn is given its time.
+            yield from self._pass(lambda: self.simulator.t >= began + 5.0)
+        nose = Nose.FREE if self._across else Nose.ALONG_TRACK
+        yield from self._do(FlyTo(target=target, speed=SPEED, nose=nose))
+
+    def _do(self, motion: Wanted) -> Iterator[Moment]:
+        self._command("fly", motion)
+        yield from self._pass(lambda: self._core.status(self.simulator.t).body.state is MotionState.DONE)
+
+    def _command(self, goal: str, motion: Wanted) -> None:
+        self._token += 1
+        command = GuidanceCommand(goal_id=f"{goal}-{self._token}", token=self._token, motion=motion)
+        self._core.command(command, self.simulator.t)
+
+    def _pass(self, done: Callable[[], bool]) -> Iterator[Moment]:
+        while not done():
+            if self.simulator.t > _LONGEST:
+                raise RuntimeError(
+                    f"the flight has not ended after {_LONGEST:g} s: {self._core.status(self.simulator.t)}"
+                )
+            happened = self.simulator.advance(self.simulator.t + _SLICE)
+            self._guide(happened)
+            yield Moment(happened, self.simulator.motion)
+
+    def _guide(self, happened: Happened) -> None:
+        simulator, core = self.simulator, self._core
+        for measurement in happened.measurements:
+            if measurement.sensor == "range":
+                core.range(measurement.end, float(measurement.data[0]) or None)
+        for solution in happened.solutions:
+            core.navigation(as_navigation(solution))
+        autopilot = simulator.autopilot
+        core.flight(
+            FlightState(
+                t=simulator.t,
+                on_ground=autopilot.on_ground,
+                rotors_on=simulator.rotors_on,
+                home_valid=simulator.home_valid,
+                authority=autopilot.authority,
+                failsafe=autopilot.failsafe,
+                follows=autopilot.follows,
+                holds_heading=autopilot.holds_heading,
+            )
+        )
+        wanted = core.tick(simulator.t)
+        if wanted is not None:
+            simulator.command(
+                Setpoint(wanted.position, wanted.velocity, wanted.heading, wanted.rotors, wanted.acceleration)
+            )
+
+
+def as_navigation(solution: Solution) -> Navigation:
+    """The message that the simulator's node makes of a solution."""
+    return Navigation(
+        t=solution.t,
+        position=solution.position,
+        velocity=solution.velocity,
+        quaternion=solution.quaternion,
+        angular_velocity=solution.rate,
+        heading=heading_of(solution.quaternion),
+        valid=solution.valid,
+        sigma=solution.sigma,
+        height_sigma=solution.height_sigma,
+    )
+
+
+def free_route(seed: int) -> World:
+    """A world whose planned route can be flown as it is."""
+    world = make_world(seed)
+    return dataclasses.replace(world, obstacles=tuple(o for o in world.obstacles if o.leg is None))

@@ -1,0 +1,346 @@
+"""How good LiDAR-inertial odometry and its map are on mapping flights: figures for docs/mapping.md.
+
+    python benchmarks/odometry.py [--seeds 11:19] [--jobs 1] [--keep FILE] [--write]
+
+Flies each seed's route with the whole simulator, once with the nose along the track and once across it, and compares
+with the true motion. On the way each fault of the two sensors is tried on a copy of the odometry, until it notices or
+10 s are over. With `--keep` finished flights are remembered in a file, and not flown again.
+"""
+
+from __future__ import annotations
+
+import copy
+import multiprocessing
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from statistics import median
+
+import msgspec
+import numpy as np
+from mapping_flight import MappingFlight, Moment, as_navigation
+from performance_page import PAGE, machine, make_parser, table, tell
+
+from skillwing.services.protocol import encode
+from skillwing.sim_mujoco.frames.motion import Motion
+from skillwing.sim_mujoco.judge.coverage import Judge
+from skillwing.sim_mujoco.mapping.localiser import ByNavigation
+from skillwing.sim_mujoco.mapping.mapper import REACH, Mapper
+from skillwing.sim_mujoco.mapping.node import MappingOptions
+from skillwing.sim_mujoco.mapping.occupancy import OccupancyGrid
+from skillwing.sim_mujoco.sensors import lidar
+from skillwing.sim_mujoco.sensors.channel import Measurement
+from skillwing.sim_mujoco.sensors.corruptors import make_corruptor
+from skillwing.sim_mujoco.sensors.instruments import IMU_PERIOD
+from skillwing.sim_mujoco.sensors.scans import LidarScan
+from skillwing.sim_mujoco.slam import so3
+from skillwing.sim_mujoco.slam.inertial import Inertial
+from skillwing.sim_mujoco.slam.odometry import Fix, Odometry, Phase
+from skillwing.sim_mujoco.topics import LidarHeader
+
+MAPPING_PAGE = PAGE.with_name("mapping.md")
+FAULT_AT, TRIED_FOR = 30.0, 10.0
+FAULTS: tuple[tuple[str, str, float | None], ...] = (
+    ("lidar", "bias", 1.0),
+    ("lidar", "bias", 0.3),
+    ("lidar", "noise", 2.0),
+    ("lidar", "noise", 0.2),
+    ("lidar", "freeze", None),
+    ("lidar", "blackout", None),
+    ("imu", "bias", 1.0),
+    ("imu", "bias", 0.1),
+    ("imu", "noise", 2.0),
+    ("imu", "freeze", None),
+    ("imu", "blackout", None),
+    ("imu", "dropout", 0.8),
+)
+"""Sensor, kind, magnitude in the sensor's units (m; m/s2 and rad/s alike)."""
+
+
+class Trial(msgspec.Struct, frozen=True):
+    """What became of one fault: after how long it was noticed [s], None if it was not, and how far off the poses that
+    were given out were by then, beyond what they were before [m]."""
+
+    sensor: str
+    kind: str
+    magnitude: float | None
+    noticed: float | None
+    error: float
+
+
+class Result(msgspec.Struct, frozen=True):
+    """One flight. Errors [m] of the position in ENU as given out (`rms`, `worst`, `final`), and of its drift from the
+    first pose (`drift`: RMS, with that pose aligned); scans and of these the doubted ones; processor times [s]."""
+
+    seed: int
+    across: bool
+    way: float
+    rms: float
+    worst: float
+    final: float
+    drift: float
+    heading: float
+    sigmas: float
+    scans: int
+    doubted: int
+    lost: bool
+    times: tuple[float, ...]
+    map_times: tuple[float, ...]
+    coverage: tuple[float | None, float | None, float | None]
+    map_error: float | None
+    navigation_coverage: tuple[float | None, float | None, float | None]
+    navigation_map_error: float | None
+    misfit: float
+    trials: tuple[Trial, ...]
+
+
+class Try:
+    """One fault on a copy of the odometry."""
+
+    def __init__(self, odometry: Odometry, fault: tuple[str, str, float | None], began: float, error: float) -> None:
+        self._odometry, self._fault, self._began, self._before = copy.deepcopy(odometry), fault, began, error
+        self._corruptor = make_corruptor(fault[1], fault[2], np.random.default_rng(7))
+        self._error = 0.0
+        self._noticed: float | None = None
+
+    def feed(self, moment: Moment) -> None:
+        if self._noticed is not None or moment.truth.t > self._began + TRIED_FOR:
+            return
+        for measurement in moment.happened.measurements:
+            data = measurement.data
+            if measurement.sensor == self._fault[0]:
+                corrupted = self._corruptor.apply(data)
+                if corrupted is None:
+                    continue
+                data = corrupted
+            fix = give(self._odometry, Measurement(measurement.sensor, measurement.start, measurement.end, data))
+            if fix is not None and self._odometry.phase is not Phase.LOST:
+                self._error = max(self._error, off(fix, moment.truth) - self._before)
+        self._odometry.check(moment.truth.t)
+        if self._odometry.phase is Phase.LOST:
+            self._noticed = moment.truth.t - self._began
+
+    @property
+    def trial(self) -> Trial:
+        return Trial(*self._fault, self._noticed, self._error)
+
+
+def fly(job: tuple[int, bool]) -> Result:
+    """One flight with everything that is measured on it."""
+    seed, across = job
+    flight = MappingFlight(seed, across=across)
+    options = MappingOptions()
+    odometry = Odometry(tuple(x - 30.0 for x in options.low), tuple(x + 30.0 for x in options.high))
+    mapper, reference = (Mapper(OccupancyGrid(options.low, options.high, options.voxel_size)) for _ in range(2))
+    by_navigation = ByNavigation()
+    fixes: list[Fix] = []
+    truths: list[Motion] = []
+    times: list[float] = []
+    map_times: list[float] = []
+    misfits: list[float] = [0.0]
+    tries: list[Try] = []
+    for moment in flight:
+        truth = moment.truth
+        if not mapper.running and truth.position[2] > flight.world.route[0][2] - 0.3:
+            mapper.start()
+            reference.start()
+        for measurement in moment.happened.measurements:
+            started = time.process_time()
+            fix = give(odometry, measurement)
+            if fix is not None:
+                times.append(time.process_time() - started)
+                fixes.append(fix)
+                truths.append(truth)
+                if fix.believed and mapper.running:
+                    placed = fix.placed(REACH)
+                    misfits.append(mapper.grid.fit(mapper.grid.hit_by(placed.points)).misfit)
+                    started = time.process_time()
+                    mapper.add(placed)
+                    map_times.append(time.process_time() - started)
+            if measurement.sensor == "lidar":
+                by_navigation.scan(as_scan(measurement))
+        for solution in moment.happened.solutions:
+            odometry.navigation(as_navigation(solution))
+            placement = by_navigation.navigation(as_navigation(solution))
+            if placement is not None and placement.points is not None:
+                reference.add(placement.points)
+        if not tries and truth.t >= FAULT_AT:
+            tries = [Try(odometry, fault, truth.t, off(fixes[-1], truths[-1])) for fault in FAULTS]
+        for each in tries:
+            each.feed(moment)
+    judge = Judge(flight.world, flight.world.route)
+    judged = [judge.coverage(m.grid.occupied_centres(), m.grid.size) for m in (mapper, reference)]
+    errors = np.array([off(fix, truth) for fix, truth in zip(fixes, truths, strict=True)])
+    aligned = drifts(fixes, truths)
+    normed = [
+        (fix.state.position - fixes[0].state.position - (np.array(truth.position) - truths[0].position))
+        / fix.position_sigma
+        for fix, truth in zip(fixes, truths, strict=True)
+    ]
+    last_turn = so3.matrix(np.array(truths[-1].quaternion))
+    return Result(
+        seed=seed,
+        across=across,
+        way=fixes[-1].way,
+        rms=rms(errors),
+        worst=float(errors.max()),
+        final=float(errors[-1]),
+        drift=rms(aligned),
+        heading=float(np.degrees(np.linalg.norm(so3.log(last_turn.T @ fixes[-1].state.turn)))),
+        sigmas=rms(np.array(normed)[1:].ravel()),
+        scans=len(fixes),
+        doubted=sum(not fix.believed for fix in fixes),
+        lost=odometry.phase is Phase.LOST,
+        times=tuple(times),
+        map_times=tuple(map_times),
+        coverage=(judged[0].all, judged[0].buildings, judged[0].terrain),
+        map_error=judged[0].error,
+        navigation_coverage=(judged[1].all, judged[1].buildings, judged[1].terrain),
+        navigation_map_error=judged[1].error,
+        misfit=max(misfits),
+        trials=tuple(each.trial for each in tries),
+    )
+
+
+def give(odometry: Odometry, measurement: Measurement) -> Fix | None:
+    """Hand a measurement of the simulator to odometry."""
+    if measurement.sensor == "lidar":
+        return odometry.scan(as_scan(measurement))
+    if measurement.sensor == "imu":
+        rows = measurement.data.astype(np.float64)
+        times = measurement.start + np.arange(len(rows)) * IMU_PERIOD
+        return odometry.imu(Inertial(times, rows[:, :3], rows[:, 3:]))
+    return None
+
+
+def as_scan(measurement: Measurement) -> LidarScan:
+    columns, beams = measurement.data.shape
+    header = LidarHeader(
+        t0=measurement.start, t1=measurement.end, columns=columns, beams=beams, mount=lidar.LIDAR_MOUNT
+    )
+    return LidarScan.decode(measurement.data.astype(np.float32).tobytes(), encode(header))
+
+
+def off(fix: Fix, truth: Motion) -> float:
+    return float(np.linalg.norm(fix.state.position - truth.position))
+
+
+def drifts(fixes: Sequence[Fix], truths: Sequence[Motion]) -> np.ndarray:
+    """Distances (N,) from the true path once the first poses lie on each other [m]."""
+    start, origin = fixes[0].state, np.array(truths[0].position)
+    turn = so3.matrix(np.array(truths[0].quaternion)) @ start.turn.T
+    moved = [turn @ (fix.state.position - start.position) + origin for fix in fixes]
+    return np.linalg.norm(np.array(moved) - [truth.position for truth in truths], axis=1)
+
+
+def rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+# --- telling -------------------------------------------------------------------------------------------------
+
+
+def report(results: Sequence[Result], seeds: str) -> str:
+    both = [("along the track", [r for r in results if not r.across]), ("across it", [r for r in results if r.across])]
+    heads = ("", *(f"nose {name}" for name, _ in both))
+    rows: list[tuple[str, Callable[[Result], float]]] = [
+        ("drift from the first pose, RMS [m]", lambda r: r.drift),
+        ("error in ENU, RMS [m]", lambda r: r.rms),
+        ("error in ENU, largest [m]", lambda r: r.worst),
+        ("error in ENU at the end [m]", lambda r: r.final),
+        ("attitude error at the end [degrees]", lambda r: r.heading),
+        ("error over published sigma, RMS", lambda r: r.sigmas),
+        ("way [m]", lambda r: r.way),
+    ]
+    lines = [(name, *(spread([of(r) for r in group]) for _, group in both)) for name, of in rows]
+    times = 1e3 * np.array([t for r in results for t in r.times])
+    map_times = 1e3 * np.array([t for r in results for t in r.map_times])
+    scans, doubted = sum(r.scans for r in results), sum(r.doubted for r in results)
+    lost = sum(r.lost for r in results)
+    return "\n\n".join(
+        [
+            f"Seeds {seeds}, {len(results)} flights, all sensors simulated; median of the flights, least and largest in "
+            f"brackets. {machine()}.",
+            table(heads, lines),
+            f"A scan takes {np.median(times):.1f} ms of processor time (99 % below {np.quantile(times, 0.99):.1f} ms), "
+            f"and {np.median(map_times):.1f} ms ({np.quantile(map_times, 0.99):.1f} ms) to be put into the map.",
+            f"In {scans / 36000:.2f} hours of good flight {doubted} of {scans} scans were doubted, and {lost} of "
+            f"{len(results)} flights ended in a divergence.",
+            "### The map",
+            map_table(both),
+            "### Faults that odometry notices by itself",
+            f"Each fault begins {FAULT_AT:g} s into the flight and is tried for {TRIED_FOR:g} s. The error is what poses "
+            "that were still given out were off by, beyond what they were before.",
+            fault_table(results),
+        ]
+    )
+
+
+def spread(values: Sequence[float]) -> str:
+    return f"{median(values):.2f} ({min(values):.2f} to {max(values):.2f})" if values else "-"
+
+
+def map_table(both: Sequence[tuple[str, Sequence[Result]]]) -> str:
+    lines: list[tuple[str, ...]] = []
+    for name, group in both:
+        for source, shares, error in (
+            ("odometry", lambda r: r.coverage, lambda r: r.map_error),
+            ("navigation", lambda r: r.navigation_coverage, lambda r: r.navigation_map_error),
+        ):
+            cells = [spread([s for r in group if (s := shares(r)[k]) is not None]) for k in range(3)]
+            off_by = spread([e for r in group if (e := error(r)) is not None])
+            worst = f"{max((r.misfit for r in group), default=0.0):.3f}" if source == "odometry" else ""
+            lines.append((f"nose {name}, poses of {source}", *cells, off_by, worst))
+    return table(("", "all", "buildings", "terrain", "error [m]", "worst misfit"), lines)
+
+
+def fault_table(results: Sequence[Result]) -> str:
+    lines: list[tuple[str, ...]] = []
+    for sensor, kind, magnitude in FAULTS:
+        trials = [t for r in results for t in r.trials if (t.sensor, t.kind, t.magnitude) == (sensor, kind, magnitude)]
+        noticed = [t.noticed for t in trials if t.noticed is not None]
+        when = f"{median(noticed):.1f} s, at most {max(noticed):.1f} s" if noticed else "-"
+        worst = max((t.error for t in trials), default=0.0)
+        name = f"{sensor} {kind}" + ("" if magnitude is None else f" {magnitude:g}")
+        lines.append((name, f"{len(noticed)} of {len(trials)}", when, f"{worst:.2f}"))
+    return table(("fault", "noticed", "after", "largest error [m]"), lines)
+
+
+def remembered(file: Path | None) -> list[Result]:
+    if file is None or not file.exists():
+        return []
+    return [msgspec.json.decode(line, type=Result) for line in file.read_bytes().splitlines()]
+
+
+def flown(jobs: Iterable[tuple[int, bool]], processes: int, keep: Path | None) -> Iterator[Result]:
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(processes, mp_context=context) as pool:
+        for result in pool.map(fly, jobs):
+            line = f"seed {result.seed}, across: {result.across}, drift {result.drift:.3f}, ENU {result.rms:.3f} m"
+            sys.stdout.write(line + "\n")
+            sys.stdout.flush()
+            if keep is not None:
+                with keep.open("ab") as file:
+                    file.write(msgspec.json.encode(result) + b"\n")
+            yield result
+
+
+def main() -> None:
+    options = make_parser(__doc__)
+    options.add_argument("--seeds", default="11:19", help="first seed and the one after the last")
+    options.add_argument("--jobs", type=int, default=1, help="flights at the same time")
+    options.add_argument("--keep", type=Path, help="file that remembers finished flights")
+    wanted = options.parse_args()
+    first, last = map(int, wanted.seeds.split(":"))
+    jobs = [(seed, across) for seed in range(first, last) for across in (False, True)]
+    known = [r for r in remembered(wanted.keep) if (r.seed, r.across) in jobs]
+    done = {(r.seed, r.across) for r in known}
+    results = [*known, *flown([job for job in jobs if job not in done], wanted.jobs, wanted.keep)]
+    results.sort(key=lambda r: (r.seed, r.across))
+    tell("odometry.py", "Odometry, measured", report(results, wanted.seeds), write=wanted.write, file=MAPPING_PAGE)
+
+
+if __name__ == "__main__":
+    main()
