@@ -47,7 +47,7 @@ bench: setup
 	$(BIN)/python benchmarks/language.py --write
 	$(BIN)/python benchmarks/sim_speed.py --write
 
-# How well the simulated drone flies, over seeds: figures and pictures in docs/flight.md. FLIGHT_ARGS=--only rotors for a part.
+# How well the simulated drone flies, over seeds: figures and pictures in docs/flight.md. FLIGHT_ARGS=rotors for a part.
 FLIGHT_ARGS ?=
 flight-tests: setup
 	$(BIN)/python benchmarks/flight_tests.py --write $(FLIGHT_ARGS)

@@ -1,6 +1,6 @@
 """How well the simulated drone flies, and what it does when things go wrong: figures and pictures in docs/flight.md.
 
-    python benchmarks/flight_tests.py [--seeds 5] [--write]
+    python benchmarks/flight_tests.py [SECTION] [--seeds 3] [--write]
 
 Each figure is the median of flights with different seeds (ground, noise, turbulence), with the least and the largest.
 """
@@ -146,11 +146,11 @@ SECTIONS: dict[str, tuple[str, Callable[[FlightTests], str], Callable[[dict[str,
 
 def main() -> None:
     options = make_parser(__doc__)
-    options.add_argument("--seeds", type=int, default=5, help="flights for each figure")
-    options.add_argument("--only", choices=[name for name, _, _ in SECTIONS.values()], help="one section")
+    options.add_argument("section", nargs="?", choices=[name for name, _, _ in SECTIONS.values()], help="all if none")
+    options.add_argument("--seeds", type=int, default=3, help="flights for each figure")
     wanted = options.parse_args()
     for title, (name, measure, draw) in SECTIONS.items():
-        if wanted.only not in (None, name):
+        if wanted.section not in (None, name):
             continue
         tests = FlightTests(wanted.seeds)
         body = measure(tests)
@@ -160,7 +160,7 @@ def main() -> None:
             draw(tests.flights, picture)
         where = f"{wanted.seeds} seeds each: median (least to largest). {machine()}."
         text = f"{where}\n\n{body}\n\n![{title}](images/flight/{name}.png)"
-        tell(f"flight_tests.py --only {name}", title, text, write=wanted.write, file=DOCS / "flight.md")
+        tell(f"flight_tests.py {name}", title, text, write=wanted.write, file=DOCS / "flight.md")
 
 
 if __name__ == "__main__":
