@@ -81,13 +81,13 @@ class LinkNode:
             self._moving = True
             now = self._bus.now()
             for each, _ in self._ends:
-                each.serve(now, self._conditions)
+                each.serve(now, self.conditions)
             self._bus.after(STEP, self._move)
         pipe.put(self._bus.now(), Packet(sample.payload, sample.attachment))
 
     def _move(self) -> None:
         assert self._bus is not None
-        now, conditions = self._bus.now(), self._conditions
+        now, conditions = self._bus.now(), self.conditions
         before = self._down.sent
         for pipe, end in self._ends:
             _deliver(end, pipe.serve(now, conditions))
@@ -100,15 +100,15 @@ class LinkNode:
             self._publish_status()
 
     @property
-    def _conditions(self) -> Conditions:
-        assert self._bus is not None
-        return self._radio.at(self._bus.now(), self._position)
+    def conditions(self) -> Conditions:
+        """What the link can do now."""
+        return self._radio.at(0.0 if self._bus is None else self._bus.now(), self._position)
 
     # --- what it says ----------------------------------------------------------------------------------------
 
     def _publish_status(self) -> None:
         assert self._bus is not None
-        now, conditions = self._bus.now(), self._conditions
+        now, conditions = self._bus.now(), self.conditions
         self._told_at = now
         while self._sent and self._sent[0][0] <= now - _AVERAGED:
             self._sent.popleft()
