@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
 
-.PHONY: setup demo test mutants lint format errors pictures worlds reference lock clean history simulate fuzz chaos bench flight-tests
+.PHONY: setup demo test mutants lint format errors pictures worlds reference lock clean history simulate fuzz chaos bench flight-tests fault-detection
 
 setup: $(READY)
 
@@ -55,6 +55,10 @@ flight-tests: setup
 # What follows from the code in docs/errors/: headings, the output under each example, the index.
 errors: setup
 	$(BIN)/python tests/unit/dsl/error_pages.py
+
+# Every fault of every sensor: noticed or not, and how soon.
+fault-detection: setup
+	$(BIN)/python benchmarks/fault_detection.py --write
 
 # The pictures in README.md, from a flight of this very code.
 pictures: setup

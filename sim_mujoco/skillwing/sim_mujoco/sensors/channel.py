@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from skillwing.sim_mujoco.sensors.cadence import Cadence
 from skillwing.sim_mujoco.sensors.corruptors import ONE, Corruption, Data
 from skillwing.sim_mujoco.sensors.health import Change, Condition, HealthMonitor, Limits
+from skillwing.sim_mujoco.sensors.self_tests import SelfTest
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,12 +42,13 @@ class Channel:
         limits: Limits,
         rng: np.random.Generator,
         unit: Data = ONE,
+        tests: Sequence[SelfTest] = (),
     ) -> None:
         self.sensor = sensor
         self.corruption = Corruption(rng, unit)
         self.witness: Callable[[float, Measurement], str | None] = _nobody
         self._cadence, self._delay = Cadence(period), delay
-        self._monitor = HealthMonitor(period, limits)
+        self._monitor = HealthMonitor(period, limits, tests)
         self._under_way: deque[Measurement] = deque()
 
     @property

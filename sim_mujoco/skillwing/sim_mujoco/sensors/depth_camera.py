@@ -47,6 +47,11 @@ def depth_header(t: float) -> DepthHeader:
     )
 
 
+def noise_at(depth: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Standard deviation of what is measured at a depth [m]."""
+    return np.float32(_NOISE) * depth * depth
+
+
 class DepthCamera:
     """One picture at a time, of the static world."""
 
@@ -67,7 +72,7 @@ class DepthCamera:
         lost = _unmatchable(np.float32(FOCAL * BASELINE) * inverse)
         worse = np.float32((_UNMATCHED - _UNMATCHED_FAR) / REACH)
         lost |= self._noise.draw(count).reshape(depth.shape) > np.float32(_UNMATCHED) - worse * depth
-        depth += np.float32(_NOISE) * depth * depth * self._noise.draw(count).reshape(depth.shape)
+        depth += noise_at(depth) * self._noise.draw(count).reshape(depth.shape)
         lost |= (depth < NEAREST) | (depth > REACH)
         depth[lost] = 0.0
         return depth

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,23 +12,42 @@ from skillwing.sim_mujoco.sensors.channel import Channel
 from skillwing.sim_mujoco.sensors.corruptors import ONE, Data
 from skillwing.sim_mujoco.sensors.health import Limits
 from skillwing.sim_mujoco.sensors.instruments import ACCELERATION_LIMIT, IMU_BATCH, RANGE_PERIOD, RANGE_REACH
+from skillwing.sim_mujoco.sensors.self_tests import Jump, Roughness, SelfTest
 
 ZED, LIDAR, IMU, RANGE, GNSS = "zed", "lidar", "imu", "range", "gnss"
 
 
 @dataclass(frozen=True, slots=True)
 class Fitting:
-    """Period and delay [s], possible values, and the unit in which noise and bias are given to corrupt it."""
+    """Period and delay [s], possible values, and the unit in which noise and bias are given to corrupt it, and
+    the tests that it can make of itself."""
 
     period: float
     delay: float
     limits: Limits
     unit: Data = field(default_factory=lambda: ONE)
+    tests: Callable[[], tuple[SelfTest, ...]] = tuple
 
 
 FITTINGS = {
-    ZED: Fitting(depth_camera.PERIOD, 0.03, Limits(0.2, 20.5)),
-    LIDAR: Fitting(lidar.PERIOD, 0.0, Limits(0.3, 60.5)),
+    ZED: Fitting(
+        depth_camera.PERIOD,
+        0.03,
+        Limits(0.2, 20.5),
+        tests=lambda: (
+            Roughness(lambda picture: picture[::12], depth_camera.noise_at),
+            Jump(lambda picture: picture[::6, ::6], speed=5.0),
+        ),
+    ),
+    LIDAR: Fitting(
+        lidar.PERIOD,
+        0.0,
+        Limits(0.3, 60.5),
+        tests=lambda: (
+            Roughness(lambda scan: scan.T[::4], lidar.noise_at),
+            Jump(lambda scan: scan[::8], speed=2.5),
+        ),
+    ),
     IMU: Fitting(
         IMU_BATCH,
         0.0,
@@ -50,4 +70,4 @@ SENSORS = tuple(FITTINGS)
 def make_channel(sensor: str, rng: np.random.Generator) -> Channel:
     """The way out of one of the SENSORS."""
     fitting = FITTINGS[sensor]
-    return Channel(sensor, fitting.period, fitting.delay, fitting.limits, rng, fitting.unit)
+    return Channel(sensor, fitting.period, fitting.delay, fitting.limits, rng, fitting.unit, fitting.tests())

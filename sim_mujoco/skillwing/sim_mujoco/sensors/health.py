@@ -1,18 +1,21 @@
 """How a sensor node finds out by itself that its sensor has failed, and that it works again.
 
-It sees only what is delivered: nothing for too long, too little, the same again and again, or values that the sensor
-cannot produce. A recovered sensor must deliver good data for a while before it is trusted again.
+It sees only what is delivered: nothing for too long, too little, the same again and again, values that the sensor
+cannot produce, or that contradict one another (`self_tests.py`); and it hears what other instruments have to say
+(`twins.py`, navigation). A recovered sensor must deliver good data for a while before it is trusted again.
 """
 
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
 
 from skillwing.sim_mujoco.sensors.corruptors import Data
+from skillwing.sim_mujoco.sensors.self_tests import SelfTest
 
 FROZEN_AFTER = 4
 """So many identical measurements in a row are a frozen sensor."""
@@ -22,7 +25,8 @@ LEAST_SHARE = 0.5
 LARGEST_BAD_SHARE = 0.05
 TRUST_AFTER = 2.0
 FIRST_TRUST_AFTER = 0.5
-_RATE_WINDOW = 2.0
+_WINDOW_PERIODS = 15
+"""Rates are judged over so many periods, but over at least half a second and at most two."""
 
 
 class Condition(StrEnum):
@@ -52,8 +56,10 @@ class Change:
 class HealthMonitor:
     """Watches one sensor that promises a measurement every `period` seconds."""
 
-    def __init__(self, period: float, limits: Limits) -> None:
-        self._period, self._limits = period, limits
+    def __init__(self, period: float, limits: Limits, tests: Sequence[SelfTest] = ()) -> None:
+        """`tests` are what this kind of sensor can tell of itself beyond that."""
+        self._period, self._limits, self._tests = period, limits, tests
+        self._window = min(2.0, max(0.5, _WINDOW_PERIODS * period))
         self._silence_limit = max(SILENT_PERIODS * period, 0.2)
         self._started: float | None = None
         self._counting_since = 0.0
@@ -68,7 +74,7 @@ class HealthMonitor:
         """A measurement was delivered at `t`; `objection` is what others have against it."""
         self._last_seen = t
         self._arrivals.append(t)
-        return self._judge(t, self._frozen(data) or self._impossible(data) or objection)
+        return self._judge(t, self._frozen(data) or self._impossible(data) or self._tested(t, data) or objection)
 
     def check(self, t: float) -> Change | None:
         """Time passed. Call it regularly, at least once a period."""
@@ -104,14 +110,14 @@ class HealthMonitor:
         return f"no data for {silence:.2f} s"
 
     def _sparse(self, t: float) -> str | None:
-        while self._arrivals and self._arrivals[0] <= t - _RATE_WINDOW:
+        while self._arrivals and self._arrivals[0] <= t - self._window:
             self._arrivals.popleft()
-        expected = round(_RATE_WINDOW / self._period)
-        if t - self._counting_since < _RATE_WINDOW + self._period:
+        expected = round(self._window / self._period)
+        if t - self._counting_since < self._window + self._period:
             return None
         if len(self._arrivals) >= LEAST_SHARE * expected:
             return None
-        return f"only {len(self._arrivals)} of {expected} measurements in {_RATE_WINDOW:g} s"
+        return f"only {len(self._arrivals)} of {expected} measurements in {self._window:g} s"
 
     def _frozen(self, data: Data) -> str | None:
         same = self._previous is not None and np.array_equal(self._previous, data)
@@ -119,6 +125,11 @@ class HealthMonitor:
         # A sensor that sees nothing delivers the same emptiness, which is no evidence.
         self._repeats = self._repeats + 1 if same and data.any() else 0
         return f"the same measurement {self._repeats + 1} times" if self._repeats + 1 >= FROZEN_AFTER else None
+
+    def _tested(self, t: float, data: Data) -> str | None:
+        """The first problem that a test of the sensor has; each has to see each measurement."""
+        problems = [test.problem(t, data) for test in self._tests]
+        return next((problem for problem in problems if problem is not None), None)
 
     def _impossible(self, data: Data) -> str | None:
         wrong = ~((data >= self._limits.low) & (data <= self._limits.high))

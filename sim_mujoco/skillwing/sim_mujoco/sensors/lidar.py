@@ -34,6 +34,11 @@ _DARK = -2.6
 """A fluctuation below this many standard deviations is lost at any range: one shot in two hundred."""
 
 
+def noise_at(ranges: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Standard deviation of what is measured at a range [m]: the same at any."""
+    return np.full_like(ranges, RANGE_NOISE)
+
+
 class Lidar:
     """One revolution at a time."""
 

@@ -22,7 +22,7 @@ from skillwing.sim_mujoco.sensors.cadence import Cadence
 from skillwing.sim_mujoco.sensors.channel import Measurement
 from skillwing.sim_mujoco.sensors.corruptors import KINDS, Fault, UnknownFaultError
 from skillwing.sim_mujoco.sensors.depth_camera import DepthCamera
-from skillwing.sim_mujoco.sensors.fittings import GNSS, IMU, LIDAR, SENSORS, ZED, make_channel
+from skillwing.sim_mujoco.sensors.fittings import GNSS, IMU, LIDAR, RANGE, SENSORS, ZED, make_channel
 from skillwing.sim_mujoco.sensors.gnss import Gnss, receiver_class
 from skillwing.sim_mujoco.sensors.health import Change, Condition
 from skillwing.sim_mujoco.sensors.instruments import (
@@ -34,9 +34,11 @@ from skillwing.sim_mujoco.sensors.instruments import (
 )
 from skillwing.sim_mujoco.sensors.lidar import Lidar
 from skillwing.sim_mujoco.sensors.rays import RayScene
+from skillwing.sim_mujoco.sensors.twins import Twins
 from skillwing.sim_mujoco.simulator.autopilot import Autopilot, Estimate, Limits, Setpoint
 from skillwing.sim_mujoco.simulator.battery import Battery
 from skillwing.sim_mujoco.simulator.clearance import Clearance
+from skillwing.sim_mujoco.simulator.descent import STANDING_RANGE
 from skillwing.sim_mujoco.simulator.fault_plan import ROTOR, FaultPlan
 from skillwing.sim_mujoco.simulator.hexacopter import HULL_RADIUS, ROTORS
 from skillwing.sim_mujoco.simulator.physics import Physics
@@ -113,7 +115,10 @@ class Simulator:
         self._thrusts = [0.0] * ROTORS
         fitted = [name for name in SENSORS if name in (*sensors, GNSS)]
         self._channels = {name: make_channel(name, self._random(10 + SENSORS.index(name))) for name in fitted}
-        self._channels[GNSS].witness = self._navigate
+        self._twins = Twins(STANDING_RANGE, samples=round(IMU_BATCH / IMU_PERIOD))
+        witnesses = {IMU: self._twins.of_imu, RANGE: self._twins.of_range, LIDAR: self._show, GNSS: self._navigate}
+        for name, channel in self._channels.items():
+            channel.witness = witnesses.get(name, channel.witness)
         self._corruptions = {name: channel.corruption for name, channel in self._channels.items()}
         self._corruptions[CAMERA] = self.camera.corruption
         self._plan = FaultPlan(faults)
@@ -257,9 +262,15 @@ class Simulator:
     def _stabilise(self) -> None:
         if not self._own_errors:
             self._own_errors = self._own_imu.errors(_ERRORS_AT_ONCE).tolist()
-        x, y, z, p, q, r = map(add, self._physics.inertial, self._own_errors.pop())
+        felt = x, y, z, p, q, r = tuple(map(add, self._physics.inertial, self._own_errors.pop()))
+        self._twins.felt(felt)
         self._navigator.inertial((x, y, z), (p, q, r))
         self._thrusts = self.autopilot.stabilise(*self._navigator.attitude)
+
+    def _show(self, _: float, scan: Measurement) -> None:
+        """Let the range-finder's twin look at a scan, if the LiDAR can be trusted."""
+        if self._channels[LIDAR].condition is Condition.OK:
+            self._twins.look(scan)
 
     def _navigate(self, t: float, fix: Measurement) -> str | None:
         """Give navigation a fix; what it has to say against the receiver."""
@@ -269,7 +280,8 @@ class Simulator:
     def _measure(self) -> None:
         t, motion = self.t, self._track[-1]
         if self._epochs.due(t):
-            self._navigator.epoch(t, self._barometer.measure(motion, EPOCH), standing=not self.rotors_on)
+            self._twins.standing = not self.rotors_on
+            self._navigator.epoch(t, self._barometer.measure(motion, EPOCH), standing=self._twins.standing)
         for name, channel in self._channels.items():
             if not channel.due(t):
                 continue

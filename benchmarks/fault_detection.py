@@ -1,0 +1,197 @@
+"""How surely and how soon each sensor notices each of its faults, and how often it cries wolf.
+
+python benchmarks/fault_detection.py [--seeds 6] [--minutes 5] [--jobs 2] [--write]
+
+For each seed a drone flies rounds over its pad while every kind of fault hits every sensor, in random order and at
+random moments; and it flies for some minutes with nothing wrong. The simulator runs alone: what notices is on board.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, field
+from multiprocessing import get_context
+from pathlib import Path
+from statistics import median
+
+import numpy as np
+from performance_page import machine, table, tell
+
+from skillwing.sim_mujoco.sensors.corruptors import KINDS
+from skillwing.sim_mujoco.sensors.fittings import GNSS, SENSORS
+from skillwing.sim_mujoco.sensors.health import Change, Condition
+from skillwing.sim_mujoco.simulator.autopilot import Setpoint
+from skillwing.sim_mujoco.simulator.simulator import Simulator
+from skillwing.sim_mujoco.world.world import make_world
+
+PAGE = Path(__file__).parents[1] / "docs" / "sensors.md"
+WORLDS = ("courtyard", "street", "village", "industrial")
+TOGETHER = (("zed",), ("lidar", "range"), ("imu", "gnss"))
+"""Sensors that fly together when faults are tried: the range-finder is held against the LiDAR."""
+STEP = 0.02
+HOLD, HOLD_GNSS = 4.0, 3.0
+"""How long a fault stays [s]. Without fixes for longer the autopilot would land."""
+PATIENCE = 20.0
+"""A sensor that is not trusted again so long after its fault is over stays what it is [s]."""
+RADIUS, SPEED = 3.5, 2.0
+
+
+@dataclass(slots=True)
+class Trial:
+    """One fault: when it was noticed and when the sensor was trusted again, in seconds from its begin and its end."""
+
+    sensor: str
+    kind: str
+    noticed: float | None
+    reason: str = ""
+    recovered: float | None = None
+
+
+@dataclass(slots=True)
+class Flight:
+    """What one flight has shown: trials, false alarms as sentences, time with nothing wrong [s], collisions."""
+
+    trials: list[Trial] = field(default_factory=list)
+    alarms: list[str] = field(default_factory=list)
+    good: float = 0.0
+    collisions: int = 0
+
+
+class Rounds:
+    """A drone on its rounds: it climbs, circles the pad at 3 to 5 m, and looks now ahead, now around."""
+
+    def __init__(self, seed: int, sensors: Sequence[str] = SENSORS) -> None:
+        world = make_world(seed, WORLDS[seed % len(WORLDS)])
+        self.simulator = Simulator(world, wind=(3.0, 1.0, 0.0), turbulence=4.0, sensors=sensors)
+        self._angle = 0.0
+
+    @property
+    def t(self) -> float:
+        return self.simulator.t
+
+    def fly(self, seconds: float) -> Iterator[tuple[str, Change]]:
+        """Let time pass; changes of health as they come."""
+        end = self.t + seconds
+        while self.t < end - 1e-9:
+            self.simulator.command(self._setpoint(self.t))
+            yield from self.simulator.advance(self.t + STEP).health
+
+    def _setpoint(self, t: float) -> Setpoint:
+        if t < 10.0:
+            return Setpoint((0.0, 0.0, min(4.0, 0.8 * max(0.0, t - 1.5))), (0.0, 0.0, 0.0), 0.0)
+        grown = min(1.0, (t - 10.0) / 5.0)
+        rate = grown * SPEED / RADIUS
+        self._angle += rate * STEP
+        c, s = math.cos(self._angle), math.sin(self._angle)
+        radius = grown * RADIUS
+        position = radius * c, radius * s, 4.0 + math.sin(0.2 * t)
+        velocity = -radius * rate * s, radius * rate * c, 0.2 * math.cos(0.2 * t)
+        return Setpoint(position, velocity, self._angle + math.pi / 2 + math.sin(0.3 * t))
+
+
+def try_faults(seed: int, fitted: Sequence[str]) -> Flight:
+    """Every kind of fault on each of some sensors, once each; others are not fitted."""
+    flight, rounds, rng = Flight(), Rounds(seed, fitted), np.random.default_rng((seed, 5))
+    for _ in rounds.fly(16.0):
+        pass
+    cells = [(sensor, kind) for sensor in fitted for kind in KINDS]
+    for index in rng.permutation(len(cells)):
+        sensor, kind = cells[index]
+        watch = list(rounds.fly(rng.uniform(2.0, 4.0)))
+        flight.alarms += _false(watch, f"between faults, seed {seed}")
+        flight.trials.append(_try(rounds, sensor, kind, flight))
+    flight.collisions = rounds.simulator.collisions
+    return flight
+
+
+def _try(rounds: Rounds, sensor: str, kind: str, flight: Flight) -> Trial:
+    simulator, trial = rounds.simulator, Trial(sensor, kind, None)
+    simulator.set_fault(sensor, kind, on=True)
+    begun = rounds.t
+    for name, change in rounds.fly(HOLD_GNSS if sensor == GNSS else HOLD):
+        if name == sensor and change.condition is Condition.FAILED and trial.noticed is None:
+            trial.noticed, trial.reason = change.t - begun, change.reason
+        elif name != sensor:
+            flight.alarms += _false([(name, change)], f"{kind} of {sensor}")
+    simulator.set_fault(sensor, kind, on=False)
+    ended = rounds.t
+    while simulator.condition(sensor) is not Condition.OK and rounds.t < ended + PATIENCE:
+        for _ in rounds.fly(0.1):
+            pass
+    if trial.noticed is not None and simulator.condition(sensor) is Condition.OK:
+        trial.recovered = rounds.t - ended
+    return trial
+
+
+def fly_well(seed: int, minutes: float) -> Flight:
+    """A flight with nothing wrong, from take-off on."""
+    rounds = Rounds(seed)
+    alarms = _false(list(rounds.fly(60.0 * minutes)), f"nothing wrong, seed {seed}")
+    return Flight(alarms=alarms, good=60.0 * minutes, collisions=rounds.simulator.collisions)
+
+
+def _false(changes: Sequence[tuple[str, Change]], when: str) -> list[str]:
+    return [
+        f"{name} at {change.t:.1f} s ({when}): {change.reason}"
+        for name, change in changes
+        if change.condition is Condition.FAILED
+    ]
+
+
+def page_section(flights: Sequence[Flight], seeds: int) -> str:
+    """The figures as Markdown."""
+    trials = [trial for flight in flights for trial in flight.trials]
+    rows = []
+    for sensor in SENSORS:
+        for kind in KINDS:
+            own = [trial for trial in trials if (trial.sensor, trial.kind) == (sensor, kind)]
+            rows.append([sensor, kind, *_cells(own)])
+    hours = sum(flight.good for flight in flights) / 3600.0
+    alarms = [alarm for flight in flights if flight.good for alarm in flight.alarms]
+    others = [alarm for flight in flights if not flight.good for alarm in flight.alarms]
+    heads = ("sensor", "fault", "noticed", "p50 [s]", "p95 [s]", "worst [s]", "trusted again after [s]")
+    most = f"; with none seen, fewer than {3.0 / hours:.0f} an hour at 95 %" if not alarms else ""
+    lines = [
+        table(heads, rows),
+        "",
+        f"False alarms in {60 * hours:.0f} minutes of flight with nothing wrong: {len(alarms)}{most}.",
+        f"While something else was wrong or just had been: {len(others)}.",
+        *[f"- {alarm}" for alarm in (*alarms, *others)[:12]],
+        "",
+        f"Seeds 0 to {seeds - 1}, worlds {', '.join(WORLDS)} in turn, faults of usual magnitude for {HOLD:g} s "
+        f"({HOLD_GNSS:g} s for gnss); {sum(flight.collisions for flight in flights)} collisions. {machine()}.",
+    ]
+    return "\n".join(lines)
+
+
+def _cells(trials: Sequence[Trial]) -> tuple[str, ...]:
+    times = sorted(trial.noticed for trial in trials if trial.noticed is not None)
+    share = f"{len(times)} of {len(trials)}"
+    if not times:
+        return share, "", "", "", ""
+    back = [trial.recovered for trial in trials if trial.recovered is not None]
+    again = f"{median(back):.1f}" if len(back) == len(times) else f"{len(back)} of {len(times)}"
+    return share, f"{median(times):.2f}", f"{np.quantile(times, 0.95):.2f}", f"{times[-1]:.2f}", again
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    options.add_argument("--seeds", type=int, default=6)
+    options.add_argument("--minutes", type=float, default=5.0, help="of flight with nothing wrong, for each seed")
+    options.add_argument("--jobs", type=int, default=2)
+    options.add_argument("--write", action="store_true", help="put the figures into docs/sensors.md")
+    wanted = options.parse_args()
+    seeds = range(wanted.seeds)
+    with ProcessPoolExecutor(wanted.jobs, mp_context=get_context("spawn")) as pool:
+        tried = [pool.submit(try_faults, seed, fitted) for seed in seeds for fitted in TOGETHER]
+        flown = [pool.submit(fly_well, seed, wanted.minutes) for seed in seeds]
+        flights = [future.result() for future in (*tried, *flown)]
+    section = page_section(flights, wanted.seeds)
+    tell("fault_detection.py", "How soon faults are noticed", section, write=wanted.write, file=PAGE)
+
+
+if __name__ == "__main__":
+    main()

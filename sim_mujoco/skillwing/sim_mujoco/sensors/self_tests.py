@@ -1,0 +1,105 @@
+"""What a sensor's own measurements say against it, beyond limits and rates: noise, jumps, and contradictions."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+
+import numpy as np
+
+from skillwing.sim_mujoco.sensors.corruptors import Data
+
+_ENOUGH = 100
+"""With fewer values in view nothing is concluded."""
+
+
+class SelfTest(ABC):
+    """Looks at one measurement after the other."""
+
+    @abstractmethod
+    def problem(self, t: float, data: Data) -> str | None:
+        """What is wrong, in words, as of this measurement of `t`; None if nothing is."""
+
+
+class Roughness(SelfTest):
+    """Surfaces are smooth, noise is not: the second difference between neighbours, measured in the sensor's own noise.
+
+    Its median over many neighbours hardly knows edges. `thin` picks a part of the measurement, whose values are
+    neighbours along the last axis; `sigma` is the noise that is normal at a distance.
+    """
+
+    _LIMIT = 4.0
+    _AGAIN = 2
+    _MEDIAN = 0.6745
+    """Median of the absolute value of a standard normal number."""
+
+    def __init__(self, thin: Callable[[Data], Data], sigma: Callable[[Data], Data]) -> None:
+        self._thin, self._sigma = thin, sigma
+        self._times = 0
+
+    def problem(self, t: float, data: Data) -> str | None:
+        rows = self._thin(data)
+        left, middle, right = rows[..., :-2], rows[..., 1:-1], rows[..., 2:]
+        seen = (left > 0.0) & (middle > 0.0) & (right > 0.0)
+        if np.count_nonzero(seen) < _ENOUGH:
+            return None
+        bend = np.abs(left + right - 2.0 * middle)[seen] / self._sigma(middle[seen])
+        factor = float(np.median(bend)) / (self._MEDIAN * math.sqrt(6.0))
+        self._times = self._times + 1 if factor > self._LIMIT else 0
+        return f"{factor:.0f} times its normal noise" if self._times >= self._AGAIN else None
+
+
+class Jump(SelfTest):
+    """The world does not come nearer everywhere at once: a step in all directions is one of the sensor.
+
+    Judged by the quarter of the directions that changed least: motion and edges leave some of them quiet. The jump
+    counts until there is one back. `speed` is how fast even the quietest quarter may change [m/s]: a wall ahead does.
+    """
+
+    _LEAST = 0.1
+
+    def __init__(self, thin: Callable[[Data], Data], speed: float) -> None:
+        self._thin, self._speed = thin, speed
+        self._before: tuple[float, Data] | None = None
+        self._offset = 0.0
+
+    def problem(self, t: float, data: Data) -> str | None:
+        now = self._thin(data)
+        if self._before is not None and np.array_equal(self._before[1], now):
+            return self._told  # Frozen: the next change is one since the first of these.
+        before, self._before = self._before, (t, now.copy())
+        if before is not None:
+            self._compare(t - before[0], before[1], now)
+        return self._told
+
+    def _compare(self, dt: float, before: Data, now: Data) -> None:
+        change = (now - before)[(now > 0.0) & (before > 0.0)]
+        if len(change) < _ENOUGH:
+            return
+        quarter = len(change) // 4
+        if np.partition(np.abs(change), quarter)[quarter] <= self._LEAST + self._speed * dt:
+            return
+        jump = float(np.median(change))
+        is_back = jump * self._offset < 0.0 and abs(jump) > 0.5 * abs(self._offset)
+        self._offset = 0.0 if is_back else self._offset + jump
+
+    @property
+    def _told(self) -> str | None:
+        return f"everything jumped by {self._offset:+.1f} m" if self._offset else None
+
+
+class Contradiction:
+    """Two instruments that measure the same: counts how long they have disagreed. Pure.
+
+    `patience` is the number of disagreements, less the agreements between them, that make a contradiction.
+    """
+
+    def __init__(self, patience: int) -> None:
+        self._patience = patience
+        self._count = 0
+
+    def weigh(self, *, agree: bool) -> bool:
+        """Whether they contradict each other as of now."""
+        self._count = max(0, self._count - 1) if agree else min(2 * self._patience, self._count + 1)
+        return self._count >= self._patience

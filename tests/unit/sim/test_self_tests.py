@@ -1,0 +1,125 @@
+"""Noise, jumps and contradictions are noticed, and what only looks like them is not."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from skillwing.sim_mujoco.frames.motion import Motion
+from skillwing.sim_mujoco.sensors.depth_camera import DepthCamera
+from skillwing.sim_mujoco.sensors.fittings import FITTINGS, LIDAR, ZED
+from skillwing.sim_mujoco.sensors.lidar import Lidar
+from skillwing.sim_mujoco.sensors.rays import RayScene
+from skillwing.sim_mujoco.sensors.self_tests import Contradiction, Jump, Roughness, SelfTest
+from skillwing.sim_mujoco.sensors.twins import GroundTwin, InertialTwin
+from skillwing.sim_mujoco.world.world import make_world
+
+RAYS = RayScene(make_world(3).triangles())
+
+
+def motion(t: float, *, speed: float = 5.0, turn: float = 0.8) -> Motion:
+    """A drone that leaves its pad at full speed and turns as fast as it can."""
+    heading = turn * t
+    quaternion = (math.cos(heading / 2), 0.0, 0.0, math.sin(heading / 2))
+    return Motion(t, (0.8 * speed * t, 0.0, 4.0), (speed, 0.0, 0.0), quaternion, (0.0, 0.0, turn))
+
+
+def measurements(sensor: str, count: int = 16) -> list[tuple[float, np.ndarray]]:
+    rng, period = np.random.default_rng(2), FITTINGS[sensor].period
+    if sensor == ZED:
+        camera = DepthCamera(RAYS, rng)
+        return [(k * period, camera.picture(motion(k * period))) for k in range(count)]
+    lidar = Lidar(RAYS, rng)
+    track = [[motion(k * period + 0.01 * j) for j in range(11)] for k in range(count)]
+    return [(each[-1].t, lidar.scan(each, each[0].t, each[-1].t)) for each in track]
+
+
+@pytest.fixture(scope="module")
+def recorded() -> dict[str, list[tuple[float, np.ndarray]]]:
+    return {sensor: measurements(sensor) for sensor in (ZED, LIDAR)}
+
+
+def complaints(sensor: str, stream: list[tuple[float, np.ndarray]], kind: type[SelfTest]) -> list[str | None]:
+    (test,) = (test for test in FITTINGS[sensor].tests() if isinstance(test, kind))
+    return [test.problem(t, data) for t, data in stream]
+
+
+@pytest.mark.parametrize("sensor", [ZED, LIDAR])
+@pytest.mark.parametrize("kind", [Roughness, Jump])
+def test_fast_flight_and_turning_are_no_fault(recorded, sensor: str, kind: type[SelfTest]) -> None:
+    assert complaints(sensor, recorded[sensor], kind) == [None] * len(recorded[sensor])
+
+
+@pytest.mark.parametrize("sensor", [ZED, LIDAR])
+def test_noise_is_seen_in_the_second_measurement(recorded, sensor: str) -> None:
+    rng = np.random.default_rng(1)
+    noisy = [
+        (t, (data + np.float32(2.0) * rng.standard_normal(data.shape, dtype=np.float32)).astype(np.float32))
+        for t, data in recorded[sensor]
+    ]
+    first, *others = complaints(sensor, noisy, Roughness)
+    assert first is None
+    assert all(each is not None for each in others)
+
+
+@pytest.mark.parametrize("sensor", [ZED, LIDAR])
+@pytest.mark.parametrize("offset", [1.0, -1.5, 4.0])
+def test_a_bias_is_seen_when_it_comes_and_forgotten_when_it_goes(recorded, sensor: str, offset: float) -> None:
+    biased = [(t, data + np.float32(offset if 4 <= k < 10 else 0.0)) for k, (t, data) in enumerate(recorded[sensor])]
+    told = complaints(sensor, biased, Jump)
+    assert [each is not None for each in told] == [4 <= k < 10 for k in range(len(told))]
+
+
+def test_the_end_of_a_freeze_is_no_jump(recorded) -> None:
+    stream = [(t, recorded[LIDAR][3][1] if 3 <= k < 13 else data) for k, (t, data) in enumerate(recorded[LIDAR])]
+    assert complaints(LIDAR, stream, Jump) == [None] * len(stream)
+
+
+@given(st.lists(st.booleans(), max_size=200))
+def test_a_contradiction_needs_more_disagreement_than_agreement(agreements: list[bool]) -> None:
+    contradiction = Contradiction(patience=10)
+    told = [contradiction.weigh(agree=agree) for agree in agreements]
+    for k in range(len(told)):
+        if told[k]:
+            assert agreements[max(0, k - 40) : k + 1].count(False) >= 10
+        if agreements[max(0, k - 20) : k + 1].count(True) == 21:
+            assert not told[k]
+
+
+def test_two_imus_on_one_body_agree_until_one_is_wrong() -> None:
+    rng, twin = np.random.default_rng(1), InertialTwin()
+
+    def batch(offset: float = 0.0) -> np.ndarray:
+        noise = np.array([0.06] * 3 + [0.005] * 3) * rng.standard_normal((5, 6))
+        return (np.array([0.0, 0.0, 9.81, 0.0, 0.0, 0.0]) + offset + noise).astype(np.float32)
+
+    def compare(offset: float, kick: float = 0.0) -> str | None:
+        own = [tuple(row) for row in (batch() + np.array([kick, 0, 0, 0, 0, 0])).tolist()]
+        return twin.objection(batch(offset), own)
+
+    assert [compare(0.0) for _ in range(500)] == [None] * 500
+    assert compare(0.0, kick=200.0) is None, "an impact that one of them missed"
+    told = [compare(0.1) for _ in range(50)]
+    assert "angular rate" in (told[-1] or "")
+    assert [compare(0.0) for _ in range(100)][-1] is None
+
+
+def test_the_range_finder_is_held_against_the_lidar_and_the_ground() -> None:
+    twin, scan = GroundTwin(standing=0.145), np.full((1024, 16), 4.0, dtype=np.float32)
+
+    def measure(t: float, distance: float, *, standing: bool = False) -> str | None:
+        if round(20 * t) % 2 == 0:
+            twin.look(t, scan)
+        return twin.objection(t, distance, standing=standing)
+
+    assert [measure(0.05 * k, 4.1) for k in range(40)] == [None] * 40
+    told = [measure(2.0 + 0.05 * k, 5.0) for k in range(20)]
+    assert told[8] is None
+    assert "LiDAR" in (told[-1] or "")
+    assert [measure(3.0 + 0.05 * k, 0.15, standing=True) for k in range(30)][-1] is None
+    assert "stands" in ([measure(5.0 + 0.05 * k, 1.1, standing=True) for k in range(12)][-1] or "")
+    assert GroundTwin(standing=0.145).objection(9.0, 7.0, standing=False) is None, "nobody else has seen the ground"
