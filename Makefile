@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
 
-.PHONY: setup demo test mutants lint format errors pictures worlds reference lock clean history simulate fuzz chaos bench flight-tests fault-detection
+.PHONY: setup demo test mutants lint format errors pictures worlds reference lock clean history simulate fuzz chaos bench flight-tests fault-detection campaign
 
 setup: $(READY)
 
@@ -88,6 +88,12 @@ fuzz: setup
 CHAOS_ARGS ?=
 chaos: setup
 	$(BIN)/python tests/chaos/chaos_run.py --write docs/reliability.md $(CHAOS_ARGS)
+
+# A mission under all conditions in many worlds, into docs/missions.md: hours. CAMPAIGN_ARGS="-o DIR --resume" goes on.
+CAMPAIGN ?= mapping
+CAMPAIGN_ARGS ?=
+campaign: setup
+	$(BIN)/skillwing campaign $(CAMPAIGN) --seeds 0:100 --faults all --write docs/missions.md $(CAMPAIGN_ARGS)
 
 # The reference page of the robot's skillset.
 reference: setup
