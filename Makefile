@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
 
-.PHONY: setup demo test mutants lint format errors pictures worlds reference lock clean history simulate fuzz chaos bench flight-tests fault-detection campaign
+.PHONY: setup demo test mutants lint format errors pictures worlds reference lock clean history simulate mutation fuzz chaos bench flight-tests fault-detection campaign
 
 setup: $(READY)
 
@@ -114,6 +114,11 @@ lock:
 RUNS ?= 2000
 simulate: setup
 	PYTHONPATH=tests $(BIN)/python -m simulation $(if $(SEED),--seed $(SEED) -v $(if $(SHRINK),--shrink),--runs $(RUNS) $(SIMULATE_ARGS))
+
+# Mutants of the managers' cores, and which tests kill them; goes on where it was interrupted.
+MUTATION_ARGS ?= --seconds 3600
+mutation: setup
+	$(BIN)/python tests/mutation/mutation_run.py --write docs/reliability.md $(MUTATION_ARGS)
 
 clean:
 	rm -rf $(VENV) .pytest_cache .ruff_cache .hypothesis

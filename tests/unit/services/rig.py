@@ -5,16 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from soundness import assert_all_sound
+
 from skillwing.dsl import parse
+from skillwing.services.core.kept import Entry
 from skillwing.services.core.resource_core import Publication, ResourceCore, Step
 from skillwing.services.ids import RecordIds
 from skillwing.services.protocol import (
+    AttachManager,
     BeginGoal,
     DataSample,
     EndGoal,
+    FireEvent,
     FireExtern,
     GoalVerdict,
     Record,
+    RenewGoal,
     ResourceChange,
     Violated,
 )
@@ -91,10 +97,13 @@ class Bench:
     def __init__(self) -> None:
         self.core = ResourceCore(RIG, source="rm", new_record_id=RecordIds("rm"))
         self.published: list[Publication] = []
+        self.kept: list[Entry] = []
         self.now = 0.0
 
     def perform(self, step: Step[Any]) -> Any:
+        assert_all_sound((*step.publications, step.reply), self.now)
         self.published += step.publications
+        self.kept += step.entries
         return step.reply
 
     def begin(self, skill: str, goal_id: str, manager: str = "", incarnation: str = "", **inputs: Any) -> GoalVerdict:
@@ -120,6 +129,16 @@ class Bench:
     ) -> GoalVerdict:
         request = EndGoal(goal_id=goal_id, skill=skill, token=token, how=how, result=result, incarnation=incarnation)
         return self.perform(self.core.end(request, self.now))
+
+    def attach(self, manager: str, incarnation: str) -> Any:
+        request = AttachManager(manager=manager, incarnation=incarnation)
+        return self.perform(self.core.attach_manager(request, self.now))
+
+    def renew(self, skill: str, goal_id: str, token: int) -> GoalVerdict:
+        return self.perform(self.core.renew(RenewGoal(goal_id=goal_id, skill=skill, token=token)))
+
+    def fire(self, event: str, cause: str | None = None) -> Any:
+        return self.perform(self.core.fire_event(FireEvent(event=event, source="test", cause=cause), self.now))
 
     def extern(self, resource: str, target: str, cause: str | None = None) -> Any:
         request = FireExtern(resource=resource, target=target, source="test", cause=cause)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 from rig import RIG, Bench
 
+from skillwing.services.core.kept import ManagerNoted
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.protocol import (
     AttachManager,
@@ -17,6 +20,7 @@ from skillwing.services.protocol import (
     Lost,
     NotReady,
     Record,
+    RecordKind,
     RenewGoal,
     Violated,
 )
@@ -342,3 +346,128 @@ def test_a_foreign_schema_is_refused_naming_both(bench: Bench) -> None:
     assert refusal.value.code is ErrorCode.SCHEMA_MISMATCH
     assert "abcd" in str(refusal.value)
     assert RIG.schema_hash in str(refusal.value)
+
+
+# --- what a process of a manager is told of its goals, and those of others -------------------------------------------
+
+
+def test_a_renewal_tells_how_the_goal_stands(bench: Bench) -> None:
+    grant = granted(bench.begin("move", "g"))
+    assert bench.renew("move", "g", grant.token) == grant
+    ended = bench.end("move", "g", grant.token, result="DONE")
+    assert bench.renew("move", "g", grant.token) == ended
+    for skill, goal_id, token, code in (
+        ("move", "g2", grant.token, ErrorCode.UNKNOWN_GOAL),
+        ("fly", "g", grant.token, ErrorCode.UNKNOWN_NAME),
+        ("watch", "g", grant.token, ErrorCode.BAD_REQUEST),
+    ):
+        with pytest.raises(RefusedError) as refusal:
+            bench.renew(skill, goal_id, token)
+        assert refusal.value.code is code
+    assert bench.of(Lost) == []
+
+
+def test_a_renewal_with_another_token_is_refused(bench: Bench) -> None:
+    token = granted(bench.begin("move", "g")).token
+    for wrong in (token - 1, token + 1, 0):
+        with pytest.raises(RefusedError, match="g was granted with") as refusal:
+            bench.renew("move", "g", wrong)
+        assert refusal.value.code is ErrorCode.STALE_TOKEN
+    assert bench.core.states["axes"] == "USED"
+
+
+def test_a_successor_that_asks_for_its_predecessors_goal_is_told_that_it_was_lost(bench: Bench) -> None:
+    bench.now = 1.0
+    first = granted(bench.begin("move", "g", incarnation="first"))
+    bench.now = 2.0
+    verdict = bench.begin("move", "g", incarnation="second")
+    assert isinstance(verdict, Lost)
+    assert (verdict.goal_id, verdict.skill, verdict.token, verdict.t) == ("g", "move", first.token, 2.0)
+    assert verdict.reason == "The manager `skill/move` was lost: another process has taken its place."
+    [record] = bench.of(Record, lambda record: record.id == verdict.record)
+    assert (record.after, record.goal_id, record.text) == ("LOST", "g", verdict.reason)
+    assert record.cause == first.record
+    assert bench.core.states["axes"] == "FREE"
+    with pytest.raises(RefusedError) as refusal:
+        bench.begin("move", "g", incarnation="first")
+    assert refusal.value.code in (ErrorCode.REPLACED, ErrorCode.STALE_TOKEN)
+
+
+def test_the_same_process_and_one_that_does_not_tell_get_the_same_grant_again(bench: Bench) -> None:
+    first = granted(bench.begin("move", "g", incarnation="first"))
+    assert bench.begin("move", "g", incarnation="first") == first
+    assert bench.begin("move", "g") == first
+    assert bench.begin("move", "g", manager="another", incarnation="second") == first
+    assert bench.of(Lost) == []
+
+
+def test_each_incarnation_is_noted_once_and_a_replaced_one_cannot_come_back(bench: Bench) -> None:
+    for incarnation in ("first", "first", "second", "second"):
+        states = bench.attach("skill/move", incarnation)
+        assert (states.states, states.revision) == (dict(bench.core.states), bench.core.revision)
+    bench.attach("skill/watch", "first")
+    assert bench.kept == [
+        ManagerNoted("skill/move", "first"),
+        ManagerNoted("skill/move", "second"),
+        ManagerNoted("skill/watch", "first"),
+    ]
+    with pytest.raises(RefusedError, match="place of this `skill/move`") as refusal:
+        bench.attach("skill/move", "first")
+    assert refusal.value.code is ErrorCode.REPLACED
+    bench.attach("skill/watch", "first")
+
+
+# --- events, and what is on record ---------------------------------------------------------------------------------
+
+
+def test_an_event_tells_who_fired_it_why_and_what_it_broke(bench: Bench) -> None:
+    granted(bench.begin("move", "g"))
+    bench.now = 2.0
+    bench.published.clear()
+    states = bench.fire("storm", cause="sky#1")
+    assert states.states == dict(bench.core.states)
+    assert (states.states["authority"], states.states["door"], states.states["axes"]) == ("OFF", "OPEN", "FREE")
+    assert bench.violations == [("move", "authority")]
+    causes = [record for record in bench.of(Record) if record.kind is RecordKind.RESOURCE]
+    assert [(each.subject, each.cause, each.text) for each in causes[:2]] == [
+        ("authority", "sky#1", "event storm by test"),
+        ("door", "sky#1", "event storm by test"),
+    ]
+    with pytest.raises(RefusedError, match=r"storm.*authority is OFF") as refusal:
+        bench.fire("storm")
+    assert refusal.value.code is ErrorCode.NOT_ALLOWED
+
+
+def test_an_unknown_event_is_refused_naming_what_exists(bench: Bench) -> None:
+    with pytest.raises(RefusedError, match="strom") as refusal:
+        bench.fire("strom")
+    assert (refusal.value.code, refusal.value.known) == (ErrorCode.UNKNOWN_NAME, ("storm",))
+
+
+def test_a_refused_transition_names_the_targets_there_are_from_here(bench: Bench) -> None:
+    with pytest.raises(RefusedError) as refusal:
+        bench.extern("lamp", "LIT")
+    assert refusal.value.known == ("BROKEN",)
+    bench.extern("lamp", "BROKEN")
+    with pytest.raises(RefusedError) as refusal:
+        bench.extern("lamp", "LIT")
+    assert refusal.value.known == ("OFF",)
+
+
+def test_only_a_goal_makes_time_matter(bench: Bench) -> None:
+    assert bench.core.next_tick(bench.now) is None
+    granted(bench.begin("move", "g"))
+    assert bench.core.next_tick(bench.now) == 3.0
+
+
+@pytest.mark.parametrize(
+    ("inputs", "named"), [({"speed": "fast"}, "speed"), ({"sped": 1.0}, "sped"), ({"speed": 99.0}, "speed")]
+)
+def test_inputs_that_do_not_fit_are_refused_by_name_and_leave_no_trace(
+    bench: Bench, inputs: dict[str, Any], named: str
+) -> None:
+    with pytest.raises(RefusedError, match=f"`{named}`") as refusal:
+        bench.begin("move", "g", **inputs)
+    assert refusal.value.code is ErrorCode.BAD_REQUEST
+    assert bench.core.states["axes"] == "FREE"
+    granted(bench.begin("move", "g"))

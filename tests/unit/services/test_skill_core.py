@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 from rig import RIG
+from soundness import assert_all_sound
 
 from skillwing.dsl.model import Skillset
 from skillwing.services.core.refusal import RefusedError
@@ -46,6 +47,9 @@ class Desk:
         self.now = 0.0
 
     def take(self, actions: tuple[Action, ...]) -> None:
+        calls = [action.call for action in actions if isinstance(action, AskResources)]
+        assert_all_sound((*actions, *calls), self.now)
+        assert all(action.t == self.now for action in actions if isinstance(action, GoalStatus))
         self.actions += actions
 
     def start(self, goal_id: str = "g", **fields: Any) -> None:

@@ -514,7 +514,11 @@ def _checked_inputs(skill: Skill, given: Mapping[str, object]) -> dict[str, obje
     inputs, problems = fit_fields(skill.inputs, given)
     if problems:
         text = " ".join(problem.sentence for problem in problems)
-        raise RefusedError(ErrorCode.BAD_REQUEST, f"The inputs do not fit `{skill.name}`: {text}")
+        raise RefusedError(
+            ErrorCode.BAD_REQUEST,
+            f"The inputs do not fit `{skill.name}`: {text}",
+            help="Send what the skillset declares.",
+        )
     return inputs
 
 

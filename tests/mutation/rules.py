@@ -1,0 +1,93 @@
+"""Where in the cores each rule of docs/semantics.md stands: a mutant of these functions is a mutant of the rule."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+RULES: Mapping[str, tuple[str, ...]] = {
+    "1 the client chooses the id; one terminal answer": (
+        "SkillCore.start",
+        "SkillCore.status",
+        "SkillCore._finish",
+        "ResourceCore.begin",
+        "Ledger.verdict",
+        "Ledger.remember",
+    ),
+    "2 preconditions and start effect are one step": (
+        "ResourceCore.begin",
+        "ResourceCore._failing_preconditions",
+        "ResourceCore._refuse_readiness",
+        "ResourceTable.obstacle",
+    ),
+    "3 invariants are watched where the state changes": (
+        "ResourceCore._enforce_invariants",
+        "ResourceCore._first_violation",
+        "ResourceCore._violate",
+        "ResourceCore._culprit",
+        "ResourceCore.tick",
+        "ResourceCore.next_tick",
+        "ResourceCore.update_datum",
+        "ResourceCore.fire_extern",
+    ),
+    "4 an effect that cannot apply is loud": (
+        "ResourceCore.end",
+        "ResourceCore._apply",
+        "ResourceTable.apply",
+        "SkillCore._terminal_of_end",
+    ),
+    "5 interrupt is two-phase": (
+        "SkillCore.interrupt",
+        "SkillCore._stop",
+        "SkillCore.interrupted",
+        "SkillCore.tick",
+        "SkillCore.next_tick",
+        "SkillCore._begin_answered",
+    ),
+    "6 termination is goal-scoped": ("SkillCore._run_of", "SkillCore._run_to_end", "SkillCore.terminated"),
+    "7 leases and fences": (
+        "ResourceCore._lose",
+        "ResourceCore._lose_all",
+        "ResourceCore._replace",
+        "ResourceCore._take_from_predecessor",
+        "ResourceCore.manager_lost",
+        "ResourceCore.goal_lost",
+        "ResourceCore.attach_manager",
+        "ResourceCore.renew",
+        "Ledger.next_token",
+        "check_fence",
+        "check_token",
+        "gives_up_unheard",
+        "Incarnations.check",
+        "Incarnations.note",
+        "Incarnations._take",
+        "Leases.begin",
+        "Leases.renew",
+        "Leases.end",
+        "Leases.look",
+        "Leases.next_look",
+        "SkillCore.renewal",
+        "SkillCore.renewed",
+        "SkillCore._taken_away",
+    ),
+    "8 the resource manager survives kill -9": (
+        "ResourceCore.__init__",
+        "ResourceCore.resume",
+        "ResourceCore.inventory",
+        "ResourceCore._require_news",
+        "ResourceCore._finish",
+        "Ledger.__init__",
+        "Ledger.open",
+        "Ledger.close",
+        "Incarnations.__init__",
+        "ResourceTable.__init__",
+        "ResourceTable.inventory",
+    ),
+    "9 zero replies is no refusal": (
+        "SkillCore.answered",
+        "SkillCore._bear_silence",
+        "SkillCore._settle",
+        "ResourceCore._end_without_grant",
+    ),
+    "10 owner policy": ("SkillCore.owner_gone",),
+}
+"""By rule, functions as `Class.name` or `name`."""
