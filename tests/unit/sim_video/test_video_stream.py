@@ -1,0 +1,145 @@
+"""Codec, pieces, receiver and quality: what is shown is what was sent, or nothing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from skillwing.sim_mujoco.topics import VideoPiece
+from skillwing.sim_mujoco.video.codec import AccessUnit, Decoder, Encoder, Picture, UndecodableError, jpeg
+from skillwing.sim_mujoco.video.pieces import LARGEST, Assembly, cut
+from skillwing.sim_mujoco.video.receiver import Receiver
+from skillwing.sim_mujoco.video.similarity import similarity
+
+HEIGHT, WIDTH, FPS = 90, 160, 15
+
+
+@pytest.fixture(scope="module")
+def film() -> list[Picture]:
+    """Three seconds of a rough surface that passes by, with grain."""
+    rng = np.random.default_rng(1)
+    blocks = np.kron(rng.integers(0, 256, (23, 60, 3)), np.ones((4, 8, 1)))
+    grain = rng.integers(-12, 13, (45, HEIGHT, WIDTH, 3))
+    pictures = (blocks[:HEIGHT, 3 * k : 3 * k + WIDTH] + grain[k] for k in range(45))
+    return [np.clip(picture, 0, 255).astype(np.uint8) for picture in pictures]
+
+
+def test_a_stream_goes_on_while_its_rate_changes(film: list[Picture]) -> None:
+    encoder, decoder = Encoder(WIDTH, HEIGHT, FPS), Decoder()
+    sizes: list[int] = []
+    qualities: list[float] = []
+    for k, picture in enumerate(film):
+        unit = encoder.encode(picture, k / FPS, 1e6 if k < 20 else 1e5, keyframe=False)
+        assert unit is not None
+        assert unit.keyframe is (k == 0)
+        sizes.append(len(unit.data))
+        qualities.append(similarity(picture, decoder.decode(unit.data)))
+    assert sum(sizes[-15:]) < 0.3 * sum(sizes[5:20])
+    assert 8 * sum(sizes[-15:]) == pytest.approx(1e5, rel=0.4)
+    assert np.mean(qualities[5:20]) > np.mean(qualities[-15:]) > 0.2
+
+
+def test_a_keyframe_on_request_needs_nothing_before_it(film: list[Picture]) -> None:
+    encoder = Encoder(WIDTH, HEIGHT, FPS)
+    units = [encoder.encode(picture, k / FPS, 5e5, keyframe=k == 7) for k, picture in enumerate(film[:8])]
+    assert [unit is not None and unit.keyframe for unit in units] == [True, *[False] * 6, True]
+    assert units[7] is not None
+    assert similarity(film[7], Decoder().decode(units[7].data)) > 0.5
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.binary(max_size=400))
+def test_bytes_that_are_no_picture_are_refused(data: bytes) -> None:
+    with pytest.raises(UndecodableError):
+        Decoder().decode(data)
+
+
+def test_similarity_of_a_picture_falls_with_what_is_done_to_it(film: list[Picture]) -> None:
+    picture = film[0]
+    rng = np.random.default_rng(2)
+    noises = [rng.normal(0.0, sigma, picture.shape) for sigma in (5.0, 20.0, 80.0)]
+    worse = [similarity(picture, np.clip(picture + noise, 0, 255).astype(np.uint8)) for noise in noises]
+    assert similarity(picture, picture) == pytest.approx(1.0)
+    assert 1.0 > worse[0] > worse[1] > worse[2] > 0.0
+    assert abs(similarity(picture, rng.integers(0, 256, picture.shape).astype(np.uint8))) < 0.05
+    with pytest.raises(ValueError, match="cannot be compared"):
+        similarity(picture, picture[:-1])
+
+
+def test_a_jpeg_is_one(film: list[Picture]) -> None:
+    assert jpeg(film[0])[:3] == b"\xff\xd8\xff"
+
+
+def sent(sizes: list[int], keyframes: set[int]) -> list[tuple[VideoPiece, bytes]]:
+    """The pieces of pictures of these sizes, a tenth of a second apart; each is filled with its number."""
+    pieces: list[tuple[VideoPiece, bytes]] = []
+    for frame, size in enumerate(sizes):
+        unit = AccessUnit(bytes([frame % 256]) * size, frame in keyframes)
+        pieces += cut(unit, "goal", frame, len(pieces), 0.1 * frame)
+    return pieces
+
+
+@given(st.integers(0, 5 * LARGEST))
+def test_pieces_fit_a_packet_and_make_the_whole(size: int) -> None:
+    pieces = sent([size], {0})
+    assert all(len(data) <= LARGEST for _, data in pieces)
+    assembly = Assembly()
+    *early, last = [assembly.add(header, data) for header, data in pieces]
+    assert early == [None] * (len(pieces) - 1)
+    assert last is not None
+    assert last.unit.data == bytes(size)
+
+
+@given(
+    st.lists(st.integers(1, 3 * LARGEST), min_size=1, max_size=40),
+    st.sets(st.integers(0, 39)),
+    st.sets(st.integers(0, 119)),
+)
+def test_only_whole_pictures_that_can_be_decoded_are_shown(
+    sizes: list[int], keyframes: set[int], lost: set[int]
+) -> None:
+    """Whatever is lost: a picture is shown if and only if it and all since the last keyframe arrived whole."""
+    keyframes.add(0)
+    receiver = Receiver()
+    pieces = sent(sizes, keyframes)
+    shown = [
+        whole.frame
+        for header, data in pieces
+        if header.sequence not in lost and (whole := receiver.piece(header.t, header, data)) is not None
+    ]
+    gone = {header.frame for header, _ in pieces if header.sequence in lost}
+    decodable, chain = [], False
+    for frame in range(len(sizes)):
+        chain = frame not in gone and (chain or frame in keyframes)
+        decodable += [frame] * chain
+    assert shown == decodable
+
+
+def test_the_report_counts_the_last_second() -> None:
+    receiver = Receiver()
+    for header, data in sent([500] * 30, {0}):
+        if header.sequence % 5 == 4 and header.t >= 2.0:
+            continue
+        whole = receiver.piece(header.t + 0.1, header, data)
+        if whole is not None:
+            receiver.shown(header.t + 0.1, whole.t, 0.9)
+    status = receiver.status(3.0)
+    assert status.lost == pytest.approx(1 / 9), "the very last one may still be on its way"
+    assert status.bitrate == 8 * 500 * 8
+    assert status.wants_keyframe
+    assert (status.fps, status.quality) == (4, 0.9), "those between the keyframe and the first loss"
+    assert status.latency == pytest.approx(0.1)
+    later = receiver.status(10.0)
+    assert (later.fps, later.quality, later.bitrate, later.latency) == (0.0, None, 0.0, None)
+
+
+def test_another_goals_stream_begins_anew() -> None:
+    receiver = Receiver()
+    for header, data in sent([500] * 3, {0}):
+        receiver.piece(header.t, header, data)
+    ((header, data),) = cut(AccessUnit(b"x", keyframe=False), "another", 7, 90, 1.0)
+    assert receiver.piece(1.0, header, data) is None
+    status = receiver.status(1.0)
+    assert (status.stream, status.lost, status.wants_keyframe) == ("another", 0.0, True)
