@@ -33,7 +33,5 @@ class FenceOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return Box(self.low, self.high)
 
 
-COURTYARD = Box((-10.0, -10.0, -1.0), (40.0, 30.0, 12.0))
-"""The part of the world that a mission looks at."""
 COURTYARD_FENCE = Box((-12.0, -12.0, -1.0), (42.0, 32.0, 30.0))
-"""The courtyard and 2 m around it; height above the home pad."""
+"""Of the courtyard; height above the home pad."""
