@@ -75,16 +75,14 @@ def make_village(site: Site) -> Ground:
 
 def _lanes(legs: tuple[Leg, ...], site: Site) -> tuple[Strip, ...]:
     """The lanes of the route, a way to the church, and one out of the village at each corner but home's."""
-    green = GREEN[0] * site.scale, GREEN[1] * site.scale
+    x, y = GREEN[0] * site.scale, GREEN[1] * site.scale
+    (ax, ay), (bx, by) = legs[0]
     outward = [
-        Strip(corner, (green[0] + 2.6 * (corner[0] - green[0]), green[1] + 2.6 * (corner[1] - green[1])), 3.6, GRAVEL)
-        for corner, _ in legs[1::2]
+        Strip((east, north), (x + 2.6 * (east - x), y + 2.6 * (north - y)), 3.6, GRAVEL)
+        for (east, north), _ in legs[1::2]
     ]
-    return (
-        *outward,
-        Strip(green, (legs[0][0][0] + 0.5 * legs[0][1][0], legs[0][0][1] + 0.5 * legs[0][1][1]), 2.4, GRAVEL),
-        *(Strip(a, b, 4.4, GRAVEL) for a, b in legs),
-    )
+    to_church = Strip((x, y), ((ax + bx) / 2, (ay + by) / 2), 2.4, GRAVEL)
+    return (*outward, to_church, *(Strip(a, b, 4.4, GRAVEL) for a, b in legs))
 
 
 class _Village:
