@@ -58,6 +58,7 @@ PUBLICATIONS = (
     Endpoint(topics.health_key("zed"), topics.Health),
     Endpoint(topics.TRUTH, topics.Truth),
     Endpoint(topics.AUTOPILOT_SETPOINT, topics.AutopilotSetpoint),
+    Endpoint(topics.GEOFENCE, topics.Geofence),
     Endpoint(topics.GUIDANCE_STATUS, topics.GuidanceStatus),
     Endpoint(topics.AUTHORITY, topics.Revoked),
     Endpoint(topics.OBSTACLE_STATUS, topics.ObstacleStatus),
