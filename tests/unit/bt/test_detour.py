@@ -113,6 +113,14 @@ def test_a_wall_of_ten_metres_is_found_bump_by_bump_and_passed(shift: float) -> 
     assert world.nearest > HULL_RADIUS + 0.5
 
 
+def test_a_dead_end_is_left_again_and_flown_round() -> None:
+    world = Courtyard(((16.0, -3.5), (16.0, 3.5)), ((11.0, 3.5), (16.0, 3.5)), ((11.0, -3.5), (16.0, -3.5)))
+    planner = RoutePlanner([(26, 0, 4)])
+    fly_route(planner, world, (0, 0, 4))
+    assert (planner.reached, planner.given_up) == (1, [])
+    assert world.nearest > HULL_RADIUS + 0.5
+
+
 def test_a_waypoint_inside_a_closed_yard_is_given_up_with_its_reason() -> None:
     corners = [(10.0, -5.0), (20.0, -5.0), (20.0, 5.0), (10.0, 5.0), (10.0, -5.0)]
     planner = RoutePlanner([(15, 0, 4), (0, 10, 4)])
