@@ -126,7 +126,7 @@ class Navigator:
     def __init__(self, receiver: Receiver) -> None:
         level, height = _COLOURED * receiver.level, _COLOURED * receiver.height
         self._noise = np.array([level, level, height, *[receiver.speed] * 3, receiver.heading])
-        self._trusted = receiver.trusted
+        self._receiver = receiver
         self._samples: deque[tuple[float, ...]] = deque(maxlen=10 * _ALIGNMENT)
         self._state: Strapdown | None = None
         self._filter = self._new_filter()
@@ -161,7 +161,7 @@ class Navigator:
             state.rate,
             self._is_valid,
             self._sigma,
-            float(self._filter.sigma(POSITION)[2]),
+            math.hypot(float(self._filter.sigma(POSITION)[2]), self._receiver.height),
             bool(self._filter.sigma(VELOCITY).max() <= _DRIFTING),
         )
 
@@ -183,7 +183,8 @@ class Navigator:
         if standing:
             self._take_rest(state)
         state.impulse = state.turn = ZERO
-        self._sigma = float(self._filter.sigma(POSITION)[:2].max())
+        # What the receiver's fixes wander together the filter cannot see.
+        self._sigma = math.hypot(float(self._filter.sigma(POSITION)[:2].max()), self._receiver.level)
         self._past.append(_Past(t, np.array([*state.position, *state.velocity, heading_of(state.quaternion)])))
 
     def fix(self, now: float, t: float, fix: NDArray[np.float32], *, usable: bool) -> str | None:
@@ -297,4 +298,4 @@ class Navigator:
 
     @property
     def _is_valid(self) -> bool:
-        return self._sigma <= self._trusted
+        return self._sigma <= self._receiver.trusted
