@@ -15,7 +15,22 @@ from skillwing.services.commands.connection import JsonOption, RobotOption, Syst
 from skillwing.services.commands.output import make_console, print_json
 from skillwing.services.errors import InvalidOptionError, RefusedError, SkillwingError, UnansweredError
 from skillwing.services.protocol import ErrorCode, M, Message
-from skillwing.sim_mujoco.topics import FAULT, FAULTS, PILOT, Done, Empty, Faults, SetFault, SetPilot
+from skillwing.sim_mujoco.topics import (
+    FAULT,
+    FAULTS,
+    LINK_FAULT,
+    PILOT,
+    Done,
+    Empty,
+    Faults,
+    SetFault,
+    SetLinkFault,
+    SetPilot,
+)
+
+LINK = "link"
+_USUAL_KIND = {"rotor": "stopped", LINK: "cut"}
+"""What fails in another way than by a blackout, unless somebody says how."""
 
 
 class Handover(StrEnum):
@@ -28,12 +43,15 @@ class Handover(StrEnum):
 def fault(
     sensor: Annotated[
         str | None,
-        typer.Argument(metavar="[NAME]", help="Zed, lidar, imu, range, gnss, or a rotor: rotor/1 to rotor/6."),
+        typer.Argument(
+            metavar="[NAME]", help="Zed, lidar, imu, range, gnss, camera, link, or a rotor: rotor/1 to rotor/6."
+        ),
     ] = None,
     kind: Annotated[
         str | None,
         typer.Option(
-            "--kind", help="How it fails: blackout, freeze, noise, bias, dropout, slow; rotors: stopped, weak."
+            "--kind",
+            help="Blackout, freeze, noise, bias, dropout, slow. Rotors: stopped, weak. Link: cut, narrow.",
         ),
     ] = None,
     off: Annotated[bool, typer.Option("--off", help="End the fault instead.")] = False,
@@ -44,7 +62,7 @@ def fault(
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Make a sensor or a rotor of the simulated drone fail, or work again; show what fails."""
+    """Make a sensor, a rotor or the radio link of the simulated drone fail, or work again; show what fails."""
     if tell:
         _tell_faults(robot, as_json)
         return
@@ -52,11 +70,13 @@ def fault(
         raise InvalidOptionError("name", "Name what is to fail, or give --list to see what can.")
     if magnitude is not None and not math.isfinite(magnitude):
         raise InvalidOptionError("magnitude", f"A magnitude of {magnitude} means nothing. Give a finite number.")
-    kind = kind or ("stopped" if sensor.startswith("rotor") else "blackout")
+    kind = kind or _USUAL_KIND.get(sensor.partition("/")[0], "blackout")
+    key, switch = FAULT, SetFault(sensor=sensor, kind=kind, on=not off, magnitude=magnitude)
+    if sensor == LINK:
+        key, switch = LINK_FAULT, SetLinkFault(kind=kind, on=not off, magnitude=magnitude)
     with connect(robot) as system:
         try:
-            switch = SetFault(sensor=sensor, kind=kind, on=not off, magnitude=magnitude)
-            done = _ask_simulator(system, "fault", FAULT, switch, Done)
+            done = _ask_simulator(system, "fault", key, switch, Done)
         except RefusedError as error:
             if error.code is ErrorCode.UNKNOWN_NAME:
                 raise InvalidOptionError("fault", sentences(error.message)) from error
