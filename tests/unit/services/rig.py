@@ -145,7 +145,10 @@ class Bench:
         return self.perform(self.core.fire_extern(request, self.now))
 
     def battery(self, percent: Any) -> None:
-        sample = DataSample(name="battery", value=percent, t=self.now)
+        self.datum("battery", percent)
+
+    def datum(self, name: str, value: Any) -> None:
+        sample = DataSample(name=name, value=value, t=self.now)
         self.perform(self.core.update_datum(sample, self.now))
 
     def of(self, kind: type[Any], where: Callable[[Any], bool] = lambda publication: True) -> list[Any]:

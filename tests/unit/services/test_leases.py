@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skillwing.services.core.leases import LONGEST_PAUSE, LOOK_PERIOD, RECOVERY, Leases
+from skillwing.services.core.leases import LONGEST_PAUSE, LOOK_PERIOD, RECOVERY, Expired, Leases
 
 
 def look_until(leases: Leases, begin: float, end: float, *, hearing: bool = True) -> list[tuple[str, float]]:
@@ -89,3 +90,28 @@ def test_an_idle_time_without_leases_is_no_pause() -> None:
     leases.begin("g", 2.0, 1000.0)
     [(_, when)] = look_until(leases, 1000.25, 1010.0)
     assert when < 1002.01
+
+
+def test_a_lease_runs_out_at_its_very_end_and_tells_the_whole_silence() -> None:
+    leases = Leases()
+    leases.begin("g", 1.0, 100.0)
+    leases.begin("h", 3.0, 100.5)
+    assert leases.look(100.75, hearing=True) == ()
+    assert leases.look(100.999, hearing=True) == ()
+    assert leases.look(101.0, hearing=True) == (Expired("g", 1.0),)
+    assert leases.keys == ("h",)
+
+
+def test_a_look_is_due_when_the_first_lease_ends_and_never_later_than_pauses_have_to_show() -> None:
+    leases = Leases()
+    leases.begin("g", 1.0, 100.0)
+    leases.begin("h", 9.0, 100.0)
+    assert leases.next_look(100.0) == LOOK_PERIOD
+    assert leases.next_look(100.9) == pytest.approx(0.1)
+    assert 0.0 < (leases.next_look(102.0) or 0.0) < 0.01
+
+
+def test_a_second_between_two_looks_is_no_pause_yet() -> None:
+    leases = Leases()
+    leases.begin("g", 0.5, 100.0)
+    assert leases.look(100.0 + LONGEST_PAUSE, hearing=True) == (Expired("g", LONGEST_PAUSE),)

@@ -1,0 +1,163 @@
+"""A skill core on a desk: a skill manager without a process, a network or anybody's code."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rig import RIG
+from soundness import assert_all_sound
+
+from skillwing.dsl.model import Skillset
+from skillwing.services.core.skill_actions import Action, AskResources, CallHook, Hook
+from skillwing.services.core.skill_core import SkillCore
+from skillwing.services.ids import RecordIds
+from skillwing.services.protocol import (
+    Ended,
+    EndGoal,
+    ErrorCode,
+    ErrorReply,
+    GoalStatus,
+    Granted,
+    InterruptGoal,
+    RenewGoal,
+    StartGoal,
+    State,
+    Terminal,
+    Violated,
+)
+
+TOKEN = 7
+
+
+class Desk:
+    """A skill core for `move`, what it asked for, and the answers to that in short."""
+
+    def __init__(self, skillset: Skillset = RIG) -> None:
+        new_id = RecordIds("skill/move")
+        self.core = SkillCore(skillset, "move", source="skill/move", new_record_id=new_id, incarnation="this")
+        self.actions: list[Action] = []
+        self.now = 0.0
+
+    def take(self, actions: tuple[Action, ...]) -> None:
+        calls = [action.call for action in actions if isinstance(action, AskResources)]
+        assert_all_sound((*actions, *calls), self.now)
+        assert all(action.t == self.now for action in actions if isinstance(action, GoalStatus))
+        self.actions += actions
+
+    def start(self, goal_id: str = "g", **fields: Any) -> None:
+        request: dict[str, Any] = {"inputs": {}, "client": "test", "schema": RIG.schema_hash} | fields
+        self.take(self.core.start(StartGoal(goal_id=goal_id, **request), self.now))
+
+    def interrupt(self, goal_id: str = "g") -> None:
+        self.take(self.core.interrupt(InterruptGoal(goal_id=goal_id, client="test", cause="mission#1"), self.now))
+
+    def validated(self, problem: str | None = None) -> None:
+        self.take(self.core.validated("g", problem, self.now))
+
+    def dispatched(self) -> None:
+        self.take(self.core.dispatched("g", self.now))
+
+    def terminated(self, result: str = "DONE", output: dict[str, object] | None = None, goal_id: str = "g") -> None:
+        self.take(self.core.terminated(goal_id, result, output, self.now))
+
+    def interrupted(self) -> None:
+        self.take(self.core.interrupted("g", self.now))
+
+    def failed(self) -> None:
+        self.take(self.core.failed("g", "The motor is gone.", self.now))
+
+    def raised(self) -> None:
+        self.take(self.core.raised("g", "progress", "ValueError: oh", self.now))
+
+    def answer(self, verdict: Any) -> None:
+        self.take(self.core.answered(self.asked, verdict, self.now))
+
+    def granted(self) -> None:
+        self.answer(Granted(goal_id="g", token=TOKEN, revision=1, record="rm#1"))
+
+    def ended(self, held: bool = True) -> None:
+        reason = "" if held else "It did not hold."
+        self.answer(Ended(goal_id="g", held=held, reason=reason, revision=2, record="rm#2"))
+
+    def renewed(self, verdict: Any) -> None:
+        call = RenewGoal(goal_id="g", skill="move", token=TOKEN)
+        self.take(self.core.renewed(call, verdict, self.now))
+
+    def owner_gone(self, owner: str = "client/mission-1") -> None:
+        self.take(self.core.owner_gone(owner, self.now))
+
+    def violated(self) -> None:
+        self.take(self.core.pushed(VIOLATED, self.now))
+
+    def wait(self, seconds: float) -> None:
+        self.now += seconds
+        self.take(self.core.tick(self.now))
+
+    @property
+    def asked(self) -> AskResources:
+        return [action for action in self.actions if isinstance(action, AskResources)][-1]
+
+    @property
+    def ends_asked(self) -> list[tuple[str, str | None, int]]:
+        calls = [action.call for action in self.actions if isinstance(action, AskResources)]
+        return [(call.how, call.result, call.token) for call in calls if isinstance(call, EndGoal)]
+
+    @property
+    def hooks(self) -> list[Hook]:
+        return [action.hook for action in self.actions if isinstance(action, CallHook)]
+
+    @property
+    def state(self) -> State:
+        return self.core.status("g").state
+
+    @property
+    def terminals(self) -> list[tuple[str, Terminal]]:
+        return [(s.goal_id, s.terminal) for s in self.actions if isinstance(s, GoalStatus) and s.terminal is not None]
+
+    def terminal(self, goal_id: str = "g") -> Terminal:
+        [terminal] = [terminal for name, terminal in self.terminals if name == goal_id]
+        assert self.core.status(goal_id).terminal == terminal
+        return terminal
+
+
+VIOLATED = Violated(
+    goal_id="g", skill="move", invariant="authority", subject="authority", reason="It is OFF.", t=0.0, record="rm#9"
+)
+ENDED = Ended(goal_id="g", held=True, reason="", revision=2, record="rm#2")
+REFUSED = ErrorReply(code=ErrorCode.STALE_TOKEN, message="The token is stale.")
+
+
+def validating() -> Desk:
+    desk = Desk()
+    desk.start()
+    desk.validated()
+    return desk
+
+
+def dispatching() -> Desk:
+    desk = validating()
+    desk.granted()
+    return desk
+
+
+def running() -> Desk:
+    desk = dispatching()
+    desk.dispatched()
+    return desk
+
+
+def interrupting() -> Desk:
+    desk = running()
+    desk.interrupt()
+    return desk
+
+
+def owned(*, validating: bool = False, skillset: Skillset = RIG) -> Desk:
+    """A goal that must not outlive the client that started it."""
+    desk = Desk(skillset)
+    desk.start(owner="client/mission-1", schema=skillset.schema_hash)
+    desk.validated()
+    if not validating:
+        desk.granted()
+        desk.dispatched()
+    return desk

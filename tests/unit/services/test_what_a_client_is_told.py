@@ -1,0 +1,200 @@
+"""What a skill's manager answers: all that is known of an end, and nothing that is not."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from skill_desk import ENDED, TOKEN, VIOLATED, Desk, dispatching, running, validating
+
+from skillwing.dsl import parse
+from skillwing.dsl.model import Skillset
+from skillwing.services.core.refusal import RefusedError
+from skillwing.services.core.skill_actions import AskResources
+from skillwing.services.core.skill_core import SILENCES_UNTIL_ERROR, SILENCES_UNTIL_SETTLED
+from skillwing.services.protocol import (
+    MAX_MESSAGE_BYTES,
+    Ended,
+    EndGoal,
+    Ending,
+    ErrorCode,
+    ErrorReply,
+    GoalStatus,
+    Granted,
+    Lost,
+    Record,
+    State,
+)
+
+LOST = Lost(goal_id="g", skill="move", reason="It was silent.", t=0.0, record="rm#9", token=TOKEN)
+
+
+def with_a_note() -> Skillset:
+    """A skillset whose skill `move` may tell something of any length."""
+    return parse(
+        """
+        skillset noted {
+            skill move {
+                output { note: string }
+                effect { none {} }
+                precondition { success none }
+                interrupt { apply=none timeout=1.0 }
+                result { DONE: apply=none }
+            }
+        }
+        """
+    )
+
+
+def last_record(desk: Desk) -> Record:
+    return [action for action in desk.actions if isinstance(action, Record)][-1]
+
+
+def test_without_an_id_one_is_told_of_the_goal_that_runs_else_of_the_latest() -> None:
+    desk = Desk()
+    with pytest.raises(RefusedError, match="`move` knows of no goal yet") as refusal:
+        desk.core.status(None)
+    assert (refusal.value.code, refusal.value.help) == (ErrorCode.UNKNOWN_GOAL, "Start one.")
+    with pytest.raises(RefusedError, match="`move` knows of no goal x"):
+        desk.core.status("x")
+    desk.start("early", inputs={"speed": 9.0})
+    assert desk.core.status(None).goal_id == "early"
+    desk.start()
+    assert (desk.core.status(None).goal_id, desk.core.status(None).state) == ("g", State.VALIDATING)
+    desk.start("busy")
+    assert desk.core.status(None).goal_id == "g"
+
+
+def test_a_violation_is_told_with_its_invariant_and_subject() -> None:
+    desk = running()
+    desk.now = 3.0
+    desk.violated()
+    terminal = desk.terminal()
+    assert (terminal.ending, terminal.invariant, terminal.subject) == (
+        Ending.INVARIANT_VIOLATED,
+        VIOLATED.invariant,
+        VIOLATED.subject,
+    )
+    assert terminal.reason == VIOLATED.reason
+    assert last_record(desk).cause == VIOLATED.record
+
+
+@pytest.mark.parametrize("way", ["pushed", "renewed", "answered"])
+def test_a_loss_is_told_with_who_noticed_it(way: str) -> None:
+    desk = running()
+    desk.now = 3.0
+    if way == "pushed":
+        desk.take(desk.core.pushed(LOST, desk.now))
+    elif way == "renewed":
+        desk.renewed(LOST)
+    else:
+        desk.terminated()
+        desk.answer(LOST)
+    terminal = desk.terminal()
+    assert (terminal.ending, terminal.reason, terminal.detected_by) == (
+        Ending.LOST,
+        "It was silent.",
+        "resource manager",
+    )
+    assert last_record(desk).cause == "rm#9"
+
+
+@pytest.mark.parametrize("code", [ErrorCode.STALE_TOKEN, ErrorCode.UNKNOWN_GOAL])
+def test_a_goal_that_is_no_longer_ours_is_lost(code: ErrorCode) -> None:
+    desk = running()
+    desk.now = 3.0
+    desk.renewed(ErrorReply(code=code, message="It is another's."))
+    terminal = desk.terminal()
+    assert (terminal.ending, terminal.reason, terminal.detected_by) == (
+        Ending.LOST,
+        "It is another's.",
+        "resource manager",
+    )
+
+
+def test_a_refusal_is_told_with_what_to_do() -> None:
+    desk = validating()
+    desk.answer(ErrorReply(code=ErrorCode.SCHEMA_MISMATCH, message="It is another version.", help="Make it anew."))
+    assert desk.terminal().ending is Ending.ERROR
+    assert desk.terminal().reason == "The resource manager refused: It is another version. Make it anew."
+
+
+def test_an_answer_that_does_not_belong_here_ends_in_an_error() -> None:
+    desk = running()
+    desk.terminated()
+    desk.answer(Granted(goal_id="g", token=TOKEN, revision=1, record="rm#1"))
+    assert desk.terminal().ending is Ending.ERROR
+    assert "does not belong here" in desk.terminal().reason
+
+
+def test_an_end_that_nobody_hears_of_is_told_with_its_reason() -> None:
+    desk = running()
+    desk.terminated()
+    for _ in range(SILENCES_UNTIL_ERROR):
+        desk.answer(None)
+    assert desk.terminal().reason == "The resource manager does not answer. The skill ended with DONE."
+
+
+def test_a_begin_that_nobody_hears_of_is_given_up() -> None:
+    desk = validating()
+    for _ in range(SILENCES_UNTIL_ERROR):
+        desk.answer(None)
+    assert desk.terminal().reason == "The resource manager does not answer."
+    call = desk.asked.call
+    assert isinstance(call, EndGoal)
+    assert (call.goal_id, call.skill, call.token, call.how) == ("g", "move", 0, "error")
+    assert call.cause == last_record(desk).id
+
+
+def test_giving_back_ends_after_ten_minutes() -> None:
+    desk = validating()
+    asked = 0
+    while asked != len(desk.actions):
+        asked = len(desk.actions)
+        desk.answer(None)
+    assert desk.asked.silences == SILENCES_UNTIL_SETTLED
+
+
+@pytest.mark.parametrize("code", list(ErrorCode))
+def test_only_what_says_that_nothing_was_judged_is_as_good_as_silence(code: ErrorCode) -> None:
+    desk = validating()
+    desk.answer(ErrorReply(code=code, message="So it is."))
+    assert (desk.core.current is not None) == (code is ErrorCode.UNAVAILABLE)
+    asks = [action for action in desk.actions if isinstance(action, AskResources)]
+    assert [ask.silences for ask in asks] == ([0, 1] if code is ErrorCode.UNAVAILABLE else [0])
+
+
+def test_a_renewal_that_arrives_for_an_earlier_goal_changes_nothing() -> None:
+    desk = Desk()
+    for answer in (LOST, ENDED, ErrorReply(code=ErrorCode.UNKNOWN_GOAL, message="Never heard of it.")):
+        desk.renewed(answer)
+    assert desk.actions == []
+
+
+def test_what_an_earlier_process_ended_is_told_as_that() -> None:
+    desk = validating()
+    desk.answer(Ended(goal_id="g", held=True, reason="", revision=2, record="rm#2", how="result", result="DONE"))
+    terminal = desk.terminal()
+    assert (terminal.label, terminal.success) == ("S_DONE", True)
+    assert terminal.reason == "An earlier process of this manager ended it."
+    assert last_record(desk).cause == "rm#2"
+
+
+def test_an_output_that_is_too_long_to_be_sent_is_an_error_that_says_so() -> None:
+    desk = Desk(with_a_note())
+    desk.start(schema=with_a_note().schema_hash)
+    desk.validated()
+    desk.granted()
+    desk.terminated(output={"note": "x" * MAX_MESSAGE_BYTES})
+    desk.ended()
+    assert desk.terminal().ending is Ending.ERROR
+    assert desk.terminal().reason.startswith("The output of DONE cannot be sent: the message has ")
+
+
+@pytest.mark.parametrize("context", [validating, dispatching, running])
+def test_every_status_says_which_record_it_is(context: Any) -> None:
+    desk = context()
+    records = {action.id: action for action in desk.actions if isinstance(action, Record)}
+    for status in desk.actions:
+        if isinstance(status, GoalStatus):
+            assert records[status.record or ""].after == status.state
