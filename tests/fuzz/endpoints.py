@@ -44,6 +44,9 @@ QUERIES = (
     Endpoint(topics.OBSTACLE_COMMAND, topics.SelectObstacleSource),
     Endpoint(topics.MAPPING_COMMAND, topics.ControlMapping),
     Endpoint(topics.MAP_SNAPSHOT, topics.Empty),
+    Endpoint(topics.CAMERA_COMMAND, topics.ControlCamera),
+    Endpoint(topics.VIDEO_COMMAND, topics.ControlVideo),
+    Endpoint(topics.LINK_FAULT, topics.SetLinkFault),
 )
 
 PUBLICATIONS = (
@@ -65,6 +68,13 @@ PUBLICATIONS = (
     Endpoint(topics.SLAM_ODOMETRY, topics.Odometry),
     Endpoint(topics.MAPPING_STATUS, topics.MappingStatus),
     Endpoint(topics.MAP, topics.MapHeader, array=True),
+    Endpoint(topics.CAMERA, topics.CameraHeader, array=True),
+    Endpoint(topics.VIDEO_SENT, topics.VideoPiece, array=True),
+    Endpoint(topics.VIDEO_RECEIVED, topics.VideoPiece, array=True),
+    Endpoint(topics.VIDEO_REPORT, topics.VideoStatus),
+    Endpoint(topics.VIDEO_STATUS, topics.VideoStatus),
+    Endpoint(topics.VIDEO_SHOWN, topics.VideoShown, array=True),
+    Endpoint(topics.LINK_STATUS, topics.LinkStatus),
 )
 
 WORDS = (

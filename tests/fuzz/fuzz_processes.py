@@ -168,6 +168,9 @@ class Thrower:
             topics.OBSTACLE_COMMAND: "obstacles",
             topics.MAPPING_COMMAND: "mapping",
             topics.MAP_SNAPSHOT: "mapping",
+            topics.CAMERA_COMMAND: "sim",
+            topics.VIDEO_COMMAND: "video",
+            topics.LINK_FAULT: "link",
         }
         if endpoint.key in servers:
             return servers[endpoint.key] in processes

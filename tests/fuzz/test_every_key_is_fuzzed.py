@@ -14,7 +14,11 @@ from skillwing.services.bus.keys import matches
 from skillwing.services.protocol import CLOCK_KEY, Keys
 from skillwing.sim_mujoco import topics
 
-ONLY_OBSERVED = {KEYS.alive("x"): "a liveliness token has no payload", topics.IMU: "nobody reads it yet"}
+ONLY_OBSERVED = {
+    KEYS.alive("x"): "a liveliness token has no payload",
+    topics.IMU: "nobody reads it yet",
+    topics.VIDEO_ENCODER: "only a running stream listens",
+}
 
 
 @pytest.fixture(scope="module")

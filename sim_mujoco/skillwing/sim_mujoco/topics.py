@@ -468,8 +468,8 @@ class VideoPiece(Message, frozen=True, kw_only=True):
     stream: str
     sequence: int
     frame: int
-    part: int
-    parts: int
+    part: Annotated[int, msgspec.Meta(ge=0, le=4096)]
+    parts: Annotated[int, msgspec.Meta(ge=1, le=4096)]
     keyframe: bool
 
 

@@ -88,7 +88,7 @@ def test_from_near_a_wall_has_more_detail_than_from_afar(camera: Camera) -> None
     assert np.abs(step - far).mean() < 3.0
 
 
-class Counting(Camera):
+class Counting:
     """Counts pictures instead of rendering them."""
 
     def __init__(self) -> None:

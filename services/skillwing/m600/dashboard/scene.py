@@ -43,6 +43,9 @@ _SERIES = {
     "motion/free_distance": "#e69f00",
     "motion/speed": "#2e9e4f",
     "battery/battery": "#c3a3e3",
+    "link/bandwidth": "#9aa4b2",
+    "link/received": "#0072b2",
+    "link/quality": "#e69f00",
 }
 
 
@@ -71,7 +74,7 @@ class Dashboard:
         self._pinhole: tuple[int, int] | None = None
         self._pose_due, self._path_due, self._plan_due = Throttle(0.1), Throttle(0.2), Throttle(0.5)
         self._scan_due, self._depth_due, self._free_due = Throttle(0.25), Throttle(0.2), Throttle(0.2)
-        self._clearing_due = Throttle(5.0)
+        self._clearing_due, self._link_due = Throttle(5.0), Throttle(0.5)
 
     # --- arrangement ---------------------------------------------------------------------------------------
 
@@ -85,9 +88,12 @@ class Dashboard:
             eye_controls=rrb.EyeControls3D(position=self._eye, look_target=self._look_at, eye_up=(0, 0, 1)),
         )
         depth = rrb.Spatial2DView(origin="/world/drone/camera", name="Depth camera")
+        video = rrb.Spatial2DView(origin="/video", name="Video on the ground")
         motion = _plot("motion", "Metres and metres a second", legend=True)
         battery = _plot("battery", "Battery [%]", low=0.0, high=100.0)
-        seen = rrb.Vertical(depth, motion, battery, row_shares=[5, 5, 3])
+        link = _plot("link", "Link [Mbit/s], SSIM", legend=True)
+        pictures, lower = rrb.Tabs(depth, video), rrb.Tabs(battery, link)
+        seen = rrb.Vertical(pictures, motion, lower, row_shares=[5, 5, 3])
         told = rrb.Horizontal(panels.skills, panels.resources, panels.log, column_shares=[4, 3, 4])
         flight = rrb.Vertical(rrb.Horizontal(scene, seen, column_shares=[5, 2]), told, row_shares=[1, 1])
         return framed(rrb.Horizontal(flight, panels.tree, column_shares=[4, 1]))
@@ -109,6 +115,9 @@ class Dashboard:
         _follow(bus, topics.BATTERY, topics.Battery, self._on_battery)
         bus.subscribe(topics.LIDAR, stream_reader(topics.LidarHeader, self._on_scan), latest_only=True)
         bus.subscribe(topics.ZED_DEPTH, stream_reader(topics.DepthHeader, self._on_depth), latest_only=True)
+        bus.subscribe(topics.VIDEO_SHOWN, stream_reader(topics.VideoShown, self._on_video), latest_only=True)
+        _follow(bus, topics.LINK_STATUS, topics.LinkStatus, self._on_link)
+        _follow(bus, topics.VIDEO_STATUS, topics.VideoStatus, self._on_video_status)
         bus.subscribe(topics.MAP, stream_reader(topics.MapHeader, self._on_map))
         bus.subscribe(topics.health_key("*"), message_reader(topics.Health, self._on_health), events=True)
         bus.subscribe(self._keys.timeline, message_reader(Record, self._on_record), events=True)
@@ -213,6 +222,21 @@ class Dashboard:
             depth_range=(0.0, DEPTH_LEVELS),
         )
         self._recording.log("world/drone/camera/depth", image)
+
+    def _on_video(self, header: topics.VideoShown, payload: bytes) -> None:
+        """What the ground sees, late as it is there."""
+        at(self._recording, header.t)
+        self._recording.log("video/ground", rr.EncodedImage(contents=payload, media_type="image/jpeg"))
+
+    def _on_link(self, link: topics.LinkStatus) -> None:
+        if self._link_due.due(link.t):
+            at(self._recording, link.t)
+            self._scalar("link/bandwidth", link.bandwidth / 1e6)
+
+    def _on_video_status(self, status: topics.VideoStatus) -> None:
+        at(self._recording, status.t)
+        self._scalar("link/received", status.bitrate / 1e6)
+        self._scalar("link/quality", math.nan if status.quality is None else status.quality)
 
     def _on_health(self, health: topics.Health) -> None:
         """A failed camera shows nothing, instead of its last picture."""

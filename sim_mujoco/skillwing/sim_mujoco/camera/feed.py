@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
-from skillwing.sim_mujoco.camera.camera import Camera, Picture
+from skillwing.sim_mujoco.camera.camera import Picture
 from skillwing.sim_mujoco.frames.motion import Motion
 from skillwing.sim_mujoco.sensors.corruptors import Corruption
 
@@ -24,15 +25,21 @@ class Shot:
     picture: Picture
 
 
+class Sight(Protocol):
+    """A camera, or what stands in for one."""
+
+    def picture(self, motion: Motion, tilt: float = 0.0) -> Picture: ...
+
+
 class CameraFeed:
     """A camera that nobody wants pictures from costs nothing: it is not even made before the first request.
 
     `make` makes it. Magnitudes of its faults are grey levels, of 255.
     """
 
-    def __init__(self, make: Callable[[], Camera], rng: np.random.Generator) -> None:
+    def __init__(self, make: Callable[[], Sight], rng: np.random.Generator) -> None:
         self._make = make
-        self._camera: Camera | None = None
+        self._camera: Sight | None = None
         self.corruption = Corruption(rng)
         self._period = self._tilt = 0.0
         self._next = self._until = 0.0

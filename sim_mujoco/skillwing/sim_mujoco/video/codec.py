@@ -29,6 +29,10 @@ class AccessUnit:
     keyframe: bool
 
 
+SMALLEST, LARGEST = 16, 4096
+"""Sides of a picture that can be encoded; they have to be even."""
+
+
 class Encoder:
     """An encoder whose rate can be changed while it runs.
 
@@ -37,6 +41,9 @@ class Encoder:
     """
 
     def __init__(self, width: int, height: int, fps: float) -> None:
+        """Raises ValueError for a picture that is too small, too large, or odd."""
+        if any(not SMALLEST <= side <= LARGEST or side % 2 for side in (width, height)):
+            raise ValueError(f"pictures of {width} x {height} pixels cannot be encoded")
         self._codec = av.CodecContext.create("libx264", "w")
         assert isinstance(self._codec, VideoCodecContext)
         self._codec.width, self._codec.height, self._codec.pix_fmt = width, height, "yuv420p"
@@ -86,6 +93,8 @@ class Decoder:
 
     def decode(self, data: bytes) -> Picture:
         """The picture (height, width, 3). Raises UndecodableError."""
+        if not data:
+            raise UndecodableError("there is nothing in it")  # to the codec that would be the end of the stream
         try:
             frames = self._codec.decode(av.Packet(data))
         except av.error.FFmpegError as error:

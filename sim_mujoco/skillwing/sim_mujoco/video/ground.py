@@ -24,8 +24,8 @@ from skillwing.sim_mujoco.video.similarity import similarity
 REPORT_PERIOD, QUALITY_PERIOD, PICTURE_PERIOD = 0.25, 0.2, 0.25
 SILENCE = 3.0
 """Without any piece for so long the stream is over: nothing is reported any more [s]."""
-REMEMBERED = 3.0
-"""Originals are kept for so long [s]."""
+REMEMBERED = 60
+"""So many originals are kept: what takes longer than them to arrive is shown, but not judged."""
 
 
 class GroundNode:
@@ -54,8 +54,8 @@ class GroundNode:
 
     def _on_original(self, header: topics.CameraHeader, payload: bytes) -> None:
         self._originals[header.t] = (header.height, header.width, 3), payload
-        for t in [t for t in self._originals if t < header.t - REMEMBERED]:
-            del self._originals[t]
+        if len(self._originals) > REMEMBERED:
+            del self._originals[next(iter(self._originals))]
 
     def _on_piece(self, header: topics.VideoPiece, data: bytes) -> None:
         assert self._bus is not None
