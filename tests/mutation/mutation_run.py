@@ -17,7 +17,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from rules import RULES
@@ -32,6 +32,8 @@ JUDGES = (
     "unit/services/test_leases.py",
     "unit/services/test_data_core.py",
     "unit/services/test_value_sentences.py",
+    "unit/services/test_what_a_client_is_told.py",
+    "unit/services/test_what_is_on_record.py",
 )
 """What mutmut runs for a mutant: those of these tests that come by its function, the fastest first."""
 COPIED = ("conftest.py", "unit/services", "integration", "simulation")
@@ -82,6 +84,19 @@ def make_and_judge(jobs: int, seconds: float, names: Sequence[str] = ()) -> None
         except subprocess.TimeoutExpired:
             run.send_signal(signal.SIGINT)
             run.wait()
+        else:
+            if run.returncode != 0:
+                raise SystemExit(
+                    f"mutmut could not begin. {log.name} says why: the tests have to pass without mutants."
+                )
+
+
+def of_rules(codes: Mapping[str, int | None]) -> list[str]:
+    """The mutants of rules that have not been judged yet; patterns of all of them before anything is known."""
+    functions = [function for each in RULES.values() for function in each]
+    if codes:
+        return [name for name, code in codes.items() if code is NOT_JUDGED and function_of(name) in functions]
+    return [f"{CORES[4:].replace('/', '.')}.*.{mangled(function)}__mutmut_*" for function in functions]
 
 
 def exit_codes() -> dict[str, int | None]:
@@ -98,6 +113,11 @@ class SecondOpinions:
     def __init__(self) -> None:
         self._path = WORKSPACE / "second_bench.json"
         self.by_name: dict[str, str] = json.loads(self._path.read_text()) if self._path.exists() else {}
+
+    def forget(self, names: Iterable[str]) -> None:
+        """Have these judged once more."""
+        for name in names:
+            self.by_name.pop(name, None)
 
     def ask(self, names: Iterable[str], seconds: float) -> None:
         """Judge those that have not been judged yet, for at most so long."""
@@ -125,10 +145,15 @@ class SecondOpinions:
 # --- what came of it -------------------------------------------------------------------------------------------------
 
 
+def mangled(function: str) -> str:
+    """mutmut's name of a function or method."""
+    return f"xǁ{function.replace('.', 'ǁ')}" if "." in function else f"x_{function}"
+
+
 def function_of(name: str) -> str:
     """`SkillCore.start` for `skillwing.services.core.skill_core.xǁSkillCoreǁstart__mutmut_3`."""
-    mangled = name.rsplit(".", 1)[1].split("__mutmut_", maxsplit=1)[0]
-    return mangled.removeprefix("xǁ").replace("ǁ", ".") if "ǁ" in mangled else mangled.removeprefix("x_")
+    told = name.rsplit(".", 1)[1].split("__mutmut_", maxsplit=1)[0]
+    return told.removeprefix("xǁ").replace("ǁ", ".") if "ǁ" in told else told.removeprefix("x_")
 
 
 def module_of(name: str) -> str:
@@ -197,8 +222,12 @@ def main() -> int:
     second = SecondOpinions()
     if not arguments.report:
         prepare()
-        names = Verdicts(exit_codes(), second.by_name).survivors() if arguments.again else ()
-        make_and_judge(arguments.jobs, arguments.seconds, names)
+        deadline = time.monotonic() + arguments.seconds
+        survivors = Verdicts(exit_codes(), second.by_name).survivors() if arguments.again else []
+        second.forget(survivors)
+        for names in (survivors or of_rules(exit_codes()), ()):
+            if time.monotonic() < deadline and names != []:
+                make_and_judge(arguments.jobs, deadline - time.monotonic(), names)
         second.ask(unjudged(exit_codes()), arguments.seconds)
     verdicts = Verdicts(exit_codes(), second.by_name)
     section = verdicts.section()

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
+from importlib import import_module
 
 import pytest
 
@@ -18,6 +19,8 @@ BENCH = (
     "tests/integration/test_resource_manager_restart.py",
     "tests/simulation/test_simulation.py::test_promises_are_kept[0]",
 )
+LOADED_BEFORE = ("simulation.campaign", "skillwing.services.mocking.system", "skillwing.services.testing")
+"""What every process would have to import anew."""
 PATIENCE = 240
 """Wall seconds after which a mutant counts as killed, for it runs in circles."""
 
@@ -47,6 +50,8 @@ def judge(name: str) -> None:
 
 
 def main() -> None:
+    for name in LOADED_BEFORE:
+        import_module(name)
     for line in sys.stdin:
         name = line.strip()
         child = os.fork()
