@@ -25,10 +25,11 @@ from performance_page import PAGE, machine, make_parser, table, tell
 
 from skillwing.services.protocol import encode
 from skillwing.sim_mujoco.frames.motion import Motion
+from skillwing.sim_mujoco.frames.vectors import add, subtract
 from skillwing.sim_mujoco.judge.coverage import Judge
 from skillwing.sim_mujoco.mapping.localiser import ByNavigation
 from skillwing.sim_mujoco.mapping.mapper import REACH, Mapper
-from skillwing.sim_mujoco.mapping.node import MappingOptions
+from skillwing.sim_mujoco.mapping.node import BEYOND, MappingOptions
 from skillwing.sim_mujoco.mapping.occupancy import OccupancyGrid
 from skillwing.sim_mujoco.sensors import lidar
 from skillwing.sim_mujoco.sensors.channel import Measurement
@@ -132,7 +133,7 @@ def fly(job: tuple[int, bool]) -> Result:
     seed, across = job
     flight = MappingFlight(seed, across=across)
     options = MappingOptions()
-    odometry = Odometry(tuple(x - 30.0 for x in options.low), tuple(x + 30.0 for x in options.high))
+    odometry = Odometry(subtract(options.low, BEYOND), add(options.high, BEYOND))
     mapper, reference = (Mapper(OccupancyGrid(options.low, options.high, options.voxel_size)) for _ in range(2))
     by_navigation = ByNavigation()
     fixes: list[Fix] = []
@@ -210,7 +211,7 @@ def give(odometry: Odometry, measurement: Measurement) -> Fix | None:
         return odometry.scan(as_scan(measurement))
     if measurement.sensor == "imu":
         rows = measurement.data.astype(np.float64)
-        times = measurement.start + np.arange(len(rows)) * IMU_PERIOD
+        times = np.linspace(measurement.start, measurement.start + IMU_PERIOD * len(rows), len(rows), endpoint=False)
         return odometry.imu(Inertial(times, rows[:, :3], rows[:, 3:]))
     return None
 
@@ -261,8 +262,8 @@ def report(results: Sequence[Result], seeds: str) -> str:
     lost = sum(r.lost for r in results)
     return "\n\n".join(
         [
-            f"Seeds {seeds}, {len(results)} flights, all sensors simulated; median of the flights, least and largest in "
-            f"brackets. {machine()}.",
+            f"Seeds {seeds}, {len(results)} flights by the whole simulator; median of the flights, least and largest "
+            f"in brackets. {machine()}.",
             table(heads, lines),
             f"A scan takes {np.median(times):.1f} ms of processor time (99 % below {np.quantile(times, 0.99):.1f} ms), "
             f"and {np.median(map_times):.1f} ms ({np.quantile(map_times, 0.99):.1f} ms) to be put into the map.",
@@ -271,8 +272,8 @@ def report(results: Sequence[Result], seeds: str) -> str:
             "### The map",
             map_table(both),
             "### Faults that odometry notices by itself",
-            f"Each fault begins {FAULT_AT:g} s into the flight and is tried for {TRIED_FOR:g} s. The error is what poses "
-            "that were still given out were off by, beyond what they were before.",
+            f"Each fault begins {FAULT_AT:g} s into the flight and is tried for {TRIED_FOR:g} s. The error is what "
+            "poses that were given out until then were off by, beyond what they were before.",
             fault_table(results),
         ]
     )

@@ -28,7 +28,8 @@ from skillwing.sim_mujoco.slam.inertial import Inertial
 MISFITS = "the scans no longer fit the map"
 STATUS_PERIOD, MAP_PERIOD = 0.5, 1.0
 _LARGEST = 64_000_000
-_BEYOND: Vector = (30.0, 30.0, 10.0)
+BEYOND: Vector = (30.0, 30.0, 10.0)
+"""So much farther than the map odometry holds on to what it sees, to each side [m]."""
 Poses = Literal["odometry", "navigation"]
 
 
@@ -190,5 +191,4 @@ def make_mapping(options: dict[str, Any]) -> MappingNode:
 def _localiser(wanted: MappingOptions) -> Localiser:
     if wanted.poses == "navigation":
         return ByNavigation()
-    # Odometry holds on to what it sees outside the map as well.
-    return ByOdometry(subtract(wanted.low, _BEYOND), add(wanted.high, _BEYOND))
+    return ByOdometry(subtract(wanted.low, BEYOND), add(wanted.high, BEYOND))

@@ -15,6 +15,7 @@ from skillwing.sim_mujoco.slam.state import (
     POSITION,
     SIZE,
     VELOCITY,
+    G,
     State,
 )
 from skillwing.sim_mujoco.topics import Navigation
@@ -30,8 +31,10 @@ _STILL_SPEED, _STILL_RATE, _STILL_FORCE = 0.15, 0.02, 0.25
 """Navigation's speed [m/s], and by how much the means of an inertial batch may differ from those of the rest so far
 [rad/s, m/s2]: about eight standard deviations of the IMU's noise."""
 _LARGEST_STEP = 0.1
-_TILT, _ANCHOR = 6e-3, 1e-4
-"""Uncertainty of navigation's roll and pitch [rad]; position and heading are certain, for they define the frame."""
+_ANCHOR = 1e-4
+"""Position [m] and attitude [rad] are certain, for they define the frame."""
+_TILT = 6e-3
+"""How far the frame may lean, because navigation's roll and pitch are wrong [rad]."""
 _REST_FORCE, _REST_RATE, _REST_SPEED = 0.01, 1e-3, 0.02
 _MOVING_SPEED, _GYRO_BIAS, _ACCEL_BIAS = 0.1, 0.01, 0.15
 """What is not known without a rest: the velocity [m/s], and the biases up to what an IMU may have after it was switched
@@ -124,7 +127,7 @@ class Beginning:
         self._rest.add(batch, duration)
 
     def begin(self, t: float) -> tuple[State, Floats] | None:
-        """State and covariance (15, 15) of its error at `t`; None while it is too early, or navigation is silent."""
+        """State and covariance (18, 18) of its error at `t`; None while it is too early, or navigation is silent."""
         latest = self._latest
         if latest is None or not latest.valid or abs(t - latest.t) > NAVIGATION_VALID or self._heard is None:
             return None
@@ -160,20 +163,21 @@ def _in_motion(navigation: Navigation, t: float, before: Rest | None) -> tuple[S
 
 def _covariance(*, speed: float, gyro_bias: float) -> Floats:
     sigmas = np.empty(SIZE)
-    sigmas[POSITION], sigmas[ATTITUDE] = _ANCHOR, (_TILT, _TILT, _ANCHOR)
+    sigmas[POSITION] = sigmas[ATTITUDE] = _ANCHOR
     sigmas[VELOCITY], sigmas[GYRO_BIAS], sigmas[ACCEL_BIAS] = speed, gyro_bias, _ACCEL_BIAS
+    sigmas[GRAVITY] = _TILT * G, _TILT * G, 1e-3
     return np.diag(sigmas**2)
 
 
 def _level(state: State, covariance: Floats, force: Floats) -> tuple[State, Floats]:
-    """Take in the mean force of a rest, which is gravity's reaction and the accelerometers' bias.
+    """Take in the mean force of a rest, which is the reaction to gravity and the accelerometers' bias.
 
-    The two cannot be told apart: a tilt of a milliradian looks like a bias of a centimetre per second squared. A Kalman
-    update keeps that as a correlation, which the first movements then resolve.
+    The two cannot be told apart: a frame that leans by a milliradian looks like a bias of a centimetre per second
+    squared. A Kalman update keeps that as a correlation, which movements and turns then resolve.
     """
-    reaction = state.turn.T @ np.array([0.0, 0.0, GRAVITY])
+    reaction = -state.turn.T @ state.gravity
     slopes = np.zeros((3, SIZE))
-    slopes[:, ATTITUDE], slopes[:, ACCEL_BIAS] = so3.skew(reaction), np.eye(3)
+    slopes[:, GRAVITY], slopes[:, ACCEL_BIAS] = -state.turn.T, np.eye(3)
     spread = slopes @ covariance @ slopes.T + np.eye(3) * _REST_FORCE**2
     gain = np.linalg.solve(spread, slopes @ covariance).T
     leveled = state.plus(gain @ (force - reaction - state.accel_bias))

@@ -31,7 +31,7 @@ class Evidence:
 
 @dataclass(frozen=True, slots=True)
 class Posterior:
-    """The state after a scan and the covariance (15, 15) of its error. `step` (15,) is what the scan changed."""
+    """The state after a scan and the covariance (18, 18) of its error. `step` (18,) is what the scan changed."""
 
     state: State
     covariance: Floats

@@ -47,7 +47,7 @@ class Phase(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Fix:
-    """What a scan made known: the state at `t`, the covariance (15, 15) of its error, how the scan agrees with the map,
+    """What a scan made known: the state at `t`, the covariance (18, 18) of its error, how the scan agrees with the map,
     and its returns. `believed`: the scan was used; `way`: how far the drone has come since odometry began [m]."""
 
     t: float

@@ -24,6 +24,8 @@ _REFIT = 1.3
 """A plane is fitted anew when its voxel has so many times the points of the last fit."""
 _NOISE = 0.02
 """Of a point about its plane at least [m]."""
+_FLAT, _WIDE = 0.12, 0.1
+"""Standard deviations of a plane's points: across it at most [m], and along it at least, in sides of a voxel."""
 _ROOM = 8192
 _NORMAL, _CENTRE, _ROUGHNESS, _OFFSET, _TILT = slice(0, 3), slice(3, 6), 6, 7, 8
 """Columns of a plane."""
@@ -119,8 +121,8 @@ class PlaneMap:
         spreads, axes = np.linalg.eigh(scatter)
         thin, middle = np.maximum(spreads[:, 0], 0.0), spreads[:, 1]
         # Thin in one direction, wide in the two others: neither a lump nor a line.
-        flat = (thin < (0.06 * self._size) ** 2 + 0.03**2) & (thin < 0.15 * middle)
-        self._is_plane[rows] = flat & (middle > 0.01 * self._size**2)
+        flat = (thin < _FLAT**2) & (thin < 0.15 * middle)
+        self._is_plane[rows] = flat & (middle > (_WIDE * self._size) ** 2)
         centres, offsets = self._corners[rows] + means[:, :3], np.maximum(thin, _NOISE**2) / counts
         tilts = offsets / np.maximum(middle, 1e-6)
         self._planes[rows] = np.column_stack([axes[:, :, 0], centres, thin, offsets, tilts])

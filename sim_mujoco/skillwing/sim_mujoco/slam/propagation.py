@@ -39,7 +39,7 @@ class ImuNoise:
     accel_walk: float = 2e-3
 
     def growth(self, duration: float) -> Floats:
-        """Variances (15,) that are added to the errors in so many seconds."""
+        """Variances (18,) that are added to the errors in so many seconds."""
         variances = np.zeros(SIZE)
         for part, density in (
             (ATTITUDE, self.gyro),
@@ -62,7 +62,7 @@ class Track:
 
 @dataclass(frozen=True, slots=True)
 class Prediction:
-    """The path that inertial measurements tell, the state at its end, and the covariance (15, 15) of its error."""
+    """The path that inertial measurements tell, the state at its end, and the covariance (18, 18) of its error."""
 
     track: Track
     state: State
@@ -82,8 +82,7 @@ def predict(
     turns = _chained(state.turn, so3.exp(_between(rates) * steps[:, None]))
     # Specific force is turned by the attitude in the middle of each step.
     halfway = turns[:-1] @ so3.exp(rates * (0.5 * steps)[:, None])
-    accelerations = np.einsum("nij,nj->ni", halfway, _between(forces))
-    accelerations[:, 2] -= GRAVITY
+    accelerations = np.einsum("nij,nj->ni", halfway, _between(forces)) + state.gravity
     velocities = np.vstack([state.velocity, state.velocity + np.cumsum(accelerations * steps[:, None], axis=0)])
     moves = 0.5 * (velocities[:-1] + velocities[1:]) * steps[:, None]
     positions = np.vstack([state.position, state.position + np.cumsum(moves, axis=0)])
@@ -94,7 +93,7 @@ def predict(
         step = _transition(turns[first], mean_force, mean_rate, duration)
         covariance = step @ covariance @ step.T
         covariance[np.diag_indices(SIZE)] += noise.growth(duration)
-    end_state = State(positions[-1], turns[-1], velocities[-1], state.gyro_bias, state.accel_bias)
+    end_state = State(positions[-1], turns[-1], velocities[-1], state.gyro_bias, state.accel_bias, state.gravity)
     return Prediction(Track(times, positions, turns), end_state, covariance)
 
 
@@ -112,15 +111,17 @@ def _chained(first: Floats, increments: Floats) -> Floats:
 
 
 def _transition(turn: Floats, force: Floats, rate: Floats, duration: float) -> Floats:
-    """What becomes of the error (15,) within `duration`."""
+    """What becomes of the error (18,) within `duration`."""
     step = np.eye(SIZE)
     identity = np.eye(3)
     by_attitude = -turn @ so3.skew(force)
     step[POSITION, VELOCITY] = identity * duration
     step[POSITION, ATTITUDE] = by_attitude * (0.5 * duration**2)
     step[POSITION, ACCEL_BIAS] = -turn * (0.5 * duration**2)
+    step[POSITION, GRAVITY] = identity * (0.5 * duration**2)
     step[ATTITUDE, ATTITUDE] = so3.exp(-rate * duration)
     step[ATTITUDE, GYRO_BIAS] = -identity * duration
     step[VELOCITY, ATTITUDE] = by_attitude * duration
     step[VELOCITY, ACCEL_BIAS] = -turn * duration
+    step[VELOCITY, GRAVITY] = identity * duration
     return step

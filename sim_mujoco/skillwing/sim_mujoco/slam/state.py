@@ -1,12 +1,14 @@
 """What the filter estimates, and how small errors of it add and subtract.
 
-Errors are vectors of 15: position [m], attitude [rad], velocity [m/s], bias of the gyroscopes [rad/s], bias of the
-accelerometers [m/s2]. An attitude error is a small rotation in body axes that follows the estimated attitude.
+Errors are vectors of 18: position [m], attitude [rad], velocity [m/s], bias of the gyroscopes [rad/s], bias of the
+accelerometers [m/s2], gravity [m/s2]. Gravity is a part of the state, as in FAST-LIO (Xu and Zhang, 2021): the frame is
+fixed by the first pose, which may lean by some tenths of a degree, and the map holds on to it ever after. An attitude
+error is a small rotation in body axes that follows the estimated attitude.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
@@ -20,33 +22,37 @@ POSE: Final = slice(0, 6)
 VELOCITY: Final = slice(6, 9)
 GYRO_BIAS: Final = slice(9, 12)
 ACCEL_BIAS: Final = slice(12, 15)
-SIZE: Final = 15
-GRAVITY: Final = 9.81
-"""Along the world's -z [m/s2]."""
+GRAVITY: Final = slice(15, 18)
+SIZE: Final = 18
+G: Final = 9.81
+"""Strength of gravity [m/s2]."""
 
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """Position and velocity (3,) in the world frame, `turn` (3, 3) from body to world, biases (3,) in body axes."""
+    """Position, velocity and `gravity` (3,) in the world frame, `turn` (3, 3) from body to world, biases (3,) in body
+    axes."""
 
     position: Floats
     turn: Floats
     velocity: Floats
     gyro_bias: Floats
     accel_bias: Floats
+    gravity: Floats = field(default_factory=lambda: np.array([0.0, 0.0, -G]))
 
     def plus(self, error: Floats) -> State:
-        """The state that differs by this error (15,) from this one."""
+        """The state that differs by this error (18,) from this one."""
         return State(
             self.position + error[POSITION],
             self.turn @ so3.exp(error[ATTITUDE]),
             self.velocity + error[VELOCITY],
             self.gyro_bias + error[GYRO_BIAS],
             self.accel_bias + error[ACCEL_BIAS],
+            self.gravity + error[GRAVITY],
         )
 
     def minus(self, other: State) -> Floats:
-        """The error (15,) by which this state differs from the other: `other.plus(self.minus(other))` is `self`."""
+        """The error (18,) by which this state differs from the other: `other.plus(self.minus(other))` is `self`."""
         return np.concatenate(
             [
                 self.position - other.position,
@@ -54,5 +60,6 @@ class State:
                 self.velocity - other.velocity,
                 self.gyro_bias - other.gyro_bias,
                 self.accel_bias - other.accel_bias,
+                self.gravity - other.gravity,
             ]
         )

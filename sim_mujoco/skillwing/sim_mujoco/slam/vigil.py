@@ -41,7 +41,7 @@ class Judgement:
 
 
 def judge(agreement: Agreement, predicted: Floats, posterior: Posterior) -> Judgement:
-    """Judge what a scan would change about a prediction of this covariance (15, 15)."""
+    """Judge what a scan would change about a prediction of this covariance (18, 18)."""
     step = posterior.step[POSE]
     surprise = float(step @ np.linalg.solve(predicted[POSE, POSE], step))
     if agreement.matched < FEWEST_MATCHES:
