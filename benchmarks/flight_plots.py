@@ -48,7 +48,9 @@ def _lines(
 def _of(flights: Flights, what: str) -> dict[str, str]:
     """Names of the flights of a table, with short labels."""
     names = [name for name in flights if name.startswith(f"{what}")]
-    return {name: name.partition(": ")[2].partition(" (")[0].partition(", as")[0] for name in names}
+    return {
+        name: name.partition(": ")[2].partition(" of (")[0].partition(" (")[0].partition(", as")[0] for name in names
+    }
 
 
 def _height(flight: Flight) -> np.ndarray:
@@ -96,7 +98,7 @@ def fence(flights: Flights, file: Path) -> None:
             axes.plot(places[:, 0], places[:, 1], color="tab:red" if windy else "tab:blue", linewidth=1.2, alpha=0.7)
         axes.plot([], [], color="tab:blue", label="calm")
         axes.plot([], [], color="tab:red", label="8 m/s from behind")
-        axes.legend(fontsize=7, frameon=False)
+        axes.legend(fontsize=7, frameon=False, loc="lower right", borderaxespad=2.0)
         axes.set(title="seen from above", xlabel="east [m]", ylabel="north [m]", aspect="equal")
 
     def gap(flight: Flight) -> np.ndarray:

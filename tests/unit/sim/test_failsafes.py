@@ -29,6 +29,8 @@ class Bench:
         self.autopilot = Autopilot(Physics(WORLD).airframe, 0.002, Limits(FENCE))
         self.t, self.position, self.velocity, self.valid = 0.0, (0.0, 0.0, 5.0), STILL, True
         self.setpoints, self.charge, self.lost = True, 80.0, False
+        self.wanted: float = 6.0
+        self.ground: float | None = 5.0
         self.run(0.2)
         assert self.autopilot.mode is Mode.FOLLOW
 
@@ -36,9 +38,9 @@ class Bench:
         for _ in range(round(seconds / 0.02)):
             self.t += 0.02
             if self.setpoints:
-                self.autopilot.command(Setpoint((0.0, 0.0, 6.0), STILL, 0.0), self.t)
+                self.autopilot.command(Setpoint((0.0, 0.0, self.wanted), STILL, 0.0), self.t)
             self.autopilot.battery(self.charge, 22.0)
-            now = Estimate(self.position, self.velocity, LEVEL, 5.0, self.t, valid=self.valid)
+            now = Estimate(self.position, self.velocity, LEVEL, self.ground, self.t, valid=self.valid)
             # A drone that rolls to the right without being told to has lost the rotor there.
             rate = (30.0 * self.t, 0.0, 0.0) if self.lost else STILL
             self.autopilot.guide(self.t, now, rate)
@@ -106,6 +108,20 @@ def test_setpoints_that_stay_away_end_in_a_landing() -> None:
     assert bench.autopilot.follows
     bench.run(0.3)
     assert bench.autopilot.mode is Mode.LAND
+
+
+def test_rotors_turn_on_while_a_drone_rests_a_little_above_its_place() -> None:
+    bench = Bench()
+    bench.ground, bench.wanted = None, 4.8
+    bench.run(5.0)
+    assert bench.autopilot.mode is Mode.FOLLOW
+
+
+def test_rotors_stop_where_a_drone_rests_that_should_be_far_below() -> None:
+    bench = Bench()
+    bench.ground, bench.wanted = None, 3.0
+    bench.run(2.0)
+    assert bench.autopilot.mode is Mode.OFF
 
 
 def test_navigation_has_to_be_good_for_a_while_before_it_counts_again() -> None:

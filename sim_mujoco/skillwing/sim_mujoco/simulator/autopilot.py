@@ -30,6 +30,8 @@ __all__ = ["Autopilot", "Estimate", "Limits", "Mode", "Setpoint"]
 GUIDE_PERIOD = 0.02
 """How often `guide` is called [s]."""
 _BRAKING_TIME = 0.6
+_NEVER_IN_THE_AIR = 0.7
+"""A drone in the air that is so far above where it should be is not at rest [m]."""
 _WATCHED_ABOVE = 0.3
 """Nearer to the ground than this beyond standing, contacts turn the drone as well as rotors do [m]."""
 
@@ -213,6 +215,10 @@ class Autopilot:
         return now.ground is not None and now.ground < STANDING_RANGE + _WATCHED_ABOVE
 
     def _has_touched_down(self, t: float, now: Estimate, velocity: Vector, target: Setpoint) -> bool:
-        aim = target.position[2]
-        sinking = aim < now.position[2] - 0.05 or target.velocity[2] < -0.05 or not target.rotors
-        return self._touchdown.noticed(t, now, velocity, aim, sinking=sinking)
+        late = now.position[2] - target.position[2]
+        sinking = late > 0.05 or target.velocity[2] < -0.05 or not target.rotors
+        insisting = late > _NEVER_IN_THE_AIR
+        if self._emergencies.navigation_lost:
+            # It sinks without being told how far, and how fast it moves sideways is not known.
+            insisting, velocity = self.mode in LANDING, (0.0, 0.0, velocity[2])
+        return self._touchdown.noticed(t, now, velocity, sinking=sinking, insisting=insisting)

@@ -16,7 +16,6 @@ _AT_REST = 0.25
 _SEEN, _BLIND, _CONTRADICTED = 0.4, 1.5, 3.0
 """How long the drone has to be at rest to have landed: with the ground in view at the skids, without a range-finder,
 and against what it says [s]."""
-_WELL_BELOW = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,17 +77,15 @@ class Touchdown:
     def reset(self) -> None:
         self._since = None
 
-    def noticed(self, t: float, now: Estimate, velocity: Vector, aim: float, *, sinking: bool) -> bool:
-        """At `t`, moving with `velocity`, told to go to the height `aim`; `sinking` if that means down at all.
+    def noticed(self, t: float, now: Estimate, velocity: Vector, *, sinking: bool, insisting: bool) -> bool:
+        """At `t`, moving with `velocity`; `sinking` if it was told to go down at all, `insisting` if so far down that
+        no drone in the air would be where it is.
 
-        The range-finder shortens the wait when it sees the ground at the skids. What it says to the contrary counts
-        as long as the drone was not told to go well below where it rests.
+        The ground in view at the skids is proof enough with a word to sink. Without it, or against what the
+        range-finder says, a drone in the air could be at rest a little above where it should be.
         """
-        if not sinking or norm(velocity) > _AT_REST:
-            self._since = None
-            return False
         standing = now.ground is not None and now.ground < STANDING_RANGE + 0.08
-        if now.ground is not None and not standing and aim > now.position[2] - _WELL_BELOW:
+        if not (sinking if standing else insisting) or norm(velocity) > _AT_REST:
             self._since = None
             return False
         if self._since is None:
