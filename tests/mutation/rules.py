@@ -72,7 +72,6 @@ RULES: Mapping[str, tuple[str, ...]] = {
     "8 the resource manager survives kill -9": (
         "ResourceCore.__init__",
         "ResourceCore.resume",
-        "ResourceCore.inventory",
         "ResourceCore._require_news",
         "ResourceCore._finish",
         "Ledger.__init__",
