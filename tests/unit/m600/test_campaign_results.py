@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from io import StringIO
 from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
+from rich.console import Console
 
 from skillwing.m600.campaign import page
 from skillwing.m600.campaign.conditions import Condition
 from skillwing.m600.campaign.ledger import LEDGER_FILE, Ledger
-from skillwing.m600.campaign.outcomes import outcomes
+from skillwing.m600.campaign.outcomes import SHORT_HEADINGS, outcome_table, outcomes
 from skillwing.m600.campaign.plan import FlightPlan
 from skillwing.m600.campaign.result import End, FlightResult
 from skillwing.services.errors import InvalidOptionError
@@ -57,6 +60,19 @@ def test_every_flight_is_counted_once_in_its_row_and_once_in_all(results: list[F
     if len(single) > 1:
         assert rows[-1].flights == len(results)
         assert rows[-1].collided == sum(row.collided for row in single)
+
+
+def test_the_outcomes_of_one_world_fit_a_terminal_of_80_columns() -> None:
+    results = [replace(flown(seed), end_time=1234.5, coverage=0.999) for seed in range(1000)]
+    pilot = FlightPlan(mission="mapping", world="courtyard", seed=1, condition=Condition.PILOT_RETURNS)
+    results.append(replace(flown(1), plan=pilot))
+    console = Console(width=80, record=True, file=StringIO())
+    console.print(outcome_table(outcomes(results)))
+    head, none, returns, total, *_ = console.export_text().splitlines()
+    assert head.split() == list(SHORT_HEADINGS[1:])
+    assert " ".join(none.split()) == "none 1000 1000 0 1000 0 0 0 0 0 2.00 m 100 % 1234 s"
+    assert returns.split()[:3] == ["pilot-returns", "1", "1"]
+    assert total.split()[:2] == ["all", "1001"]
 
 
 def test_a_broken_promise_is_worse_than_any_failure() -> None:

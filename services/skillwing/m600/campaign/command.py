@@ -179,7 +179,7 @@ def _fly(
         for count, result in enumerate(crew.fly(missing, run_dir, ending.look), start=1):
             ledger.add(result)
             left = (time.monotonic() - begun) / count * (len(missing) - count)
-            console.print(_line(result, f"{count}/{len(missing)}", left))
+            console.print(_line(result, f"{count}/{len(missing)}", left), soft_wrap=True)
 
 
 def _record_worst(ledger: Ledger, count: int, jobs: int, console: Console, ending: Ending) -> None:
@@ -207,13 +207,13 @@ def _line(result: FlightResult, count: str, left: float) -> Text:
     plan = result.plan
     clearance = "" if result.clearance is None else f"{result.clearance:.2f} m"
     mapped = "" if result.coverage is None else f"{100 * result.coverage:.0f} %"
-    text = Text(f"{count:>9}  {plan.world:10} {plan.seed:>6}  {plan.condition:13}  ")
-    text.append(f"{result.end:16}", "" if result.kept else "red")
-    text.append(f"  {result.phase.lower():9}", "green" if result.succeeded else "yellow")
-    text.append(f"  {clearance:>7} {mapped:>5} {result.end_time:6.0f} s", "dim")
+    text = Text(f"{count:>7} {plan.world} {plan.condition} {plan.seed}".ljust(34))
+    text.append(f"{result.end:17}", "" if result.kept else "red")
+    text.append("done   " if result.succeeded else "failed ", "green" if result.succeeded else "yellow")
+    text.append(f"{clearance:>7}{mapped:>5}{result.end_time:6.0f} s", "dim")
     text.append(f"  {_duration(left)} left", "dim")
     if not result.kept:
-        text.append(f"\n           {', '.join(result.broken)}\n           {plan.command}", "red")
+        text.append(f"\n        {', '.join(result.broken)}\n        {plan.command}", "red")
     return text
 
 

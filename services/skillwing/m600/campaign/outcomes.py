@@ -10,7 +10,6 @@ from rich.table import Table
 
 from skillwing.m600.campaign.conditions import Condition
 from skillwing.m600.campaign.result import End, FlightResult
-from skillwing.services.commands.output import make_table
 
 HEADINGS = (
     "world",
@@ -28,6 +27,16 @@ HEADINGS = (
     "mapped",
     "time",
 )
+SHORT_HEADINGS = (
+    *("world", "condition", "flown", "done", "safe", "home", "else", "pilot", "up", "hit", "out"),
+    *("nearest", "mapped", "time"),
+)
+"""The same for a terminal."""
+LEGEND = (
+    "done: the mission succeeded; safe: it failed and kept every promise. Landed at home or elsewhere, handed to the "
+    "pilot, still up, hit something, out of the fence."
+)
+ALL = "all"
 
 
 class Outcomes(msgspec.Struct, frozen=True, kw_only=True):
@@ -87,15 +96,20 @@ def outcomes(results: Iterable[FlightResult]) -> list[Outcomes]:
             if group:
                 groups[world, condition] = group
     rows = [_outcomes(world, condition, group) for (world, condition), group in groups.items()]
-    return [*rows, _outcomes("all", "all", found)] if len(rows) > 1 else rows
+    return [*rows, _outcomes(ALL, ALL, found)] if len(rows) > 1 else rows
 
 
 def outcome_table(rows: Sequence[Outcomes]) -> Table:
-    """The outcomes for the terminal."""
-    table = make_table(HEADINGS, right=HEADINGS[2:])
+    """The outcomes for the terminal: 80 columns hold those of one world."""
+    several_worlds = len({row.world for row in rows} - {ALL}) > 1
+    table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 1, 0, 0), caption=LEGEND)
+    table.caption_justify = "left"
+    for name, heading in zip(HEADINGS, SHORT_HEADINGS, strict=True):
+        if name != "world" or several_worlds:
+            table.add_column(heading, justify="left" if name in ("world", "condition") else "right", no_wrap=True)
     for row in rows:
         broken = row.collided or row.left_fence or row.not_landed
-        table.add_row(*row.cells, style="red" if broken else None)
+        table.add_row(*(row.cells if several_worlds else row.cells[1:]), style="red" if broken else None)
     return table
 
 
