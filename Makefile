@@ -45,6 +45,7 @@ bench: setup
 	$(BIN)/python benchmarks/messages.py --write
 	$(BIN)/python benchmarks/tree_tick.py --write
 	$(BIN)/python benchmarks/language.py --write
+	$(BIN)/python benchmarks/campaign_speed.py --write
 	$(BIN)/python benchmarks/sim_speed.py --write
 
 # How well the simulated drone flies, over seeds: figures and pictures in docs/flight.md. FLIGHT_ARGS=rotors for a part.
