@@ -44,7 +44,7 @@ def fault(
     sensor: Annotated[
         str | None,
         typer.Argument(
-            metavar="[NAME]", help="Zed, lidar, imu, range, gnss, camera, link, or a rotor: rotor/1 to rotor/6."
+            metavar="NAME", help="Zed, lidar, imu, range, gnss, camera, link, or a rotor: rotor/1 to rotor/6."
         ),
     ] = None,
     kind: Annotated[
