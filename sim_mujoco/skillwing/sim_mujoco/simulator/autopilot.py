@@ -32,7 +32,7 @@ GUIDE_PERIOD = 0.02
 _BRAKING_TIME = 0.6
 _NEVER_IN_THE_AIR = 0.7
 """A drone in the air that is so far above where it should be is not at rest [m]."""
-_WATCHED_ABOVE = 0.3
+_NEAR_GROUND = 0.3
 """Nearer to the ground than this beyond standing, contacts turn the drone as well as rotors do [m]."""
 
 
@@ -206,13 +206,14 @@ class Autopilot:
         if not self._emergencies.navigation_lost:
             return now.velocity
         x, y, z = now.velocity
-        if not now.velocity_valid:
-            # At a wanted velocity the loop keeps the lean that it has found against the wind.
+        if self._is_near_ground(now):
+            # Better a little drift at touchdown than leaning against a speed that may be none. At a wanted velocity
+            # the loop keeps the lean that it has found against the wind.
             x, y, _ = target.velocity
         return x, y, self._ground_speed.climb if now.ground is not None else z
 
     def _is_near_ground(self, now: Estimate) -> bool:
-        return now.ground is not None and now.ground < STANDING_RANGE + _WATCHED_ABOVE
+        return now.ground is not None and now.ground < STANDING_RANGE + _NEAR_GROUND
 
     def _has_touched_down(self, t: float, now: Estimate, velocity: Vector, target: Setpoint) -> bool:
         late = now.position[2] - target.position[2]
