@@ -19,9 +19,9 @@ from skillwing.sim_mujoco.slam.state import POSE, POSITION
 LEAST_CLOSE: Final = 0.85
 """Of the points that have a plane this share has to be close to it. In sound flights it never fell below 0.9."""
 LARGEST_SURPRISE: Final = 100.0
-"""Squared Mahalanobis length of what a scan may change about the predicted pose, of 6 degrees of freedom. Far more than
-chance would allow: where nothing holds the drone along its track, the filter is surer than it should be, and 45 was seen
-in a sound flight when a new wall came into view."""
+"""Squared Mahalanobis length of what a scan may change about the predicted pose, of 6 degrees of freedom. That is more
+than chance would allow: where nothing holds the drone along its track the filter is surer than it should be, and 45
+was seen in a sound flight when a new wall came into view."""
 FEWEST_MATCHES: Final = 60
 """Points on planes without which a scan says nothing."""
 DOUBTS: Final = 5
