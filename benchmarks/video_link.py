@@ -123,7 +123,11 @@ def plot(trial: Trial, file: Path) -> None:
         axis.legend(loc="lower left", fontsize=8)
     if trial.ended != "goes on":
         axes[0].annotate(
-            trial.ended.removeprefix("S_"), (end, axes[0].get_ylim()[1]), (4, -12), textcoords="offset points"
+            trial.ended.removeprefix("S_"),
+            (end, axes[0].get_ylim()[1]),
+            (-4, -12),
+            textcoords="offset points",
+            ha="right",
         )
     file.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(file, dpi=110)

@@ -462,7 +462,8 @@ class EncoderStatus(Message, frozen=True, kw_only=True):
 
 
 class VideoPiece(Message, frozen=True, kw_only=True):
-    """One of `parts` pieces of picture number `frame`, taken at `t`. `sequence` counts the pieces of a stream."""
+    """One of `parts` pieces of picture number `frame`, taken at `t`, that has `size` bytes in all. `sequence` counts the
+    pieces of a stream. Part number `parts` is the parity of all others, with which one that is lost can be restored."""
 
     t: Time
     stream: str
@@ -470,6 +471,7 @@ class VideoPiece(Message, frozen=True, kw_only=True):
     frame: int
     part: Annotated[int, msgspec.Meta(ge=0, le=4096)]
     parts: Annotated[int, msgspec.Meta(ge=1, le=4096)]
+    size: Annotated[int, msgspec.Meta(ge=0, le=4096 * 1200)]
     keyframe: bool
 
 

@@ -38,6 +38,9 @@ class Drone:
                 topics.LIDAR,
                 topics.ZED_DEPTH,
                 topics.MAP,
+                topics.VIDEO_SHOWN,
+                topics.LINK_STATUS,
+                topics.VIDEO_STATUS,
             )
         }
         bus.every(0.02, self._navigate)
@@ -99,6 +102,12 @@ class Drone:
 
     def _map(self) -> None:
         t = self._bus.now()
+        shown = topics.VideoShown(t=t, width=320, height=180)
+        self._put[topics.VIDEO_SHOWN](b"\xff\xd8\xff" + bytes(8000), encode(shown))
+        link = topics.LinkStatus(t=t, bandwidth=2e6, latency=0.03, loss=0.0, queued=0.0, sent=1e6, dropped=0)
+        self._put[topics.LINK_STATUS](encode(link))
+        seen = topics.VideoStatus(t=t, stream="g", fps=15.0, quality=0.9, bitrate=1e6, lost=0.0, latency=0.05)
+        self._put[topics.VIDEO_STATUS](encode(seen))
         whole = t > 7.5
         voxels = np.array(
             [[0.4 * n + 0.2, 0.2, 0.2] for n in ((range(2, int(t) + 1)) if whole else [int(t)])], np.float32
@@ -150,6 +159,13 @@ def test_scans_are_thinned(recording: Path) -> None:
     scans = rows(recording, "/world/scan", "Points3D:positions")
     assert 36 <= len(scans) <= 41
     assert all(1000 < len(points) <= 4000 for _, points in scans)
+
+
+def test_what_the_ground_sees_is_shown(recording: Path) -> None:
+    pictures = rows(recording, "/video/ground", "EncodedImage:blob")
+    assert len(pictures) >= 9
+    assert {row[1][0] for row in rows(recording, "/plots/link/bandwidth", "Scalars:scalars")} == {2.0}
+    assert {row[1][0] for row in rows(recording, "/plots/link/quality", "Scalars:scalars")} == {0.9}
 
 
 def test_a_failed_camera_shows_nothing(recording: Path) -> None:

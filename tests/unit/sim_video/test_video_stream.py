@@ -92,6 +92,16 @@ def test_pieces_fit_a_packet_and_make_the_whole(size: int) -> None:
     assert last.unit.data == bytes(size)
 
 
+@given(st.lists(st.binary(max_size=4 * LARGEST), min_size=1, max_size=10), st.data())
+def test_with_parity_any_one_piece_of_a_picture_may_be_lost(contents: list[bytes], data: st.DataObject) -> None:
+    assembly = Assembly()
+    for frame, content in enumerate(contents):
+        pieces = list(cut(AccessUnit(content, keyframe=False), "goal", frame, 0, 0.0, parity=True))
+        gone = data.draw(st.integers(0, len(pieces)))
+        found = [assembly.add(header, part) for k, (header, part) in enumerate(pieces) if k != gone]
+        assert [whole.unit.data for whole in found if whole is not None] == [content]
+
+
 @given(
     st.lists(st.integers(1, 3 * LARGEST), min_size=1, max_size=40),
     st.sets(st.integers(0, 39)),

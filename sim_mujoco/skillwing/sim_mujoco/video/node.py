@@ -131,7 +131,8 @@ class VideoNode:
             return
         if unit.keyframe:
             stream.keyframe_at, stream.wants_keyframe = header.t, False
-        for piece, data in cut(unit, stream.goal, stream.frame, stream.sequence, header.t):
+        protects = stream.control.protects
+        for piece, data in cut(unit, stream.goal, stream.frame, stream.sequence, header.t, parity=protects):
             self._sent.put(data, encode(piece))
             stream.sequence += 1
         stream.frame += 1

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 from skillwing.sim_mujoco.topics import LinkStatus, VideoStatus
 from skillwing.sim_mujoco.video.codec import FASTEST_RATE, SLOWEST_RATE
+from skillwing.sim_mujoco.video.pieces import LARGEST
 
 USUAL_FPS, HIGHEST_FPS = 15.0, 30.0
 SPARE_FPS = 1.2
@@ -21,6 +22,8 @@ SHARE = 0.75
 """Of the bandwidth that the stream takes: pictures are not all of one size, and keyframes have to get through."""
 PICTURE_COST = 8.0 * 120
 """What a picture costs beside its bits: headers, about two packets [bit]."""
+LOSSY = 0.005
+"""Above this share of lost packets pictures are protected."""
 STEP = 1.2
 """Between two bit rates."""
 ROOM = 1.1
@@ -58,6 +61,8 @@ class RateController:
         self._fps_since = -math.inf
         self._good_since: float | None = None
         self._retry, self._tried = RETRY, False
+        self.protects = False
+        """Whether every picture goes with a parity piece, because the air swallows packets."""
         self.changes = 0
         """How often the rates have changed."""
 
@@ -68,7 +73,8 @@ class RateController:
 
     def link(self, t: float, status: LinkStatus) -> None:
         """What the modem says at `t`."""
-        budget = SHARE * status.bandwidth * (1.0 - status.loss) - PICTURE_COST * self.rates.fps
+        self.protects = status.loss > LOSSY
+        budget = self._for_pictures(SHARE * status.bandwidth * (1.0 - status.loss))
         fits = _level(budget)
         if self._level is None:
             self._level, self._fps_since = fits, t
@@ -103,6 +109,12 @@ class RateController:
             self._good_since = t
         elif t - self._good_since >= self._retry:
             self._choose_fps(t, self._slower - 1, tried=True)
+
+    def _for_pictures(self, bitrate: float) -> float:
+        """What is left of a bit rate after headers, and after parity: as large as a picture, but at most one piece."""
+        fps = self.rates.fps
+        left = bitrate - PICTURE_COST * fps
+        return max(left / 2.0, left - 8.0 * LARGEST * fps) if self.protects else left
 
     def _choose_fps(self, t: float, slower: int, *, tried: bool) -> None:
         self._change(slower=slower)
