@@ -120,7 +120,8 @@ def report(kept: Kept, wanted: Sequence[Trial], seeds: Sequence[int]) -> str:
                 flights = [
                     kept.flights[trial]
                     for trial in wanted
-                    if (trial.course, trial.sensor, trial.speed, trial.turbulence, trial.watch) == condition
+                    if trial in kept.flights
+                    and (trial.course, trial.sensor, trial.speed, trial.turbulence, trial.watch) == condition
                 ]
                 if flights:
                     rows.append(row(name.format(course), sensor, flights))
@@ -147,9 +148,11 @@ def main() -> None:
     options.add_argument("--seeds", type=_seeds, default=range(1, 7), help="first seed and the one after the last")
     options.add_argument("--jobs", type=int, default=2, help="flights at once")
     options.add_argument("--keep", type=Path, help="file in which flights are kept")
+    options.add_argument("--only-kept", action="store_true", help="fly nothing, tell of the flights that are kept")
     asked = options.parse_args()
     kept, wanted = Kept(asked.keep), trials(asked.seeds)
-    fly_all(wanted, kept, asked.jobs)
+    if not asked.only_kept:
+        fly_all(wanted, kept, asked.jobs)
     tell("obstacles.py", "Courses", report(kept, wanted, asked.seeds), write=asked.write, file=PAGE)
 
 

@@ -19,7 +19,7 @@ from skillwing.sim_mujoco.topics import (
     ObstacleStatus,
     TakeOff,
 )
-from skillwing.sim_mujoco.world.world import make_world
+from skillwing.sim_mujoco.world.world import World, make_world
 
 WORLD = make_world(1)
 
@@ -27,8 +27,8 @@ WORLD = make_world(1)
 class Rig:
     """A drone on its pad with a range-finder only; `fly` lets time pass at 50 Hz. Options are the simulator's."""
 
-    def __init__(self, **options: Any) -> None:
-        self.sim = Simulator(WORLD, sensors=("range",), **options)
+    def __init__(self, world: World = WORLD, **options: Any) -> None:
+        self.sim = Simulator(world, sensors=("range",), **options)
         self.core = GuidanceCore()
         self.connected = True
         self.obstacles: Callable[[float, GuidanceStatus], ObstacleStatus | None] = lambda t, status: None

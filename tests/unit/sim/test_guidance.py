@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
-from flight_rig import Rig
+from flight_rig import WORLD, Rig
 
 from skillwing.services.protocol import ErrorCode
 from skillwing.sim_mujoco.axis import RefusedError
@@ -386,3 +387,29 @@ def test_deaf_to_reports_it_flies_on() -> None:
     rig.obstacles = wall_at(8.0)
     rig.command("a", EAST, token=100)
     rig.fly_until(MotionState.DONE)
+
+
+@pytest.mark.parametrize("speed", [2.0, 5.0])
+def test_in_gusts_it_stops_in_time_at_every_speed(speed: float) -> None:
+    """The wall shows itself 14 m ahead, in measurements that are 0.2 s old when they are told, ten times a second."""
+    rig, wall = Rig(replace(WORLD, obstacles=()), wind=(4.0, 3.0, 0.0), turbulence=8.0), 24.0
+    rig.take_off()
+    seen: ObstacleStatus | None = None
+
+    def report(t: float, status: GuidanceStatus) -> ObstacleStatus | None:
+        nonlocal seen
+        if seen is None or t - seen.t >= 0.1:
+            x, then = rig.sim.motion.position[0], rig.track[-10][1][0]
+            free = wall - x if wall - then < 14.0 else 20.0
+            seen = ObstacleStatus(
+                t=t, source=ObstacleSource.ZED, free_distance=free, horizon=14.0, ahead=None, stamp=t - 0.2
+            )
+        return seen
+
+    rig.obstacles = report
+    rig.fly(0.3)
+    rig.command("a", FlyTo(target=(30.0, 0.0, 4.0), speed=speed, nose=Nose.ALONG_TRACK))
+    rig.fly_until(MotionState.BLOCKED, seconds=60.0)
+    nearest = wall - max(place[0] for _, place in rig.track)
+    assert 1.0 < nearest < 5.0
+    assert max(abs(place[1]) for _, place in rig.track) < 1.0
