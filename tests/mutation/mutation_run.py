@@ -176,7 +176,11 @@ class Verdicts:
         killer = self._second.get(name)
         if killer is None:
             return "not judged"
-        return "survives" if not killer else "simulation" if "test_promises_are_kept" in killer else "managers"
+        if not killer:
+            return "survives"
+        if killer.startswith("tests/unit/"):
+            return "unit tests"
+        return "simulation" if "test_promises_are_kept" in killer else "managers"
 
     def row(self, label: str, names: Sequence[str]) -> str:
         fates = [self.fate(name) for name in names]

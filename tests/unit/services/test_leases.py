@@ -115,3 +115,14 @@ def test_a_second_between_two_looks_is_no_pause_yet() -> None:
     leases = Leases()
     leases.begin("g", 0.5, 100.0)
     assert leases.look(100.0 + LONGEST_PAUSE, hearing=True) == (Expired("g", LONGEST_PAUSE),)
+
+
+def test_a_lease_that_was_given_back_does_not_run_out() -> None:
+    leases = Leases()
+    leases.begin("g", 1.0, 0.0)
+    leases.begin("h", 1.0, 0.0)
+    for _ in range(2):
+        leases.end("g")
+    assert leases.keys == ("h",)
+    assert "g" not in leases
+    assert [key for key, _ in look_until(leases, 0.0, 5.0)] == ["h"]

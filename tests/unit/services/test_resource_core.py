@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from rig import RIG, Bench
 
-from skillwing.services.core.kept import ManagerNoted
+from skillwing.services.core.kept import GoalOver, ManagerNoted
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.protocol import (
     AttachManager,
@@ -364,6 +364,7 @@ def test_a_renewal_tells_how_the_goal_stands(bench: Bench) -> None:
         with pytest.raises(RefusedError) as refusal:
             bench.renew(skill, goal_id, token)
         assert refusal.value.code is code
+        assert (skill if code is ErrorCode.UNKNOWN_NAME else goal_id) in refusal.value.message
     assert bench.of(Lost) == []
 
 
@@ -391,6 +392,20 @@ def test_a_successor_that_asks_for_its_predecessors_goal_is_told_that_it_was_los
     with pytest.raises(RefusedError) as refusal:
         bench.begin("move", "g", incarnation="first")
     assert refusal.value.code in (ErrorCode.REPLACED, ErrorCode.STALE_TOKEN)
+
+
+def test_a_replaced_process_that_asks_for_its_successors_goal_takes_nothing(bench: Bench) -> None:
+    bench.attach("skill/move", "first")
+    second = granted(bench.begin("move", "g", incarnation="second"))
+    with pytest.raises(RefusedError) as refusal:
+        bench.begin("move", "g", incarnation="first")
+    assert refusal.value.code is ErrorCode.REPLACED
+    assert bench.of(Lost) == []
+    assert bench.begin("move", "g", incarnation="second") == second
+    third = bench.begin("move", "g", incarnation="third")
+    assert isinstance(third, Lost)
+    assert bench.kept[-1] == GoalOver("g", "move", second.token, third)
+    assert ManagerNoted("skill/move", "third") in bench.kept
 
 
 def test_the_same_process_and_one_that_does_not_tell_get_the_same_grant_again(bench: Bench) -> None:
