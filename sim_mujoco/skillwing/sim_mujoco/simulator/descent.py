@@ -23,7 +23,7 @@ class Estimate:
     """What the autopilot knows of its motion.
 
     `ground` is the range-finder's distance [m], measured at `ground_at`; None if it sees none or cannot be trusted.
-    `valid` tells whether navigation vouches for the position, `velocity_valid` whether it does for the velocity.
+    `valid` tells whether navigation vouches for the position; while it does not, the velocity is dead reckoning.
     """
 
     position: Vector
@@ -32,7 +32,6 @@ class Estimate:
     ground: float | None
     ground_at: float = 0.0
     valid: bool = True
-    velocity_valid: bool = True
 
 
 def sink_speed(ground: float | None) -> float:

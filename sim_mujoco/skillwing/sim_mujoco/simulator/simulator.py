@@ -229,7 +229,6 @@ class Simulator:
             ground if known else None,
             measured_at,
             solution.valid,
-            solution.velocity_valid,
         )
         self.autopilot.battery(self.battery.percent, self.battery.voltage)
         self.autopilot.guide(self.t, now, solution.rate)
