@@ -185,12 +185,13 @@ def fly(
     speed: float = 2.0,
     watch: bool = True,
     turbulence: float = 0.0,
+    wind: topics.Vector3 = (0.0, 0.0, 0.0),
     route: tuple[topics.Vector3, ...] = (GOAL,),
 ) -> Flown:
     """Fly a route through a world with one sensor at most at this speed [m/s], without its reports if not `watch`."""
     network = InProcessNetwork()
     sensors = ("range", "imu", SENSOR_OF[source])
-    network.attach(SimNode(Simulator(world, sensors=sensors, turbulence=turbulence)))
+    network.attach(SimNode(Simulator(world, sensors=sensors, turbulence=turbulence, wind=wind)))
     fence = {"low": world.geofence.low, "high": world.geofence.high}
     network.attach(make_guidance({"geofence": fence, "watch": watch}))
     network.attach(make_obstacles({}))

@@ -28,6 +28,8 @@ SENSORS = {"camera": ObstacleSource.ZED, "LiDAR": ObstacleSource.LIDAR}
 SLOW, FAST = 2.0, 5.0
 GUSTY = 8.0
 """Wind at a height of 6 m that stirs the air [m/s]."""
+WIND = (4.0, 3.0, 0.0)
+"""With it the stirred air drifts past, ENU [m/s]: without, a gust would not end."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +66,7 @@ def flown(trial: Trial) -> Flown:
         speed=trial.speed,
         watch=trial.watch,
         turbulence=trial.turbulence,
+        wind=WIND if trial.turbulence > 0.0 else (0.0, 0.0, 0.0),
     )
 
 

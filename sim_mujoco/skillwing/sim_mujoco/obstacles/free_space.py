@@ -127,8 +127,9 @@ class FreeSpace:
 def _free_distance(solid: Points, corners: Sequence[Points], sight: float) -> float:
     """Metres along the way to what the hull, swept along it, would meet; at most `sight`.
 
-    The hull has to fit at the end of the way as well, so this may be more than the length of the way: by as much as what
-    stands behind its end is away from there, or by the tube's radius if nothing stands there.
+    The hull has to fit at the end of the way as well, so this may be more than the length of the way: by as much as
+    what stands behind its end is away from there, or by the tube's radius if nothing stands there.
+
     Near something the tube is as wide as the drone is away from it: it can leave, or go along, but not come nearer.
     """
     here, end = corners[0], corners[-1]
