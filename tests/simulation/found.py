@@ -67,4 +67,14 @@ FOUND: Mapping[str, Plan] = {
             Act(6.028041733624765, "robot", Deed.TRIGGER, {"resource": "lid", "target": "OPEN"}),
         ),
     ),
+    "a manager woke up beside the last request for a goal, and the goal that its client had given up ran on": Plan(
+        7185,
+        "exclusive",
+        Weather(latency=(0.0002, 0.002), slow=0.0, slowest=3.0),
+        True,
+        (
+            Act(3.9655812110228887, "skill/move", Deed.STOP, {"for": 5.0}),
+            Act(5.4030000000000005, "operator", Deed.START, _goal(3, "move") | {"valid": True}),
+        ),
+    ),
 }

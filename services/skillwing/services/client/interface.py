@@ -14,7 +14,7 @@ from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.services.bus import Answer, Answered, Bus, Handle, Refused, Sample
 from skillwing.services.client.asking import ask_until_answered
 from skillwing.services.client.goal_handle import GoalHandle
-from skillwing.services.client.goal_pursuit import GoalPursuit
+from skillwing.services.client.goal_pursuit import SILENCES_OF_THE_LIVING, GoalPursuit
 from skillwing.services.client.resource_mirror import ResourceMirror
 from skillwing.services.core.latest import LatestData
 from skillwing.services.core.values import fit_fields
@@ -82,6 +82,7 @@ class SkillsetInterface:
         self._alive: set[str] = set()
         self._pursuits: dict[str, GoalPursuit] = {}
         self._disowned: dict[str, str] = {}
+        self._interrupting_disowned: set[str] = set()
         self._listeners: list[Callable[[], None]] = []
         self._data_listeners: list[Callable[[DataReading], None]] = []
         self._probe_timer: Handle | None = None
@@ -249,9 +250,24 @@ class SkillsetInterface:
         self._disowned[goal.goal_id] = goal.skill
 
     def _interrupt_disowned(self, goal_id: str) -> None:
+        """Ask until it is heard: a manager that has just turned up may not be within everybody's reach yet."""
+        if goal_id in self._interrupting_disowned:
+            return
+        self._interrupting_disowned.add(goal_id)
         skill = self._disowned[goal_id]
-        request = InterruptGoal(goal_id=goal_id, client=self.client)
-        self._bus.ask(self._keys.interrupt(skill), encode(request), lambda answer: None)
+
+        def keep_asking(silences: int) -> bool:
+            worth_it = skill_process(skill) in self._alive and silences < SILENCES_OF_THE_LIVING
+            return goal_id in self._disowned and worth_it
+
+        ask_until_answered(
+            self._bus,
+            self._keys.interrupt(skill),
+            encode(InterruptGoal(goal_id=goal_id, client=self.client)),
+            lambda answer: self._interrupting_disowned.discard(goal_id),
+            keep_asking=keep_asking,
+            on_silence=lambda: self._interrupting_disowned.discard(goal_id),
+        )
 
     def _on_status(self, sample: Sample) -> None:
         status = _decoded(sample.payload, GoalStatus)
