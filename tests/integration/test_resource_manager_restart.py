@@ -13,7 +13,7 @@ import pytest
 
 from skillwing.dsl import parse
 from skillwing.services.bus import Answer, Answered, Refused, Unanswered
-from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import ResourceCore
 from skillwing.services.ids import RecordIds
@@ -228,16 +228,35 @@ def test_a_journal_of_an_earlier_life_of_the_robot_is_set_aside(tmp_path: Path) 
     assert {stands.resource: stands.state for stands in kept.resources}["engine"] == "OFF"
 
 
-def test_tokens_and_revisions_go_on_growing(digger: SkillsetInProcess) -> None:
-    first = digger.start_skill("dig")
-    hooks(digger).terminated(first.id, "DONE", None)
-    first.assert_ended("S_DONE")
+def test_tokens_and_revisions_go_on_growing(digger: SkillsetInProcess, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Time stands still for the judge: what grows does so because it was written down."""
+    monkeypatch.setattr(InProcessBus, "now", lambda _: 1.0)
+    before = given_token(digger)
+    revision = told_revision(digger)
     die_and_come_back(digger)
-    second = digger.start_skill("dig")
-    digger.assert_states(arm="USED")
+    assert told_revision(digger) == revision
+    assert given_token(digger) > before
+    assert told_revision(digger) > revision
+
+
+def given_token(digger: SkillsetInProcess) -> int:
+    """Run a goal to its end; returns the fencing token of its grant."""
+    goal = digger.start_skill("dig")
     current = hooks(digger).current
     assert current is not None
-    assert current.id == second.id
+    assert current.id == goal.id
+    hooks(digger).terminated(goal.id, "DONE", None)
+    goal.assert_ended("S_DONE")
+    return current.token
+
+
+def told_revision(digger: SkillsetInProcess) -> int:
+    answers: list[Answer] = []
+    digger.bus.ask(Keys(DIGGER.name).resource_states, encode(QueryStates()), answers.append)
+    digger.run(0.1)
+    (answer,) = answers
+    assert isinstance(answer, Answered)
+    return decode(answer.payload, ResourceStates).revision
 
 
 def test_a_full_disk_refuses_requests_and_the_manager_lives(
