@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -137,6 +137,19 @@ def test_a_refused_input_is_named() -> None:
     assert set(desk.terminal().failing) == {"speed", "lable"}
     assert "between 0.1 and 3" in desk.terminal().reason
     assert desk.hooks == []
+
+
+class Unread(dict[str, object]):
+    """Inputs that nobody may look at."""
+
+    def __iter__(self) -> Iterator[str]:
+        raise AssertionError("somebody has looked")
+
+
+def test_a_busy_skill_spends_no_time_on_the_inputs() -> None:
+    desk = running()
+    desk.start("other", inputs=Unread(speed=1.0))
+    assert desk.terminal("other").label == "BUSY"
 
 
 def test_start_again_with_the_same_id_runs_nothing_twice() -> None:

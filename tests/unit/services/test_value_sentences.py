@@ -6,7 +6,7 @@ import pytest
 
 from skillwing.dsl import parse
 from skillwing.dsl.model import Field, ScalarType
-from skillwing.services.core.values import LONGEST_TEXT, fit_fields, sendable_text
+from skillwing.services.core.values import LONGEST_TEXT, PROBLEMS_TOLD, fit_fields, sendable_text
 
 
 @pytest.mark.parametrize(
@@ -115,3 +115,17 @@ def test_a_long_text_is_cut_and_one_without_an_encoding_is_mended() -> None:
     assert sendable_text("x" * LONGEST_TEXT) == "x" * LONGEST_TEXT
     assert sendable_text("x" * (LONGEST_TEXT + 1)) == "x" * LONGEST_TEXT + "..."
     assert sendable_text("a\udc80b") == "a?b"
+
+
+def test_of_much_that_is_wrong_the_beginning_is_told() -> None:
+    unknown = problems(**{f"stranger{number}": 0 for number in range(1000)})
+    assert [kind for _, kind, _ in unknown] == ["unknown"] * PROBLEMS_TOLD
+    wrong = problems(many=[*range(10), *["no"] * 1000])
+    assert [path for path, _, _ in wrong] == [*(f"many[{10 + number}]" for number in range(PROBLEMS_TOLD)), "many"]
+    assert wrong[-1][1:] == ("type", "`many` was not looked at any further: too much of it is wrong.")
+
+
+def test_a_long_name_is_cut() -> None:
+    [(path, _, sentence)] = problems(**{"x" * 1000: 0})
+    assert len(path) < 80
+    assert len(sentence) < 300

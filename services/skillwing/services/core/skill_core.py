@@ -116,8 +116,7 @@ class SkillCore:
                 f"The start of `{self.skill.name}` came {now - request.deadline:.1f} s after its deadline.",
                 help="Start anew with another goal id if it is still wanted.",
             )
-        inputs, problems = fit_fields(self.skill.inputs, request.inputs)
-        run = GoalRun(request.goal_id, inputs, request.client, now, owner=request.owner, record=request.cause)
+        run = GoalRun(request.goal_id, {}, request.client, now, owner=request.owner, record=request.cause)
         if run.goal_id in self._interrupted_early:
             self._interrupted_early.pop(run.goal_id)
             self._finish(run, Terminal(ending=End.INTERRUPTED, reason="It was interrupted before it started."), now)
@@ -125,14 +124,8 @@ class SkillCore:
             other = self._run.goal_id
             reason = f"`{self.skill.name}` is busy with goal {other}."
             self._finish(run, Terminal(ending=End.BUSY, reason=reason, running_goal=other), now)
-        elif problems:
-            reasons = by_path(problems)
-            terminal = Terminal(ending=End.NOT_VALIDATED, reason=" ".join(reasons.values()), failing=tuple(reasons))
-            self._finish(run, terminal, now)
         else:
-            self._run = run
-            self._enter(run, State.VALIDATING, now, f"asked by {run.client}")
-            self._call(Hook.VALIDATE, run)
+            self._validate(run, request.inputs, now)
         return self._actions()
 
     def interrupt(self, request: InterruptGoal, now: float) -> tuple[Action, ...]:
@@ -304,6 +297,22 @@ class SkillCore:
 
     # --- transitions -------------------------------------------------------------------------------------------------
 
+    def _validate(self, run: GoalRun, given: Mapping[str, object], now: float) -> None:
+        """Judge the inputs by the model, and have the developer judge those that fit."""
+        run.inputs, problems = fit_fields(self.skill.inputs, given)
+        reasons = by_path(problems)
+        reason = " ".join(reasons.values())
+        # Fitted they may be longer than the start was: a whole number of one byte has become a float of nine.
+        if not problems and (obstacle := _obstacle_to_sending(run.inputs)) is not None:
+            reason = f"The inputs of `{self.skill.name}` cannot be sent to the resource manager: {obstacle}."
+        if reason:
+            terminal = Terminal(ending=End.NOT_VALIDATED, reason=sendable_text(reason), failing=tuple(reasons))
+            self._finish(run, terminal, now)
+            return
+        self._run = run
+        self._enter(run, State.VALIDATING, now, f"asked by {run.client}")
+        self._call(Hook.VALIDATE, run)
+
     def _begin_answered(self, run: GoalRun, answer: GoalVerdict | ErrorReply, now: float) -> None:
         match answer:
             case Granted() if run.state is State.INTERRUPTING:
@@ -464,10 +473,10 @@ class SkillCore:
         return self._scribe.hand_over()
 
 
-def _obstacle_to_sending(output: Mapping[str, object]) -> str | None:
-    """Why an output of the right types cannot be sent all the same: it is too long, or no text that has an encoding."""
+def _obstacle_to_sending(values: Mapping[str, object]) -> str | None:
+    """Why values of the right types cannot be sent all the same: too many bytes, or a text that has no encoding."""
     try:
-        require_sendable(output)
+        require_sendable(values)
     except ProtocolError as error:
         return str(error)
     return None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from typing import Literal, TypeAlias, cast
 
 from skillwing.dsl.model import ArrayType, EnumType, Field, ScalarType, StructType, Type
@@ -12,6 +13,9 @@ from skillwing.dsl.suggest import closest, listed
 
 LONGEST_TEXT = 2000
 """Characters of a developer's text that go out."""
+PROBLEMS_TOLD = 20
+"""Things that are wrong with one value, after which it is not looked at any further: whoever sends a million of them
+is to cost no more time and memory than that."""
 
 ProblemKind: TypeAlias = Literal["unknown", "missing", "type", "range"]
 
@@ -29,7 +33,8 @@ def fit_fields(fields: Sequence[Field], given: Mapping[str, object]) -> tuple[di
     """Fit named values to the fields of an input, output, feedback or structure.
 
     Returns the values in declaration order, with defaults filled in and integers widened to floats where the model
-    says so, and every problem found. The values are only worth anything if there is no problem.
+    says so, and the problems found. The values are only worth anything if there is none of another kind than "range".
+    Of names that the model does not know, and of a list's elements, the first `PROBLEMS_TOLD` wrong ones are told.
     """
     return _fit_fields(fields, given, prefix="")
 
@@ -43,7 +48,8 @@ def _fit_fields(
     fields: Sequence[Field], given: Mapping[str, object], prefix: str
 ) -> tuple[dict[str, object], list[Problem]]:
     names = [item.name for item in fields]
-    problems = [_unknown(prefix, str(name), names) for name in given if name not in names]
+    strangers = (str(name) for name in given if name not in names)
+    problems = [_unknown(prefix, name, names) for name in islice(strangers, PROBLEMS_TOLD)]
     fitted: dict[str, object] = {}
     for item in fields:
         path = prefix + item.name
@@ -77,8 +83,16 @@ def _fit_array(
     if kind.length is not None and len(items) != kind.length:
         sentence = f"`{path}` has {len(items)} elements; it takes {kind.length}."
         return items, [Problem(path, "type", sentence)]
-    pairs = [_fit(item, kind.element, limits, f"{path}[{index}]") for index, item in enumerate(items)]
-    return [item for item, _ in pairs], [problem for _, found in pairs for problem in found]
+    fitted: list[object] = []
+    problems: list[Problem] = []
+    for index, item in enumerate(items):
+        value, found = _fit(item, kind.element, limits, f"{path}[{index}]")
+        fitted.append(value)
+        problems += found
+        if len(problems) >= PROBLEMS_TOLD:
+            rest = f"`{path}` was not looked at any further: too much of it is wrong."
+            return items, [*problems[:PROBLEMS_TOLD], Problem(path, "type", rest)]
+    return fitted, problems
 
 
 def _enum_problems(value: object, kind: EnumType, path: str) -> list[Problem]:
@@ -152,6 +166,7 @@ def _interval(low: float | None, high: float | None, unit: str) -> str:
 
 
 def _unknown(prefix: str, name: str, names: Sequence[str]) -> Problem:
+    name = _cut(name)
     guess = closest(name, names)
     hint = f"; did you mean `{prefix}{guess}`?" if guess else f"; there is {listed(names)}."
     return Problem(prefix + name, "unknown", f"There is no field `{prefix}{name}`{hint}")
@@ -166,6 +181,10 @@ def _shown(value: object) -> str:
         text = _written(value)
     except ValueError:  # an integer of thousands of digits
         return "a number beyond all bounds"
+    return _cut(text)
+
+
+def _cut(text: str) -> str:
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 

@@ -181,14 +181,21 @@ class SkillManagerNode:
     # --- carrying out ------------------------------------------------------------------------------------------------
 
     def _perform(self, actions: tuple[Action, ...]) -> None:
-        """Carry out actions, and those that come of them, one after the other: a hook may call back from within."""
+        """Carry out actions, and those that come of them, one after the other: a hook may call back from within.
+
+        What goes wrong with one of them keeps none of the others, and is nobody's answer: the core has made its step.
+        """
         self._actions.extend(actions)
         if self._performing:
             return
         self._performing = True
         try:
             while self._actions:
-                self._carry_out(self._actions.popleft())
+                action = self._actions.popleft()
+                try:
+                    self._carry_out(action)
+                except Exception:
+                    log.exception("%s could not carry out a %s", self.name, type(action).__name__)
         finally:
             self._performing = False
         self._alarm.set(self._core.next_tick())
