@@ -12,6 +12,7 @@ __all__ = [
     "InvalidInputError",
     "InvalidOptionError",
     "NoSystemError",
+    "PassingError",
     "RefusedError",
     "SkillwingError",
     "TimedOutError",
@@ -41,6 +42,10 @@ class InvalidOptionError(SkillwingError):
     def __init__(self, option: str, message: str) -> None:
         self.option = option
         super().__init__(message)
+
+
+class PassingError(SkillwingError):
+    """What failed may go well when it is tried again, such as writing to a disk that is full just now."""
 
 
 class NoSystemError(SkillwingError):

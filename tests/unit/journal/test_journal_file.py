@@ -15,6 +15,7 @@ from skillwing.services.journal import rows
 from skillwing.services.journal.errors import (
     JournalRefusedError,
     JournalTakenError,
+    JournalUnreadableError,
     JournalWriteError,
     NoJournalError,
 )
@@ -202,6 +203,24 @@ def test_values_that_were_never_written_are_noticed(path: Path, journal: Journal
 def test_a_directory_that_nobody_can_write_to_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(JournalWriteError, match=r"cannot be written: unable to open database file\. Make room"):
         Journal(tmp_path / "nowhere" / "journal.sqlite", ME)
+
+
+def test_a_journal_that_somebody_has_locked_may_be_tried_again(
+    path: Path, journal: Journal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An SQLite shell, a backup: it says nothing about the journal, be it in the way of a writer or of a reader."""
+    monkeypatch.setattr("skillwing.services.journal.journal.PATIENCE", 0.01)
+    with closing(sqlite3.connect(path, isolation_level=None)) as shell:
+        shell.execute("BEGIN IMMEDIATE")
+        with pytest.raises(JournalWriteError, match="database is locked"):
+            Journal(path, ME)
+    journal.close()
+    with closing(sqlite3.connect(path, isolation_level=None)) as shell:
+        shell.execute("PRAGMA locking_mode = EXCLUSIVE")
+        shell.execute("BEGIN EXCLUSIVE")
+        with pytest.raises(JournalUnreadableError, match=r"cannot be read now: database is locked\. See who else"):
+            Journal(path, ME)
+    assert held(Journal(path, ME)).grants == ()
 
 
 # --- looking, and setting aside --------------------------------------------------------------------------------------

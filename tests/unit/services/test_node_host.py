@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from skillwing.services.errors import InvalidOptionError
+from skillwing.services.journal.errors import JournalRefusedError, JournalUnreadableError, JournalWriteError
+from skillwing.services.processes import node_host
+from skillwing.services.processes.lifetime import EXIT_CONFIGURATION, EXIT_PASSING
 from skillwing.services.processes.node_host import make_node
 from skillwing.services.robot import ProcessSpec
 
@@ -18,3 +22,26 @@ def picky(options: dict[str, Any]) -> None:
 def test_an_option_that_a_factory_refuses_is_named() -> None:
     with pytest.raises(InvalidOptionError, match=r"`seed` is -1; it has to be positive\."):
         make_node(ProcessSpec("picky", f"{__name__}:picky", {"seed": -1}))
+
+
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [
+        (JournalWriteError, EXIT_PASSING),
+        (JournalUnreadableError, EXIT_PASSING),
+        (JournalRefusedError, EXIT_CONFIGURATION),
+    ],
+)
+def test_only_what_will_fail_again_is_given_up(
+    error: type[JournalRefusedError], code: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A journal that somebody has locked for a second must not ground the robot."""
+
+    def unlucky(options: dict[str, Any]) -> None:
+        raise error(Path("journal.sqlite"), "It cannot be had.")
+
+    monkeypatch.setattr(node_host, "Lifetime", lambda parent_pipe: None)
+    monkeypatch.setattr(node_host, "imported", lambda options, name: unlucky)
+    words = ["--name", "judge", "--factory", "x:y", "--connect", "tcp/127.0.0.1:1", "--robot", "r"]
+    assert node_host.main(words) == code
+    assert capsys.readouterr().err == "It cannot be had.\n"

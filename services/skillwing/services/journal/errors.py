@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from skillwing.services.errors import SkillwingError
+from skillwing.services.errors import PassingError, SkillwingError
 
 
 class JournalError(SkillwingError):
@@ -23,7 +23,11 @@ class JournalRefusedError(JournalError):
     """The file is damaged, no journal, too new, or that of another robot or skillset. It is left as it is."""
 
 
-class JournalWriteError(JournalError):
+class JournalUnreadableError(JournalError, PassingError):
+    """It cannot be read just now: somebody has it locked, or the disk fails. Nothing is said about what is in it."""
+
+
+class JournalWriteError(JournalError, PassingError):
     """Nothing can be written, for the disk is full, say. What was to be written has not happened."""
 
 

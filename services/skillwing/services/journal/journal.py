@@ -15,6 +15,7 @@ from skillwing.services.core.kept import Entry, Kept
 from skillwing.services.journal.errors import (
     JournalError,
     JournalTakenError,
+    JournalUnreadableError,
     JournalWriteError,
     NoJournalError,
 )
@@ -29,6 +30,18 @@ ROOM = 4 << 20
 PATIENCE = 1.0
 """Seconds to wait for whoever else has the file locked."""
 _FILES = ("", "-wal", "-shm")
+_PASSING = frozenset(
+    {
+        sqlite3.SQLITE_BUSY,
+        sqlite3.SQLITE_LOCKED,
+        sqlite3.SQLITE_NOMEM,
+        sqlite3.SQLITE_IOERR,
+        sqlite3.SQLITE_FULL,
+        sqlite3.SQLITE_CANTOPEN,
+        sqlite3.SQLITE_PROTOCOL,
+    }
+)
+"""What SQLite says of a file that may be in good order."""
 
 log = logging.getLogger(__name__)
 
@@ -39,7 +52,8 @@ class Journal:
     path: of the file, which need not be there; None keeps the journal in memory. durable: also safe from power loss, at
     the price of an fsync for each change; otherwise from the death of the process only.
 
-    Raises JournalRefusedError for a file that may not be used, JournalWriteError where nothing can be written.
+    Raises JournalRefusedError for a file that may not be used, JournalUnreadableError and JournalWriteError where
+    nothing can be read or written just now.
     """
 
     def __init__(self, path: Path | None, identity: Identity, *, durable: bool = False) -> None:
@@ -50,7 +64,7 @@ class Journal:
         self._connection = self._open()
 
     def kept(self) -> Kept | None:
-        """What was written so far; None if nothing was. Raises JournalRefusedError."""
+        """What was written so far; None if nothing was. Raises JournalRefusedError and JournalUnreadableError."""
         with _reading(self.path):
             return select_kept(self._connection, RECORDS_TO_RESUME)
 
@@ -143,7 +157,7 @@ def _take_room(connection: sqlite3.Connection) -> None:
 def look_into(path: Path) -> tuple[Identity, Kept]:
     """Whose journal it is and what it holds, with all of its history, also while it is written to.
 
-    Raises NoJournalError and JournalRefusedError.
+    Raises NoJournalError, JournalRefusedError and JournalUnreadableError.
     """
     if not path.is_file():
         raise NoJournalError(path, f"There is no journal at {path}. Name a run's directory or a journal file.")
@@ -177,10 +191,15 @@ def set_aside(path: Path) -> Path | None:
 
 @contextmanager
 def _reading(path: Path) -> Iterator[None]:
-    """Turn what reading a damaged file raises into a sentence."""
+    """Turn what reading a damaged file raises into a sentence, and what reading raises that may go well later."""
     try:
         yield
     except JournalError:
         raise
+    except sqlite3.OperationalError as error:
+        if error.sqlite_errorcode & 0xFF not in _PASSING:
+            raise damaged(path, error) from error
+        text = f"The journal {path} cannot be read now: {error}. See who else has it open, and whether its disk works."
+        raise JournalUnreadableError(path, text) from error
     except (sqlite3.DatabaseError, msgspec.MsgspecError, TypeError, ValueError) as error:
         raise damaged(path, error) from error

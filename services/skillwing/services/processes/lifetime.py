@@ -15,6 +15,8 @@ EXIT_UNREACHABLE = 69
 """There is no router where the process was told to look for one, or the router's port is taken."""
 EXIT_CRASHED = 70
 """An exception that nobody expected; the log has its traceback."""
+EXIT_PASSING = 74
+"""What it needs cannot be read or written just now; the next one may be luckier."""
 EXIT_REPLACED = 76
 """Another process of its name has taken its place."""
 EXIT_CONFIGURATION = 78

@@ -8,8 +8,8 @@ the environment: SKILLWING_CONNECT, SKILLWING_ROBOT, SKILLWING_HEARTBEAT, and fo
 SKILLWING_SPEED, SKILLWING_FAULTS (JSON), SKILLWING_RUN_DIR, SKILLWING_DURABLE (1 or 0) and SKILLWING_VIEWER_URL.
 
 It runs until SIGTERM or SIGINT, or with `--parent-pipe` until its standard input ends. Exit codes: 0 it was told to
-end, 69 no router answers, 70 the node crashed (the log has the traceback), 76 another process has taken its place, 78
-it was told to do something it cannot.
+end, 69 no router answers, 70 the node crashed (the log has the traceback), 74 what it needs cannot be read or written
+just now, 76 another process has taken its place, 78 it was told to do something it cannot.
 """
 
 from __future__ import annotations
@@ -27,12 +27,13 @@ from skillwing.services.bus import Node
 from skillwing.services.bus.clock import Clock, FollowedClock, LockstepClock, PacedClock, WallClock
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.bus.zenoh_session import RouterUnreachableError
-from skillwing.services.errors import InvalidOptionError, SkillwingError
+from skillwing.services.errors import InvalidOptionError, PassingError, SkillwingError
 from skillwing.services.options import imported
 from skillwing.services.processes.lifetime import (
     EXIT_CONFIGURATION,
     EXIT_CRASHED,
     EXIT_OK,
+    EXIT_PASSING,
     EXIT_REPLACED,
     EXIT_UNREACHABLE,
     Lifetime,
@@ -76,6 +77,8 @@ def main(arguments: list[str] | None = None) -> int:
         bus = ZenohBus(spec.name, robot, options.connect, clock)
     except RouterUnreachableError as error:
         return _give_up(error, EXIT_UNREACHABLE)
+    except PassingError as error:
+        return _give_up(error, EXIT_PASSING)
     except (SkillwingError, SkillsetError, UnknownNameError, OSError) as error:
         return _give_up(error, EXIT_CONFIGURATION)
     except Exception:
