@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import platform
+from argparse import ArgumentTypeError
 from collections.abc import Sequence
 from datetime import date
 from pathlib import Path
@@ -12,6 +13,7 @@ from flights_with_faults import FlightResult
 from signs import Fault
 from stand import IDLE, STATES, Result
 
+PARTS = ("managers", "flights")
 BEGIN, END = "<!-- chaos, {part}: begin -->", "<!-- chaos, {part}: end -->"
 
 
@@ -62,6 +64,19 @@ def told(result: Result) -> str:
     if not result.harmed:
         return f"{result.answer}, {again}"
     return f"**{result.answer}** {_time(result.answered)}, free {_time(result.free)}, {again}"
+
+
+def page_with_places(path: str) -> Path:
+    """A page of the documentation that can take the tables: to be known before anything is harmed.
+
+    Raises argparse.ArgumentTypeError for another.
+    """
+    page = Path(path)
+    text = page.read_text(encoding="utf-8") if page.exists() else ""
+    for mark in (mark.format(part=part) for part in PARTS for mark in (BEGIN, END)):
+        if mark not in text:
+            raise ArgumentTypeError(f"{page} has no place for the tables: write the line {mark} into it")
+    return page
 
 
 def put_between(document: Path, part: str, lines: Sequence[str]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from argparse import ArgumentTypeError
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -11,7 +12,7 @@ import pytest
 from flights_with_faults import FlightCell, FlightResult, Moment
 from signs import Fault, Sign
 from stand import Cell, Result, Stand
-from tables import flight_table, manager_table, put_between
+from tables import flight_table, manager_table, page_with_places, put_between
 
 RESULT = Result(Cell("router", Fault.KILL, "RUNNING"), Sign(0.01, "launcher"), "S_DONE", False, 5.0, 5.0, 0.1)
 FLIGHT = FlightResult(
@@ -88,3 +89,5 @@ def test_a_table_takes_the_place_of_the_one_before(tmp_path: Path) -> None:
     )
     with pytest.raises(ValueError, match="flights"):
         put_between(page, "flights", ["new"])
+    with pytest.raises(ArgumentTypeError, match="flights"):
+        page_with_places(str(page))

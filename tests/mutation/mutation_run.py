@@ -1,4 +1,4 @@
-"""Mutants of the managers' cores, and which tests kill them: `make mutation`.
+"""Mutants of the managers, and which tests kill them: `make mutation`.
 
     python tests/mutation/mutation_run.py --seconds 1200 --write docs/reliability.md
 
@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import platform
 import shutil
 import signal
 import subprocess
@@ -24,7 +25,17 @@ from rules import RULES
 
 ROOT = Path(__file__).parents[2]
 WORKSPACE = ROOT / "runs" / "mutation"
-CORES = "src/skillwing/services/core"
+SERVICES = "src/skillwing/services"
+MUTATED = (
+    "core/*",
+    "managers/lease_watch.py",
+    "managers/presence.py",
+    "managers/resource_manager.py",
+    "managers/standing.py",
+    "client/asking.py",
+    "client/goal_pursuit.py",
+)
+"""The cores, and what of the rules stands outside of them."""
 JUDGES = (
     "unit/services/test_resource_core.py",
     "unit/services/test_skill_core.py",
@@ -64,7 +75,7 @@ markers = ["slow: real processes or long simulations"]
 
 [tool.mutmut]
 source_paths = ["src"]
-only_mutate = ["{CORES}/*"]
+only_mutate = {json.dumps([f"{SERVICES}/{each}" for each in MUTATED])}
 do_not_mutate = ["*/__init__.py"]
 pytest_add_cli_args = ["-p", "no:cacheprovider", "-q"]
 pytest_add_cli_args_test_selection = {selection}
@@ -96,13 +107,13 @@ def of_rules(codes: Mapping[str, int | None]) -> list[str]:
     functions = [function for each in RULES.values() for function in each]
     if codes:
         return [name for name, code in codes.items() if code is NOT_JUDGED and function_of(name) in functions]
-    return [f"{CORES[4:].replace('/', '.')}.*.{mangled(function)}__mutmut_*" for function in functions]
+    return [f"*.{mangled(function)}__mutmut_*" for function in functions]
 
 
 def exit_codes() -> dict[str, int | None]:
     """mutmut's verdict on each mutant."""
     codes: dict[str, int | None] = {}
-    for meta in sorted((WORKSPACE / "mutants" / CORES).glob("*.meta")):
+    for meta in sorted((WORKSPACE / "mutants" / SERVICES).rglob("*.meta")):
         codes |= json.loads(meta.read_text())["exit_code_by_key"]
     return codes
 
@@ -188,25 +199,55 @@ class Verdicts:
         return f"| {label} | {len(names)} | {' | '.join(str(fates.count(each)) for each in columns)} |"
 
     def section(self) -> str:
+        """Tables for the documentation: what is known, and how much is not."""
         names = list(self._codes)
         head = "mutants | killed by unit tests | by managers in one process | by simulation | survive | not judged |"
-        lines = [f"| of | {head}", "|---|---|---|---|---|---|---|"]
+        lines = [self._summary(), "", f"| of | {head}", "|---|---|---|---|---|---|---|"]
         for module in sorted({module_of(name) for name in names}):
             lines.append(self.row(f"`{module}.py`", [name for name in names if module_of(name) == module]))
         lines += [self.row("all", names), "", f"| rule | {head}", "|---|---|---|---|---|---|---|"]
         for rule, functions in RULES.items():
             lines.append(self.row(rule, [name for name in names if function_of(name) in functions]))
-        return "\n".join(lines)
+        return "\n".join([*lines, *self._told_survivors()])
+
+    def _summary(self) -> str:
+        fates = [self.fate(name) for name in self._codes]
+        judged = len(fates) - fates.count("not judged")
+        partial = "" if judged == len(fates) else " **The run is not over: this is what is known so far.**"
+        where = f"{platform.machine()}, Python {platform.python_version()}, {time.strftime('%Y-%m-%d')}"
+        return f"{judged:,} of {len(fates):,} mutants are judged, {fates.count('survives')} survive; {where}.{partial}"
+
+    def _told_survivors(self) -> list[str]:
+        """A line for each function with survivors, by their numbers."""
+        numbers: dict[str, list[str]] = {}
+        for name in self.survivors():
+            of = f"`{module_of(name)}.py`, `{function_of(name)}`"
+            numbers.setdefault(of, []).append(name.rpartition("__mutmut_")[2])
+        lines = [f"- {of}: {', '.join(each)}" for of, each in numbers.items()]
+        return ["", "Survivors, by function and mutmut's numbers:", "", *lines] if lines else []
 
     def survivors(self) -> list[str]:
         return [name for name in self._codes if self.fate(name) == "survives"]
 
 
+def page_with_place(path: str) -> Path:
+    """A page of the documentation that can take the tables: to be known before the hours that they take.
+
+    Raises argparse.ArgumentTypeError for another.
+    """
+    page = Path(path)
+    text = page.read_text(encoding="utf-8") if page.exists() else ""
+    if text.count(BEGIN) != 1 or text.count(END) != 1 or text.index(BEGIN) > text.index(END):
+        raise argparse.ArgumentTypeError(
+            f"{page} has no place for the tables: write the lines {BEGIN} and {END} into it"
+        )
+    return page
+
+
 def write_section(page: Path, section: str) -> None:
     """Put the tables between their marks."""
-    text = page.read_text()
-    head, rest = text.split(BEGIN)
-    page.write_text(f"{head}{BEGIN}\n{section}\n{END}{rest.split(END)[1]}")
+    head, rest = page.read_text(encoding="utf-8").split(BEGIN)
+    page.write_text(f"{head}{BEGIN}\n{section}\n{END}{rest.split(END)[1]}", encoding="utf-8")
 
 
 def unjudged(codes: dict[str, int | None]) -> list[str]:
@@ -221,7 +262,7 @@ def main() -> int:
         "--again", action="store_true", help="judge once more what has survived, for there are new tests"
     )
     parser.add_argument("--report", action="store_true", help="only tell what is known")
-    parser.add_argument("--write", type=Path, help="write the tables into this page of the documentation")
+    parser.add_argument("--write", type=page_with_place, help="write the tables into this page of the documentation")
     arguments = parser.parse_args()
     second = SecondOpinions()
     if not arguments.report:

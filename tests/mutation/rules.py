@@ -1,4 +1,4 @@
-"""Where in the cores each rule of docs/semantics.md stands: a mutant of these functions is a mutant of the rule."""
+"""Where in the code each rule of docs/semantics.md stands: a mutant of these functions is a mutant of the rule."""
 
 from __future__ import annotations
 
@@ -68,6 +68,19 @@ RULES: Mapping[str, tuple[str, ...]] = {
         "SkillCore.renewal",
         "SkillCore.renewed",
         "SkillCore._taken_away",
+        "LeaseWatch.begin",
+        "LeaseWatch.renew",
+        "LeaseWatch.end",
+        "LeaseWatch._wait",
+        "LeaseWatch._look",
+        "Presence.expect",
+        "Presence._on_alive",
+        "Presence._on_expired",
+        "Standing.ask",
+        "Standing._on_answer",
+        "ResourceManagerNode._on_gone",
+        "ResourceManagerNode._on_silent",
+        "ResourceManagerNode._keep_leases",
     ),
     "8 the resource manager survives kill -9": (
         "ResourceCore.__init__",
@@ -86,6 +99,11 @@ RULES: Mapping[str, tuple[str, ...]] = {
         "SkillCore._bear_silence",
         "SkillCore._settle",
         "ResourceCore._end_without_grant",
+        "retry_delay",
+        "ask_until_answered",
+        "GoalPursuit._keep_asking",
+        "GoalPursuit.probe",
+        "GoalPursuit._answered",
     ),
     "10 owner policy": ("SkillCore.owner_gone",),
 }

@@ -9,7 +9,7 @@ from pathlib import Path
 from simulation.campaign import run_campaign, shrink
 from simulation.ledger import Ledger, code_version, part_of
 from simulation.plan import draw_plan
-from simulation.report import write_section
+from simulation.report import page_with_place, write_section
 from simulation.story import tell
 
 
@@ -23,7 +23,9 @@ def main() -> int:
     parser.add_argument("--jobs", type=int, default=2, help="how many processes (default: 2)")
     parser.add_argument("--seconds", type=float, help="stop after so much wall time")
     parser.add_argument("--record", type=Path, help="go on with the campaign in this file until it has so many seeds")
-    parser.add_argument("--write", type=Path, help="write what came out, or stands in --record, into this page")
+    parser.add_argument(
+        "--write", type=page_with_place, help="write what came out, or stands in --record, into this page"
+    )
     arguments = parser.parse_args()
     say = sys.stdout.write
     if arguments.seed is not None:

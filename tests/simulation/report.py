@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from argparse import ArgumentTypeError
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -11,13 +12,22 @@ from simulation.planted import BUGS, SEEDS, find
 BEGIN, END = "<!-- figures of the simulation: begin -->", "<!-- figures of the simulation: end -->"
 
 
+def page_with_place(path: str) -> Path:
+    """A page of the documentation that can take the figures: to be known before the hours that they take.
+
+    Raises argparse.ArgumentTypeError for another.
+    """
+    page = Path(path)
+    text = page.read_text(encoding="utf-8") if page.exists() else ""
+    if text.count(BEGIN) != 1 or text.count(END) != 1 or text.index(BEGIN) > text.index(END):
+        raise ArgumentTypeError(f"{page} has no place for the figures: write the lines {BEGIN} and {END} into it")
+    return page
+
+
 def write_section(page: Path, parts: Sequence[Part]) -> None:
-    """Put the figures between their marks. Raises ValueError for a page without them."""
-    text = page.read_text()
-    if BEGIN not in text or END not in text:
-        raise ValueError(f"{page} has no place for the figures: write the lines {BEGIN} and {END} into it")
-    head, tail = text.split(BEGIN)[0], text.split(END)[1]
-    page.write_text(f"{head}{BEGIN}\n{_figures(parts)}\n{END}{tail}")
+    """Put the figures between their marks."""
+    head, rest = page.read_text(encoding="utf-8").split(BEGIN)
+    page.write_text(f"{head}{BEGIN}\n{_figures(parts)}\n{END}{rest.split(END)[1]}", encoding="utf-8")
 
 
 def _figures(parts: Sequence[Part]) -> str:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from argparse import ArgumentTypeError
 from pathlib import Path
 from types import ModuleType
 
 import pytest
 
+from simulation import report
 from simulation.campaign import run_campaign, shrink
 from simulation.found import FOUND
 from simulation.ledger import Ledger, code_version, part_of, spans
@@ -87,6 +89,22 @@ def test_a_campaign_goes_on_where_it_was_interrupted(tmp_path: Path) -> None:
     assert [(part.first, part.end, part.code) for part in parts] == [(0, 2, "a"), (2, 5, "a"), (5, 6, "b")]
     assert spans(parts) == [(0, 5)]
     assert sum(part.messages for part in parts) == sum(simulate(seed).messages for seed in range(6))
+
+
+def test_figures_take_the_place_of_those_before(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(report, "BUGS", ())
+    page = tmp_path / "page.md"
+    page.write_text("nowhere to write", encoding="utf-8")
+    with pytest.raises(ArgumentTypeError, match="no place"):
+        report.page_with_place(str(page))
+    page.write_text(f"a\n{report.BEGIN}\n2,700 runs\n{report.END}\nz\n", encoding="utf-8")
+    part = part_of(0, run_campaign(0, 2), "a")
+    report.write_section(report.page_with_place(str(page)), [part])
+    text = page.read_text(encoding="utf-8")
+    assert "2,700" not in text
+    assert f"2 runs (seeds 0 to 1) with {part.messages:,} messages" in text
+    assert text.startswith("a\n")
+    assert text.endswith("z\n")
 
 
 def test_the_code_version_changes_with_the_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
