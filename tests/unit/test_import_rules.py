@@ -30,7 +30,8 @@ ALLOWED = {
     "bt_missions": ["dsl", "services", "bt_missions"],
 }
 # The demonstration and the judge of a simulated flight know the world that the robot does not, and the dashboard how
-# the sensors look into it. The demonstration reads its scenario before it flies. A campaign plans its flights by what is known of a site, and judges them.
+# the sensors look into it. The demonstration reads its scenario before it flies. A campaign plans its flights by what
+# is known of a site, and judges them.
 WIDER = {
     ("m600", "campaign/*.py"): ["sim_mujoco.world"],
     ("m600", "judge/*.py"): ["sim_mujoco.world", "sim_mujoco.judge"],

@@ -351,10 +351,10 @@ class SelectObstacleSource(Message, frozen=True, kw_only=True):
 
 
 class ObstacleStatus(Message, frozen=True, kw_only=True):
-    """`free_distance`: metres that are free along the way from the drone to guidance's target, and up to 1.3 m
-    behind it (None: no way, or the source does not look along it); `horizon`: how far along it anything would be seen that is worth avoiding; `ahead`:
-    nearest obstacle in the direction of view or motion; `stamp`: when the measurement was taken; `across`: the source
-    looks to both sides of the nose, not along it."""
+    """`free_distance`: metres that are free along the way from the drone to guidance's target, and up to 1.3 m behind
+    it (None: no way, or the source does not look along it); `horizon`: how far along it anything would be seen that
+    is worth avoiding; `ahead`: nearest obstacle in the direction of view or motion; `stamp`: when the measurement
+    was taken; `across`: the source looks to both sides of the nose, not along it."""
 
     t: Time
     source: ObstacleSource
@@ -462,8 +462,11 @@ class EncoderStatus(Message, frozen=True, kw_only=True):
 
 
 class VideoPiece(Message, frozen=True, kw_only=True):
-    """One of `parts` pieces of picture number `frame`, taken at `t`, that has `size` bytes in all. `sequence` counts the
-    pieces of a stream. Part number `parts` is the parity of all others, with which one that is lost can be restored."""
+    """One of `parts` pieces of picture number `frame`, taken at `t`, that has `size` bytes in all.
+
+    `sequence` counts the pieces of a stream. Part number `parts` is the parity of all others, with which one that is
+    lost can be restored.
+    """
 
     t: Time
     stream: str

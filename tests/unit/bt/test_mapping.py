@@ -236,7 +236,9 @@ def test_a_low_battery_sends_the_drone_home(flight: Flight) -> None:
     assert leg.interrupts == 1
     leg.end("IT")
     flight.tick()
-    assert [flight.goal(skill).interrupts for skill in ("lidar_mapping", "zed_depthmap")] == [0, 0], "they watch the way"
+    assert [flight.goal(skill).interrupts for skill in ("lidar_mapping", "zed_depthmap")] == [0, 0], (
+        "they watch the way"
+    )
     flight.goal("return_home").end("S_ARRIVED", success=True)
     flight.tick()
     for skill in ("lidar_mapping", "zed_depthmap"):
