@@ -14,7 +14,7 @@ from skillwing.services.bus.inprocess import InProcessBus
 from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.client.goal_pursuit import VERDICT_PATIENCE
 from skillwing.services.client.interface import SkillsetInterface
-from skillwing.services.core.skill_core import RENEWAL_PERIOD
+from skillwing.services.core.skill_core import RENEWAL_PERIOD, RENEWALS_UNTIL_UNWATCHED
 from skillwing.services.managers.hooks import Goal, SkillHooks
 from skillwing.services.managers.presence import LOSS_DEBOUNCE
 from skillwing.services.managers.resource_manager import DISPATCH_GRACE, GRANT_LEASE
@@ -151,6 +151,16 @@ def test_a_manager_is_told_that_its_goal_was_taken_although_the_push_was_lost() 
     judge._perform(judge._core.manager_lost(LIFT, robot.now()))  # pyright: ignore[reportAttributeAccessIssue]
     robot.run(RENEWAL_PERIOD + 0.1)
     assert robot.hooks["lift"].ended == "LOST"  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def test_a_goal_that_nobody_judges_is_asked_to_stop() -> None:
+    robot = crane(FOREVER)
+    goal = robot.start_skill("lift")
+    _, judges_bus = robot._running["resource_manager"]
+    judges_bus.close()
+    robot.run(RENEWALS_UNTIL_UNWATCHED * RENEWAL_PERIOD - 1.0)
+    goal.assert_running()
+    goal.assert_ended("ERROR", within=10.0, reason="nobody watches the invariants")
 
 
 def test_everybody_is_told_which_token_no_longer_counts() -> None:

@@ -12,7 +12,7 @@ from skill_desk import ENDED, REFUSED, TOKEN, VIOLATED, Desk, dispatching, inter
 
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.skill_actions import AskResources, CallHook, Hook
-from skillwing.services.core.skill_core import GOALS_REMEMBERED, SILENCES_UNTIL_ERROR
+from skillwing.services.core.skill_core import GOALS_REMEMBERED, RENEWALS_UNTIL_UNWATCHED, SILENCES_UNTIL_ERROR
 from skillwing.services.protocol import (
     BeginGoal,
     EndGoal,
@@ -342,6 +342,25 @@ def test_a_renewal_without_a_verdict_changes_nothing(answer: Any) -> None:
     desk.renewed(answer)
     assert len(desk.actions) == count
     assert desk.state is State.RUNNING
+
+
+@pytest.mark.parametrize("answer", [None, ErrorReply(code=ErrorCode.UNAVAILABLE, message="Its disk is full.")])
+def test_a_goal_whose_invariants_nobody_watches_is_asked_to_stop(answer: Any) -> None:
+    desk = running()
+    for _ in range(RENEWALS_UNTIL_UNWATCHED - 1):
+        desk.renewed(answer)
+    desk.renewed(Granted(goal_id="g", token=TOKEN, revision=1, record="rm#1"))
+    for _ in range(RENEWALS_UNTIL_UNWATCHED - 1):
+        desk.renewed(answer)
+    assert desk.state is State.RUNNING
+    desk.renewed(answer)
+    assert desk.state is State.INTERRUPTING
+    assert desk.hooks[-1] is Hook.INTERRUPT
+    desk.renewed(answer)
+    desk.interrupted()
+    desk.ended()
+    assert desk.terminal().label == "IT"
+    assert desk.terminal().reason == "The resource manager is silent, and nobody watches the invariants."
 
 
 def test_a_verdict_on_a_renewal_has_the_hooks_stop() -> None:

@@ -73,6 +73,8 @@ class GoalRun:
     stop_deadline: float | None = None
     run_deadline: float | None = None
     ending: Ending | None = None
+    renewals_unanswered: int = 0
+    """In a row."""
 
     @property
     def stoppable(self) -> bool:

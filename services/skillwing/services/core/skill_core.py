@@ -46,12 +46,17 @@ from skillwing.services.protocol import Ending as End
 
 GOALS_REMEMBERED = 1000
 SILENCES_UNTIL_ERROR = 10
-"""Unanswered questions to the resource manager after which a goal gets its terminal answer all the same: 5.6 s, so that
-the manager may be started again meanwhile."""
+"""Unanswered questions to the resource manager after which a goal gets its terminal answer all the same. Where nobody
+is there to be asked that is 5.6 s, so that it may be started again meanwhile; one that hangs lets each question run
+into its timeout of 2 s, which makes 26 s."""
 SILENCES_UNTIL_SETTLED = 600
 """Then the manager goes on trying, about this often, to give back what the goal may hold."""
+AS_GOOD_AS_SILENCE = (ErrorCode.UNAVAILABLE, ErrorCode.INTERNAL)
 RENEWAL_PERIOD = 0.5
 """Wall time in seconds between two renewals of a grant."""
+RENEWALS_UNTIL_UNWATCHED = 20
+"""Renewals in a row that stay unanswered, 10 s to 12 s of wall time, until a goal is interrupted: nobody watches its
+invariants. A resource manager that is started again is back long before that."""
 
 
 class SkillCore:
@@ -239,9 +244,10 @@ class SkillCore:
     def answered(self, asked: AskResources, answer: GoalVerdict | ErrorReply | None, now: float) -> tuple[Action, ...]:
         """The answer to a question; None for silence, after which the same question is asked again.
 
-        UNAVAILABLE is as good as silence: the resource manager cannot judge now, and has judged nothing.
+        Two refusals are as good as silence: UNAVAILABLE says that nothing can be judged now, and INTERNAL does not say
+        whether it was.
         """
-        if isinstance(answer, ErrorReply) and answer.code is ErrorCode.UNAVAILABLE:
+        if isinstance(answer, ErrorReply) and answer.code in AS_GOOD_AS_SILENCE:
             answer = None
         run = self._run_of(asked.call.goal_id)
         waiting = run is not None and asked.call in (run.begin, run.ending and run.ending.call)
@@ -263,15 +269,21 @@ class SkillCore:
         return RenewGoal(goal_id=run.goal_id, skill=self.skill.name, token=run.token)
 
     def renewed(self, call: RenewGoal, answer: GoalVerdict | ErrorReply | None, now: float) -> tuple[Action, ...]:
-        """The answer to a renewal. Only a verdict on the goal counts: silence and troubles of others prove nothing."""
+        """The answer to a renewal; None for silence, which proves nothing of the goal until there is much of it."""
         run = self._run_of(call.goal_id)
+        if run is None:
+            return ()
         match answer:
-            case Ended() | Violated() | Lost() if run is not None:
+            case Ended() | Violated() | Lost():
                 self._end_answered(run, answer, now)
-            case ErrorReply(code=ErrorCode.STALE_TOKEN | ErrorCode.UNKNOWN_GOAL) if run is not None:
+            case ErrorReply(code=ErrorCode.STALE_TOKEN | ErrorCode.UNKNOWN_GOAL):
                 self._taken_away(run, answer, now)
+            case None | ErrorReply():
+                run.renewals_unanswered += 1
+                if run.renewals_unanswered >= RENEWALS_UNTIL_UNWATCHED:
+                    self._stop(run, "The resource manager is silent, and nobody watches the invariants.", None, now)
             case _:
-                pass
+                run.renewals_unanswered = 0
         return self._actions()
 
     def pushed(self, verdict: Violated | Lost, now: float) -> tuple[Action, ...]:

@@ -18,12 +18,13 @@ def serve(bus: Bus, key_expression: str, kind: type[M] | Any, answer: Callable[[
     """Answer each query on the key with `answer(message, key)`.
 
     kind: the `Message` class of the queries, or a union of tagged ones. A `RefusedError` of `answer` goes out as the
-    refusal it is, an unreadable payload as BAD_REQUEST, and any other exception as INTERNAL: the process lives on.
+    refusal it is, an unreadable payload as BAD_REQUEST, and any other exception as INTERNAL: the process lives on, and
+    may have done what it was asked to before it failed.
     """
 
     def on_request(request: Request) -> None:
         try:
-            reply = answer(decode(request.payload, kind), request.key)
+            message = decode(request.payload, kind)
         except ProtocolError as error:
             request.refuse(
                 ErrorReply(
@@ -32,17 +33,13 @@ def serve(bus: Bus, key_expression: str, kind: type[M] | Any, answer: Callable[[
                     help=f"Send a {_name(kind)} as defined in skillwing.services.protocol.",
                 )
             )
+            return
+        try:
+            request.reply(encode(answer(message, request.key)))
         except RefusedError as error:
             request.refuse(error.reply)
         except Exception as error:  # noqa: BLE001 - `fail` logs it
             fail(request, error)
-        else:
-            try:
-                payload = encode(reply)
-            except ProtocolError as error:
-                fail(request, error)
-            else:
-                request.reply(payload)
 
     def fail(request: Request, error: Exception) -> None:
         log.error("could not answer a query on %s", request.key, exc_info=error)

@@ -241,6 +241,8 @@ class SkillManagerNode:
         self._keep_renewing()
 
     def _on_renewal_answer(self, renewal: RenewGoal, answer: Answer) -> None:
+        if isinstance(answer, Unanswered) and not self._bus.connected:
+            return  # Nobody's silence but ours.
         verdict = _verdict(answer)
         self._perform(self._core.renewed(renewal, verdict, self._bus.now()))
         self._look_for_successor(verdict)

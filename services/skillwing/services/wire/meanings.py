@@ -52,5 +52,8 @@ REFUSALS: dict[ErrorCode, tuple[str, str]] = {
     ),
     ErrorCode.TOO_LATE: ("The request came after its `deadline`.", "Start anew with another id if still wanted."),
     ErrorCode.UNAVAILABLE: ("It cannot be judged or written down just now; nothing has changed.", "Ask again."),
-    ErrorCode.INTERNAL: ("The process failed on this request, and lives on.", "Read its log."),
+    ErrorCode.INTERNAL: (
+        "The process failed on this request, and lives on. It may have been carried out.",
+        "Ask again, or how the goal is; read its log.",
+    ),
 }
