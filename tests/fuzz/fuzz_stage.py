@@ -12,18 +12,19 @@ from pathlib import Path
 from random import Random
 from typing import cast
 
+import msgspec
 from endpoints import KEYS, QUERIES, SKILLSET, WORDS, Endpoint
 from payloads import payload
 
 from skillwing.bt_missions.missions.mapping import MISSION
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.m600.robot import ROBOT
-from skillwing.services.bus import Answer, Bus, Node, Publisher, Refused, Unanswered
+from skillwing.services.bus import Answer, Answered, Bus, Node, Publisher, Refused, Unanswered
 from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork, Robot
 from skillwing.services.mocking.system import make_mock_managers
 from skillwing.services.mocking.world import MockWorld
 from skillwing.services.options import imported
-from skillwing.services.protocol import ErrorCode, QueryStates, ResourceStates, decode, encode
+from skillwing.services.protocol import ErrorCode, QueryGoal, QueryStates, ResourceStates, decode, encode
 from skillwing.services.robot import ProcessSpec
 
 ROUTE = ((20.0, 0.0, 4.0), (0.0, 0.0, 4.0))
@@ -115,12 +116,25 @@ class FuzzStage:
         return {each.key_expression for robot in self._buses for each in self._robot(robot).subscriptions}
 
     def answers_well(self, robot: str) -> bool:
-        """Tell whether the resource manager still answers a good question."""
+        """Tell whether the resource manager and the skill managers still answer good questions."""
         answers: list[Answer] = []
         self._buses[robot].ask(KEYS.resource_states, encode(QueryStates()), answers.append)
+        for skill in SKILLSET.skills:
+            self._buses[robot].ask(KEYS.goal(skill.name), encode(QueryGoal(goal_id="nobody's")), answers.append)
         self.run(0.1)
-        states = decode(answers[0].payload, ResourceStates).states  # pyright: ignore[reportAttributeAccessIssue]
-        return states.keys() == {resource.name for resource in SKILLSET.resources}
+        told = [answer for answer in answers if isinstance(answer, Answered)]
+        codes = [answer.error.code for answer in answers if isinstance(answer, Refused)]
+        states = decode(told[0].payload, ResourceStates).states if told else {}
+        knows_all = states.keys() == {resource.name for resource in SKILLSET.resources}
+        return knows_all and codes == [ErrorCode.UNKNOWN_GOAL] * len(SKILLSET.skills)
+
+    def start(self, robot: str, skill: str, fields: object) -> Answer:
+        """What comes back when a skill is started by these fields."""
+        answers: list[Answer] = []
+        self._buses[robot].ask(KEYS.start(skill), msgspec.msgpack.encode(fields), answers.append)
+        self.run(0.1)
+        (answer,) = answers
+        return answer
 
     def _ask(self, robot: str, endpoint: Endpoint, data: bytes, attachment: bytes) -> None:
         served = self._robot(robot).services_for(endpoint.key)

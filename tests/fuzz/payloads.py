@@ -37,6 +37,8 @@ NUMBERS = (0, 1, -1, 2**31, 2**63 - 1, -(2**63))
 FLOATS = (0.0, 1.0, -1.0, 0.1, 1e308, -1e308, 5e-324)
 NOT_FINITE = (math.nan, math.inf, -math.inf)
 FOREIGN = (b"", b"\xc1", b"null", b"{}", b"\x00", b"\xff" * 64, b"GET / HTTP/1.1\r\n\r\n")
+MANY = 10_000
+"""Elements of what is as large as messages may be, and has no part that is."""
 LONG_INTEGER = struct.pack(">BQ", 0xCF, 2**64 - 1)
 
 
@@ -146,6 +148,24 @@ def _long(random: Random, fields: dict[str, Value]) -> object:
     return {**fields, random.choice(list(fields)): "a" * random.choice([101, 201, 20_000])}
 
 
+def wide(random: Random, fields: dict[str, Value]) -> object:
+    """A map with more names than anybody has asked for: each may cost a sentence."""
+    maps = [name for name, value in fields.items() if isinstance(value, dict)] or list(fields)
+    names = [f"name{number}" for number in range(random.choice([2, 100, MANY]))]
+    # One value for all: a single one among them that is not finite would have the rest never looked at.
+    return {**fields, random.choice(maps): dict.fromkeys(names, random.choice([0, "x", None, _other(random)]))}
+
+
+def long_list(random: Random, fields: dict[str, Value]) -> object:
+    """A list of much of the same, where a list belongs or any value does: whole numbers grow when they are fitted."""
+    lists = [name for name, value in fields.items() if isinstance(value, list)]
+    maps = [name for name, value in fields.items() if isinstance(value, dict)]
+    name = random.choice(lists or maps or list(fields))
+    many = [random.choice([0, 1.0, "", [], None])] * random.choice([2, 100, 10 * MANY])
+    inner = fields[name]
+    return {**fields, name: dict.fromkeys(inner or ("x",), many) if isinstance(inner, dict) else many}
+
+
 def _bare(random: Random, fields: dict[str, Value]) -> object:
     return random.choice([list(fields.values()), list(fields), None, 1, "x", [fields], {}])
 
@@ -159,6 +179,8 @@ SPOILERS: tuple[Spoiler, ...] = (
     _not_finite,
     _nested,
     _long,
+    wide,
+    long_list,
     _bare,
 )
 

@@ -16,8 +16,9 @@ from endpoints import PUBLICATIONS, QUERIES, SKILLSET, WORDS, Endpoint
 from fuzz_stage import MOCKED, REAL, FuzzStage, nodes_of_the_m600, nodes_of_the_mocked_m600
 from hypothesis import given
 from hypothesis import strategies as st
-from payloads import payload, valid
+from payloads import Spoiler, long_list, payload, valid, wide
 
+from skillwing.services.bus import Answered, Refused
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import ResourceCore
 from skillwing.services.protocol import (
@@ -29,6 +30,7 @@ from skillwing.services.protocol import (
     GoalCall,
     ProtocolError,
     RenewGoal,
+    StartGoal,
     decode,
     encode,
 )
@@ -116,4 +118,19 @@ def test_no_callback_raises_and_every_question_is_answered(tmp_path: Path, seed:
     assert not stage.internal
     assert stage.refused > stage.thrown / 4, "little was refused: is anything bad sent?"
     assert stage.answers_well(REAL)
+    assert stage.answers_well(MOCKED)
+
+
+@pytest.mark.parametrize("spoil", [wide, long_list])
+def test_a_start_with_far_too_much_in_it_ends_short_and_poisons_nobody(spoil: Spoiler) -> None:
+    """A verdict on ten thousand names could not be sent, and the next start was refused and flew much later."""
+    stage = FuzzStage({MOCKED: nodes_of_the_mocked_m600()})
+    for number, skill in enumerate(skill for skill in SKILLSET.skills for _ in range(3)):
+        start = valid(Random(number), StartGoal)
+        start |= {"goal_id": f"too much {number}", "client": "me", "schema": SKILLSET.schema_hash, "deadline": 1e6}
+        start |= {"cause": None, "owner": None, "inputs": {}}
+        answer = stage.start(MOCKED, skill.name, spoil(Random(number), start))
+        assert isinstance(answer, Answered | Refused)
+        assert len(answer.payload if isinstance(answer, Answered) else encode(answer.error)) < 20_000
+    assert not stage.findings
     assert stage.answers_well(MOCKED)
