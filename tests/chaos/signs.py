@@ -22,6 +22,7 @@ BAD_ENDS = ("LOST", "ERROR")
 class Fault(StrEnum):
     KILL = "kill -9"
     STOP = "SIGSTOP"
+    HANG = "SIGSTOP for good"
 
 
 @dataclass(frozen=True)
@@ -65,6 +66,10 @@ class Signs:
         pid = self._launcher.pids[process]
         self.since = time.monotonic()
         os.kill(pid, signal.SIGKILL if fault is Fault.KILL else signal.SIGSTOP)
+
+    def kill(self) -> None:
+        """Do what a person does with a process that hangs."""
+        os.kill(self._launcher.pids[self._process], signal.SIGKILL)
 
     def wake(self) -> None:
         """Let the process that was stopped go on."""

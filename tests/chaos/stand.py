@@ -51,6 +51,12 @@ STOPPED_FOR = 4.0
 PATIENCE = 30.0
 """Wall seconds within which everything has to be well again."""
 BETWEEN_ATTEMPTS = 0.05
+NOTICED_WITHIN = 4.0
+"""Wall seconds: a lease of 2 s, and as much again for a busy machine."""
+OVER_WITHIN = 10.0
+"""Wall seconds from the end of a fault: the answer of a goal that was harmed, its tool free; and a new goal done."""
+HUNG_FOR = 25.0
+"""Wall seconds at most that a process hangs, until somebody kills it: skills have to stop before that by themselves."""
 
 
 @dataclass(frozen=True)
@@ -60,6 +66,19 @@ class Cell:
     state: str
     """Of the goal when the fault comes: a `State`, or idle."""
 
+    @property
+    def expected(self) -> frozenset[str]:
+        """How its goal may end; whoever is not part of it costs it nothing."""
+        usual = "IT" if self.state == State.INTERRUPTING else "S_DONE"
+        if self.process == skill_process(SKILL):
+            return frozenset({"LOST by client", "LOST by resource_manager"})
+        if self.process == MISSION or self.fault is Fault.HANG:
+            return frozenset({"IT"})
+        if self.process == ROUTER and self.fault is Fault.STOP and self.state == State.VALIDATING:
+            # It has kept the robot's data from the resource manager: the precondition on them is false while stale.
+            return frozenset({usual, "NR"})
+        return frozenset({usual})
+
 
 @dataclass(frozen=True)
 class Result:
@@ -68,7 +87,7 @@ class Result:
     answer: how the goal ended and who said so; None if there was no goal. answered, free: seconds from the fault to
     that answer, and until the tool was free for good. again: seconds in which a new goal has succeeded, counted from
     the fault, from the wakening of what was stopped, or from the end of a goal that went its way. None: it did not
-    happen. harmed: the goal did not end as it would have without the fault.
+    happen. harmed: the goal did not end as it would have without the fault. lasted: how long the fault did.
     """
 
     cell: Cell
@@ -78,20 +97,35 @@ class Result:
     answered: float | None
     free: float | None
     again: float | None
+    lasted: float = 0.0
+
+    @property
+    def as_promised(self) -> bool:
+        """The goal has the answer that it should, the tool is free, and the system works: however long it took."""
+        goal_is_over = self.cell.state == IDLE or (self.answered is not None and self.answer in self.cell.expected)
+        return goal_is_over and self.free is not None and self.again is not None
+
+    @property
+    def in_time(self) -> bool:
+        """The fault was noticed, and what it has done was over, within the limits."""
+        noticed = self.noticed is not None and self.noticed.after <= NOTICED_WITHIN
+        over = [each for each in (self.answered, self.free) if self.harmed and each is not None]
+        again = self.again is not None and self.again <= OVER_WITHIN
+        return noticed and again and max(over, default=0.0) <= self.lasted + OVER_WITHIN
 
     @property
     def kept(self) -> bool:
-        """The promise: the goal has its answer, the tool is free, and the system works."""
-        goal_is_over = self.cell.state == IDLE or (self.answered is not None and self.answer is not None)
-        return goal_is_over and self.free is not None and self.again is not None
+        """The promise."""
+        return self.as_promised and self.in_time
 
 
 def cells() -> Iterator[Cell]:
     """All of them; each process gets some time between its deaths, for the launcher's patience is bounded."""
     for state in (IDLE, *STATES):
-        for fault in Fault:
+        for fault in (Fault.KILL, Fault.STOP):
             for process in PROCESSES:
                 yield Cell(process, fault, state)
+    yield Cell(RESOURCE_MANAGER, Fault.HANG, State.RUNNING)
 
 
 class Stand:
@@ -130,11 +164,11 @@ class Stand:
 
     def suffer(self, cell: Cell) -> Result:
         """Bring a goal into its state, do the bad thing, and watch until everything is well again."""
-        goal = None if cell.state == IDLE else self._goal_in(State(cell.state), by_mission=cell.process == MISSION)
+        goal = None if cell.state == IDLE else self._goal_in(cell)
         signs = self.signs
         signs.harm(cell.process, cell.fault)
         answered = free = None
-        woken = 0.0
+        lasted = 0.0
 
         def well() -> bool:
             nonlocal answered, free
@@ -149,12 +183,17 @@ class Stand:
         if cell.fault is Fault.STOP:
             signs.run_until(lambda: well() and False, STOPPED_FOR)
             signs.wake()
-            woken = signs.elapsed
+            lasted = signs.elapsed
+        elif cell.fault is Fault.HANG:
+            assert goal is not None
+            signs.run_until(lambda: well() or self._state(goal) is State.INTERRUPTING, HUNG_FOR)
+            signs.kill()
+            lasted = signs.elapsed
         recovered = signs.run_until(well, PATIENCE)
         terminal = None if goal is None else self._terminal(goal)
         harmed = terminal is not None and not _as_usual(terminal, cell.state)
         # The time in which an unharmed goal goes its way is none of recovery.
-        since = woken if harmed or answered is None else max(woken, answered)
+        since = lasted if harmed or answered is None else max(lasted, answered)
         works = recovered and self._until_a_goal_succeeds()
         return Result(
             cell=cell,
@@ -164,16 +203,18 @@ class Stand:
             answered=answered if goal is not None else None,
             free=free,
             again=signs.elapsed - since if works else None,
+            lasted=lasted,
         )
 
-    def _goal_in(self, state: State, *, by_mission: bool) -> GoalHandle | str:
-        """A goal that has just come into this state: its handle, or its id if the mission has started it."""
+    def _goal_in(self, cell: Cell) -> GoalHandle | str:
+        """A goal that has just come into a cell's state: its handle, or its id if the mission has started it."""
+        state, by_mission = State(cell.state), cell.process == MISSION
         # What happens to a mission's goals takes effect when the hook that blocks has returned.
         afterwards = STAY if by_mission else Stages().run
         stay = {
             State.VALIDATING: Stages(validate=STAY, run=afterwards),
             State.DISPATCHING: Stages(dispatch=STAY, run=afterwards),
-            State.RUNNING: Stages(run=RUNS_FOR),
+            State.RUNNING: Stages(run=RUNS_FOR if cell.fault is not Fault.HANG else HUNG_FOR + PATIENCE),
             State.INTERRUPTING: Stages(run=PATIENCE, stop=STAY),
         }[state]
         inputs = msgspec.to_builtins(stay)

@@ -56,9 +56,9 @@ def flight_table(results: Sequence[FlightResult], seconds: float) -> list[str]:
 
 def told(result: Result) -> str:
     """One cell of the managers' table."""
-    if not result.kept:
+    if not result.as_promised:
         return f"**broken**: {result.answer or 'no answer'}, free {_time(result.free)}, again {_time(result.again)}"
-    again = f"again {_time(result.again)}"
+    again = f"again {_time(result.again)}" + ("" if result.in_time else ", **late**")
     if result.answer is None:
         return again
     if not result.harmed:
