@@ -26,6 +26,8 @@ from skillwing.services.protocol import (
 from skillwing.services.timeline import Timeline
 
 log = logging.getLogger(__name__)
+NO_DATUM = ""
+"""Stands for all names that are no datum of the skillset."""
 
 
 class DataManagerNode:
@@ -37,6 +39,7 @@ class DataManagerNode:
     def __init__(self, skillset: Skillset) -> None:
         self._skillset = skillset
         self._keys = Keys(skillset.name)
+        self._names = {item.name for item in skillset.data}
 
     def attach(self, bus: Bus) -> None:
         self._bus = bus
@@ -59,12 +62,17 @@ class DataManagerNode:
                 raise ProtocolError(f"a sample of `{message.name}` was published as `{name}`")
             records = self._core.update(message, self._bus.now())
         except (ProtocolError, RefusedError) as error:
-            if name not in self._complained:
-                log.warning("dropped a sample of %s, and will drop its like in silence: %s", name, error)
-                self._complained.add(name)
+            self._complain(name, error)
         else:
             self._complained.discard(name)
             self._publish(records)
+
+    def _complain(self, name: str, error: Exception) -> None:
+        """Once of each datum, and once of all that are none: whoever publishes chooses the names of those."""
+        subject = name if name in self._names else NO_DATUM
+        if subject not in self._complained:
+            self._complained.add(subject)
+            log.warning("dropped a sample of %s, and will drop its like in silence: %s", name, error)
 
     def _answer(self, query: QueryData, key: str) -> DataReading:
         del query
