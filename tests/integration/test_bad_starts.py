@@ -1,4 +1,4 @@
-"""Starts that are too much, in one way or another, and what becomes of those that come after them."""
+"""What is too much, or no use: a start, a name, a sample. Whoever gets it stays well, and says what is wrong."""
 
 from __future__ import annotations
 
@@ -9,11 +9,16 @@ import pytest
 from skillwing.dsl import parse
 from skillwing.services.bus import Answer, Answered
 from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.client.interface import SkillsetInterface
+from skillwing.services.errors import InvalidOptionError
+from skillwing.services.managers.data_manager import DataManagerNode
 from skillwing.services.managers.hooks import Goal, SkillHooks
 from skillwing.services.managers.resource_manager import ResourceManagerNode
 from skillwing.services.managers.skill_manager import SkillManagerNode
 from skillwing.services.protocol import (
     MAX_MESSAGE_BYTES,
+    DataSample,
+    Ending,
     GoalStatus,
     Keys,
     ProtocolError,
@@ -115,3 +120,44 @@ def test_what_cannot_be_published_is_left_out_and_the_goal_has_its_way(monkeypat
     line.start("g", path=[])
     assert line.status("g").state is State.RUNNING
     assert line.hooks.dispatched == ["g"]
+
+
+@pytest.mark.parametrize("taken", [True, False], ids=["after it took the goal", "before it took the goal"])
+def test_a_manager_that_fails_on_a_start_is_asked_whether_it_has_taken_the_goal(
+    taken: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    start = SkillManagerNode._answer_start
+
+    def failing(node: SkillManagerNode, request: StartGoal, key: str) -> GoalStatus:
+        if taken:
+            start(node, request, key)
+        raise OSError("no space left on device")
+
+    monkeypatch.setattr(SkillManagerNode, "_answer_start", failing)
+    line = Line()
+    goal = SkillsetInterface(line.bus, PACKING, client="test").start("pack", {"path": []})
+    line.network.run_for(0.2)
+    if taken:
+        assert goal.state is State.RUNNING
+    else:
+        assert goal.terminal is not None
+        assert goal.terminal.ending is Ending.ERROR
+        assert "no space left on device" in goal.terminal.reason
+
+
+@pytest.mark.parametrize("name", ["", "a/b", "*", "a$*", "who?", "#1", "x" * 101])
+def test_a_client_whose_token_nobody_could_see_is_refused(name: str) -> None:
+    with pytest.raises(InvalidOptionError, match="A client cannot be called"):
+        SkillsetInterface(Line().bus, PACKING, client=name, owns_goals=True)
+
+
+def test_the_data_manager_remembers_no_names_that_strangers_choose(caplog: pytest.LogCaptureFixture) -> None:
+    network, manager = InProcessNetwork(), DataManagerNode(PACKING)
+    network.attach(manager)
+    bus = network.bus("stranger")
+    for number in range(100):
+        bus.advertise(KEYS.data(f"x{number}")).put(b"junk")
+        bus.advertise(KEYS.data(f"y{number}")).put(encode(DataSample(name=f"y{number}", value=1.0, t=0.0)))
+    network.run_for(1.0)
+    [complaint] = [entry for entry in caplog.records if entry.name.endswith("data_manager")]
+    assert "x0" in complaint.getMessage()

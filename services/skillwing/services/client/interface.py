@@ -5,6 +5,7 @@ Nothing here blocks. Calls send their request and return; what comes back arrive
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from typing import Any, Generic, ParamSpec
 
@@ -18,7 +19,7 @@ from skillwing.services.client.goal_pursuit import SILENCES_OF_THE_LIVING, GoalP
 from skillwing.services.client.resource_mirror import ResourceMirror
 from skillwing.services.core.latest import LatestData
 from skillwing.services.core.values import fit_fields
-from skillwing.services.errors import InvalidInputError
+from skillwing.services.errors import InvalidInputError, InvalidOptionError
 from skillwing.services.names import CLIENT, RESOURCE_MANAGER, skill_process
 from skillwing.services.protocol import (
     DataReading,
@@ -52,6 +53,8 @@ START_WITHIN = 30.0
 PROBE_PERIOD = 5.0
 """Wall time in seconds between two questions how the unfinished goals are doing."""
 DISOWNED_LIMIT = 100
+CLIENT_NAME = re.compile(r"[^/*$?#\x00-\x1f]{1,100}")
+"""One chunk of a key: managers watch the alive tokens of owners as `client/*`, where they would not see `a/b`."""
 
 
 class SkillsetInterface:
@@ -59,7 +62,7 @@ class SkillsetInterface:
 
     client: names who asks, in goals and in the timeline. owns_goals: the goals that it starts are not to outlive it;
     when it is gone they are interrupted, unless their skill says otherwise. new_goal_id: where ids of goals come from,
-    by default from the bus.
+    by default from the bus. Raises InvalidOptionError if the client's name is no part of a key.
     """
 
     def __init__(
@@ -73,7 +76,7 @@ class SkillsetInterface:
     ) -> None:
         self._bus = bus
         self.skillset = skillset
-        self.client = client
+        self.client = _checked_name(client)
         self._new_goal_id = new_goal_id or bus.new_id
         self._keys = Keys(skillset.name)
         self._timeline = Timeline(bus, self._keys)
@@ -356,6 +359,13 @@ class _Listener(Generic[P]):
     def cancel(self) -> None:
         if self._callback in self._listeners:
             self._listeners.remove(self._callback)
+
+
+def _checked_name(client: str) -> str:
+    if CLIENT_NAME.fullmatch(client) is None:
+        text = f"A client cannot be called {client!r}. Take 1 to 100 characters, none of them /, *, $, ? or #."
+        raise InvalidOptionError("client", text)
+    return client
 
 
 def _decoded(payload: bytes, kind: type[M]) -> M | None:

@@ -58,8 +58,8 @@ with another skillset than it was made for. `skillwing protocol FILE.skillset` p
 | nothing, or any other error reply (`{TIMEOUT_REPLY.decode()}` for one) | **silence. It never means "no".** |
 
 After silence the request may have been carried out, or be carried out later; so may one that was refused as `INTERNAL`.
-Ask again with the same goal id: it is harmless, for the same id never runs twice. Give a start a `deadline`, so that one
-that is delivered late is refused.
+Ask again with the same goal id: it is harmless, for the same id never runs twice. Give a start a `deadline`, so that
+one that is delivered late is refused.
 
 **Events** are published by Zenoh's advanced publishers, with a cache of {EVENT_HISTORY} publications and heartbeats. An
 advanced subscriber with `history` and `recovery` gets each of them exactly once, also those from before it came. A
