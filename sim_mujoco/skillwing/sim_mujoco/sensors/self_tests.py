@@ -53,11 +53,12 @@ class Roughness(SelfTest):
 class Jump(SelfTest):
     """The world does not come nearer everywhere at once: a step in all directions is one of the sensor.
 
-    Judged by the quarter of the directions that changed least: motion and edges leave some of them quiet. The jump
-    counts until there is one back. `speed` is how fast even the quietest quarter may change [m/s]: a wall ahead does.
+    Two thirds of the directions have to change the same way: motion moves edges both ways, so does far noise, and much
+    of the rest stays quiet. The jump counts until there is one back. `speed` is how fast so many may come nearer [m/s]:
+    a wall ahead does.
     """
 
-    _LEAST = 0.1
+    _LEAST = 0.15
 
     def __init__(self, thin: Callable[[Data], Data], speed: float) -> None:
         self._thin, self._speed = thin, speed
@@ -77,12 +78,14 @@ class Jump(SelfTest):
         change = (now - before)[(now > 0.0) & (before > 0.0)]
         if len(change) < _ENOUGH:
             return
-        quarter = len(change) // 4
-        if np.partition(np.abs(change), quarter)[quarter] <= self._LEAST + self._speed * dt:
-            return
         jump = float(np.median(change))
-        is_back = jump * self._offset < 0.0 and abs(jump) > 0.5 * abs(self._offset)
-        self._offset = 0.0 if is_back else self._offset + jump
+        third = len(change) // 3
+        least = float(np.partition(change if jump > 0.0 else -change, third)[third])
+        limit = self._LEAST + self._speed * dt
+        if jump * self._offset < 0.0 and abs(jump) > 0.5 * abs(self._offset) and least > 0.5 * limit:
+            self._offset = 0.0
+        elif least > limit:
+            self._offset += jump
 
     @property
     def _told(self) -> str | None:
