@@ -148,7 +148,7 @@ def test_a_manager_is_told_that_its_goal_was_taken_although_the_push_was_lost() 
     manager, _ = robot._running[LIFT]
     manager._on_verdict = lambda sample: None  # pyright: ignore[reportAttributeAccessIssue]
     judge, _ = robot._running["resource_manager"]
-    judge._perform(judge._core.manager_lost(LIFT, robot.now()))  # pyright: ignore[reportAttributeAccessIssue]
+    judge._perform(lambda core, now: core.manager_lost(LIFT, now))  # pyright: ignore[reportAttributeAccessIssue]
     robot.run(RENEWAL_PERIOD + 0.1)
     assert robot.hooks["lift"].ended == "LOST"  # pyright: ignore[reportAttributeAccessIssue]
 

@@ -17,7 +17,7 @@ from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import ResourceCore
 from skillwing.services.ids import RecordIds
-from skillwing.services.journal.errors import JournalWriteError
+from skillwing.services.journal.errors import JournalUnreadableError, JournalWriteError
 from skillwing.services.journal.journal import Journal, look_into
 from skillwing.services.journal.schema import Identity
 from skillwing.services.managers.hooks import Goal, SkillHooks
@@ -29,6 +29,8 @@ from skillwing.services.protocol import (
     ErrorCode,
     FireExtern,
     Keys,
+    Message,
+    ProtocolError,
     QueryStates,
     Record,
     ResourceStates,
@@ -183,7 +185,18 @@ def test_a_verdict_that_nobody_heard_is_said_again() -> None:
     assert [record.after for record in records] == ["GRANTED", "USED", "OFF", "VIOLATED", "FREE", "RESUMED"]
 
 
-def test_a_resource_manager_whose_journal_another_one_has_taken_falls_silent(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "key, request_",
+    [
+        (Keys(DIGGER.name).resource_extern, FireExtern(resource="engine", target="OFF", source="test")),
+        (Keys(DIGGER.name).resource_states, QueryStates()),
+    ],
+    ids=["what would change something", "a question"],
+)
+def test_a_resource_manager_whose_journal_another_one_has_taken_ends(
+    tmp_path: Path, key: str, request_: Message
+) -> None:
+    """It answers nothing from its old books: the later one may have lost its goals, and granted others."""
     identity = Identity("", DIGGER.name, DIGGER.schema_hash)
     network, keys = InProcessNetwork(), Keys(DIGGER.name)
     network.attach(ResourceManagerNode(DIGGER, journal=Journal(tmp_path / "journal.sqlite", identity)))
@@ -193,9 +206,9 @@ def test_a_resource_manager_whose_journal_another_one_has_taken_falls_silent(tmp
     network.run_for(0.1)
     Journal(tmp_path / "journal.sqlite", identity)
     answers: list[Answer] = []
-    request = encode(FireExtern(resource="engine", target="OFF", source="test"))
-    client.ask(keys.resource_extern, request, answers.append)
-    client.ask(keys.resource_extern, request, answers.append)
+    client.ask(key, encode(request_), answers.append)
+    network.run_for(0.1)
+    client.ask(key, encode(request_), answers.append)
     network.run_for(0.1)
     refused, unanswered = answers
     assert isinstance(refused, Refused)
@@ -203,6 +216,23 @@ def test_a_resource_manager_whose_journal_another_one_has_taken_falls_silent(tmp
     assert "Another process goes on from the journal" in refused.error.message
     assert unanswered == Unanswered(timed_out=False)
     assert alive == {keys.alive(RESOURCE_MANAGER): False}
+    network.bus(RESOURCE_MANAGER).close()  # Its name is free, for it has left the network.
+
+
+def test_a_resource_manager_that_cannot_read_what_it_wrote_ends(
+    digger: SkillsetInProcess, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It would be the one judge, and not know what it has granted. The next one knows it from the journal."""
+    broken = JournalUnreadableError(Path("journal.sqlite"), "The journal cannot be read now: disk I/O error.")
+    with monkeypatch.context() as disk:
+        disk.setattr(Journal, "write", raising(JournalWriteError(Path("journal.sqlite"), "The disk fails.")))
+        disk.setattr(Journal, "kept", raising(broken))
+        digger.send_start("dig")
+        with pytest.raises(JournalUnreadableError):
+            digger.run(0.1)
+    die_and_come_back(digger)
+    digger.run(2.0)
+    digger.assert_states(arm="USED")
 
 
 def test_a_journal_of_an_earlier_life_of_the_robot_is_set_aside(tmp_path: Path) -> None:
@@ -280,6 +310,53 @@ def test_a_full_disk_refuses_requests_and_the_manager_lives(
     digger.assert_states(engine="OFF", arm="FREE")
     complaints = [entry.getMessage() for entry in caplog.records if entry.name.endswith("journaled_core")]
     assert len(complaints) == 2, "one when it begins, one when it is over"
+
+
+def test_a_manager_that_is_back_keeps_what_it_was_granted_meanwhile(
+    digger: SkillsetInProcess, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its loss could not be written for a while. By then it is another process, and runs another goal."""
+    digger.start_skill("dig")
+    digger.kill(SKILL)
+    with monkeypatch.context() as disk:
+        disk.setattr(Journal, "write", raising(JournalWriteError(Path("journal.sqlite"), "The disk is full.")))
+        digger.run(1.5)
+        digger.assert_states(arm="USED")
+    digger.restart(SKILL)
+    goal = digger.start_skill("dig")
+    digger.run(3.0)
+    assert goal.state is State.RUNNING
+
+
+def test_a_loss_that_could_not_be_written_is_written_later(
+    digger: SkillsetInProcess, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    digger.start_skill("dig")
+    digger.kill(SKILL)
+    with monkeypatch.context() as disk:
+        disk.setattr(Journal, "write", raising(JournalWriteError(Path("journal.sqlite"), "The disk is full.")))
+        digger.run(5.0)
+        digger.assert_states(arm="USED")
+    digger.run(2.0)
+    digger.assert_states(arm="FREE")
+
+
+def test_what_cannot_be_sent_keeps_nobody_from_the_rest(
+    digger: SkillsetInProcess, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """A step that is written down stands: it is answered, and its other publications go out."""
+
+    def encode_no_record(message: Message) -> bytes:
+        if isinstance(message, Record):
+            raise ProtocolError("too long")
+        return encode(message)
+
+    monkeypatch.setattr("skillwing.services.timeline.encode", encode_no_record)
+    goal = digger.start_skill("dig")
+    digger.trigger("engine", "OFF")
+    goal.assert_ended("RI", invariant="engine")
+    digger.assert_states(arm="FREE")
+    assert "cannot send a Record" in caplog.text
 
 
 def raising(error: Exception) -> Callable[..., None]:

@@ -99,8 +99,11 @@ class ResourceCore:
         self._ledger = Ledger(keep, grants, kept.goals, kept.last_token)
         self._incarnations = Incarnations(keep, kept.managers)
         self._data = data or LatestData(skillset, _data_in_guards(skillset))
-        for datum in kept.data if data is None else ():
-            self._data.accept(DataSample(name=datum.name, value=datum.value, t=datum.t), datum.t)
+        if data is None:
+            for datum in kept.data:
+                self._data.accept(DataSample(name=datum.name, value=datum.value, t=datum.t), datum.t)
+        else:
+            self._keep_what_lasts({datum.name: datum.value for datum in kept.data})
 
     @property
     def states(self) -> Mapping[str, str]:
@@ -443,6 +446,13 @@ class ResourceCore:
             after = "STALE" if reading.stale else str(reading.value)
             data_records[datum] = self._scribe.record(now, RecordKind.DATA, datum, None, after, why)
         return datum, data_records[datum]
+
+    def _keep_what_lasts(self, kept: Mapping[str, object]) -> None:
+        """Keep, with the next step, the lasting values that a step knew which was never written down."""
+        for name in self._data.names:
+            value, t = self._data.value(name), self._data.reading(name, 0.0).t
+            if t is not None and self._data.lasts(name) and kept.get(name) != value:
+                self._entries.append(DatumKept(name, value, t))
 
     # --- parts of a step ---------------------------------------------------------------------------------------------
 

@@ -78,14 +78,20 @@ class Journal:
             with _transaction(connection):
                 update = "UPDATE journal SET t = ? WHERE owner = ?"
                 if not connection.execute(update, (now, self._owner)).rowcount:
-                    text = f"Another process goes on from the journal {self.path}. End this one."
-                    raise JournalTakenError(self.path, text)
+                    raise self._taken()
                 for entry in entries:
                     insert_entry(connection, entry)
                 for record in records:
                     insert_record(connection, record)
         except sqlite3.Error as error:
             raise self._unwritten(error) from error
+
+    def check_hold(self) -> None:
+        """Raise JournalTakenError if this hold has ended, JournalUnreadableError where that cannot be told."""
+        with _reading(self.path):
+            (owner,) = self._connection.execute("SELECT owner FROM journal").fetchone()
+        if owner != self._owner:
+            raise self._taken()
 
     def set_aside(self) -> Path | None:
         """Begin anew with an empty journal; returns where the old one is now, None for one in memory."""
@@ -127,6 +133,9 @@ class Journal:
                 (self._owner,) = connection.execute("UPDATE journal SET owner = owner + 1 RETURNING owner").fetchone()
         except sqlite3.Error as error:
             raise self._unwritten(error) from error
+
+    def _taken(self) -> JournalTakenError:
+        return JournalTakenError(self.path, f"Another process goes on from the journal {self.path}. End this one.")
 
     def _unwritten(self, error: sqlite3.Error) -> JournalWriteError:
         text = (

@@ -4,22 +4,33 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 from skillwing.services.core.kept import Kept
 from skillwing.services.core.latest import LatestData
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.core.resource_core import Publication, ResourceCore, Step
-from skillwing.services.journal.errors import JournalTakenError, JournalWriteError
+from skillwing.services.core.resource_core import ResourceCore, Step
+from skillwing.services.journal.errors import JournalError, JournalTakenError
 from skillwing.services.journal.journal import Journal
 from skillwing.services.protocol import ErrorCode, Record
 
+R = TypeVar("R")
+TakeStep: TypeAlias = Callable[[ResourceCore, float], Step[R]]
+"""Has a core take one step at a robot time."""
 MakeCore: TypeAlias = Callable[[Kept | None, LatestData | None], ResourceCore]
 """Makes a core that goes on from what was kept, and from these data."""
 LARGEST_SETBACK = 1.0
 """Seconds by which robot time may lie before the journal's: somebody may have set the machine's clock."""
 
 log = logging.getLogger(__name__)
+
+
+class UnwrittenError(RefusedError):
+    """A step that could not be written down, and has not happened."""
+
+    def __init__(self, why: JournalError) -> None:
+        text = f"The resource manager cannot write it down: {why}"
+        super().__init__(ErrorCode.UNAVAILABLE, text, help="Then ask again.")
 
 
 class JournaledCore:
@@ -35,40 +46,57 @@ class JournaledCore:
         """Begin an empty journal. Raises JournalWriteError."""
         self._journal.write(self.core.inventory(), (), now)
 
-    def resume(self, kept: Kept, now: float) -> Step[tuple[Publication, ...]] | None:
-        """Go on from what the journal holds; the step is not written yet.
+    def resume(self, kept: Kept, now: float) -> bool:
+        """Go on from what the journal holds; the core's own `resume` is to be its first step.
 
-        Returns None where robot time has begun anew: nothing is as it was then, and an empty journal takes the place
+        Returns False where robot time has begun anew: nothing is as it was then, and an empty journal takes the place
         of the old one, which is set aside. Raises JournalWriteError.
         """
         if now < kept.t - LARGEST_SETBACK:
             moved = self._journal.set_aside()
             log.warning("robot time has begun anew; the journal until %.1f s is now %s", kept.t, moved)
             self.begin(now)
-            return None
+            return False
         self.core = self._make_core(kept, None)
-        return self.core.resume(kept, now)
+        return True
 
-    def write(self, step: Step[Any], now: float) -> None:
-        """Write down what a step must not forget.
+    def take(self, step: TakeStep[R], now: float) -> Step[R]:
+        """Have the core take a step, and write down what it must not forget. Whoever has only to answer makes sure that
+        he is still the one who may.
 
-        Raises JournalTakenError, and RefusedError where nothing can be written: the core stands where it stood before.
+        Raises RefusedError where the core refuses, UnwrittenError, JournalTakenError where another process judges now,
+        and whatever else may go wrong in the core: it then stands where it stood before. Raises any other JournalError
+        where not even that can be read: this process does not know any more what it has granted.
         """
+        try:
+            taken = step(self.core, now)
+            self._write(taken, now)
+        except (RefusedError, JournalTakenError):
+            raise
+        except JournalError as error:
+            self._complain(error)
+            self._go_back()
+            raise UnwrittenError(error) from error
+        except Exception:
+            self._go_back()
+            raise
+        return taken
+
+    def _write(self, step: Step[Any], now: float) -> None:
         records = [each for each in step.publications if isinstance(each, Record)]
         if not step.entries and not records:
+            self._journal.check_hold()
             return
-        try:
-            self._journal.write(step.entries, records, now)
-        except JournalTakenError:
-            raise
-        except JournalWriteError as error:
-            if not self._failing:
-                log.error("%s Until then every request that would change something is refused.", error)
-            self._failing = True
-            self.core = self._make_core(self._journal.kept(), self.core.data)
-            raise RefusedError(
-                ErrorCode.UNAVAILABLE, f"The resource manager cannot write it down: {error}", help="Then ask again."
-            ) from error
+        self._journal.write(step.entries, records, now)
         if self._failing:
+            self._failing = False
             log.warning("the journal is being written again")
-        self._failing = False
+
+    def _go_back(self) -> None:
+        """To where the last step has led that was written down. Raises JournalError."""
+        self.core = self._make_core(self._journal.kept(), self.core.data)
+
+    def _complain(self, error: JournalError) -> None:
+        if not self._failing:
+            log.error("%s Until then every request that would change something is refused.", error)
+        self._failing = True

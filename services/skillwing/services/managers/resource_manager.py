@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NoReturn, TypeVar
 
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
@@ -16,11 +17,11 @@ from skillwing.services.core.latest import LatestData
 from skillwing.services.core.leases import Expired
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import Publication, ResourceCore, Step
-from skillwing.services.journal.errors import JournalTakenError
+from skillwing.services.journal.errors import JournalError, JournalTakenError
 from skillwing.services.journal.journal import Journal
 from skillwing.services.journal.schema import Identity
 from skillwing.services.managers.alarm import Alarm
-from skillwing.services.managers.journaled_core import JournaledCore
+from skillwing.services.managers.journaled_core import JournaledCore, TakeStep, UnwrittenError
 from skillwing.services.managers.lease_watch import LeaseWatch
 from skillwing.services.managers.presence import Presence
 from skillwing.services.managers.serving import serve
@@ -58,8 +59,6 @@ GRANT_LEASE = 2.0
 """Wall time in seconds within which a manager has to renew a grant, which it does four times as often."""
 DISPATCH_GRACE = 1.0
 """Seconds past its `dispatch_timeout` that a skill may take for `on_dispatch` until its manager counts as hung."""
-
-
 WRITE_AGAIN = 1.0
 """Wall time in seconds after which what could not be written to the journal is tried again."""
 
@@ -125,12 +124,12 @@ class ResourceManagerNode:
     def _resume(self, kept: Kept) -> None:
         if kept.records:
             self._timeline.continue_after(kept.records[-1].id)
-        step = self._journaled.resume(kept, self._bus.now())
+        resumed = self._journaled.resume(kept, self._bus.now())
         self._open()
-        if step is None:
+        if not resumed:
             return
-        self._publish(step.reply)
-        self._perform(step)
+        step = self._take(lambda core, now: core.resume(kept, now))
+        self._publish((*step.reply, *step.publications))
         for grant in self._core.grants:
             self._presence.expect(grant.manager)
         for datum in self._core.data_names:
@@ -156,41 +155,47 @@ class ResourceManagerNode:
             handle.cancel()
         self._declared = []
 
+    def _end(self) -> None:
+        """Leave to the successor. Supervision may start us anew."""
+        self.detach()
+        self._bus.close()
+
     # --- what comes in -----------------------------------------------------------------------------------------------
 
     def _answer_states(self, query: QueryStates, key: str) -> ResourceStates:
         del query, key
-        return self._core.snapshot(self._bus.now())
+        return self._perform(lambda core, now: Step(core.snapshot(now)))
 
     def _answer_extern(self, request: FireExtern, key: str) -> ResourceStates:
         del key
-        return self._perform(self._core.fire_extern(request, self._bus.now()))
+        return self._perform(lambda core, now: core.fire_extern(request, now))
 
     def _answer_event(self, request: FireEvent, key: str) -> ResourceStates:
         if self._keys.event(request.event) != key:
-            raise ProtocolError(f"the event `{request.event}` was fired on the key of another one, {key}")
-        return self._perform(self._core.fire_event(request, self._bus.now()))
+            text = f"The event `{request.event}` was fired on the key of another one, {key}."
+            raise RefusedError(ErrorCode.BAD_REQUEST, text, help="Send it on its own key.")
+        return self._perform(lambda core, now: core.fire_event(request, now))
 
     def _answer_attach(self, request: AttachManager, key: str) -> ResourceStates:
         del key
-        return self._perform(self._core.attach_manager(request, self._bus.now()))
+        return self._perform(lambda core, now: core.attach_manager(request, now))
 
     def _answer_goal(self, call: GoalCall, key: str) -> GoalVerdict:
         del key
-        now = self._bus.now()
         match call:
             case BeginGoal():
-                return self._perform(self._core.begin(call, now))
+                return self._perform(lambda core, now: core.begin(call, now))
             case EndGoal():
-                return self._perform(self._core.end(call, now))
+                return self._perform(lambda core, now: core.end(call, now))
             case _:
-                verdict = self._perform(self._core.renew(call))
+                verdict = self._perform(lambda core, _: core.renew(call))
                 self._leases.renew(call.goal_id, GRANT_LEASE)
                 return verdict
 
     def _on_datum(self, sample: Sample) -> None:
         try:
-            self._perform(self._core.update_datum(decode(sample.payload, DataSample), self._bus.now()))
+            datum = decode(sample.payload, DataSample)
+            self._perform(lambda core, now: core.update_datum(datum, now))
         except (ProtocolError, RefusedError) as error:
             # The data manager, which follows all data, is the one that complains.
             log.debug("dropped a sample on %s: %s", sample.key, error)
@@ -202,16 +207,24 @@ class ResourceManagerNode:
             reading = decode(answer.payload, DataReading)
             if reading.t is not None:
                 sample = DataSample(name=reading.name, value=reading.value, t=reading.t)
-                self._perform(self._core.update_datum(sample, self._bus.now()))
+                self._perform(lambda core, now: core.update_datum(sample, now))
         except (ProtocolError, RefusedError) as error:
             log.debug("dropped what the data manager knows: %s", error)
 
     def _on_gone(self, process: str) -> None:
-        self._insist(lambda: self._core.manager_lost(process, self._bus.now()))
+        try:
+            self._perform(lambda core, now: core.manager_lost(process, now))
+        except RefusedError:
+            # Once more, if it does not come back until then.
+            self._presence.expect(process)
 
     def _on_silent(self, lease: Expired) -> None:
         reason = f"silent for {lease.silence:.1f} s"
-        self._insist(lambda: self._core.goal_lost(lease.key, self._bus.now(), reason))
+        try:
+            self._perform(lambda core, now: core.goal_lost(lease.key, now, reason))
+        except RefusedError:
+            # Once more, if it is not renewed until then.
+            self._leases.begin(lease.key, WRITE_AGAIN)
 
     def _keep_leases(self) -> None:
         """Every grant has a lease, and nothing else has one."""
@@ -226,37 +239,54 @@ class ResourceManagerNode:
 
     # --- what goes out -----------------------------------------------------------------------------------------------
 
-    def _perform(self, step: Step[R]) -> R:
-        """Write a step down, then publish what it has brought about; returns its reply.
+    def _perform(self, take: TakeStep[R]) -> R:
+        """Take a step, publish what it has brought about, and return its reply; raises as `_take` does."""
+        step = self._take(take)
+        self._publish(step.publications)
+        return step.reply
 
-        Raises RefusedError if it cannot be written: then it has not happened.
+    def _take(self, take: TakeStep[R]) -> Step[R]:
+        """Take a step, written down before anybody hears of it.
+
+        Raises RefusedError where it is refused, and UnwrittenError.
         """
         try:
-            self._journaled.write(step, self._bus.now())
+            step = self._journaled.take(take, self._bus.now())
         except JournalTakenError as error:
             log.critical("%s", error)
             self._leave()
-            raise RefusedError(ErrorCode.UNAVAILABLE, str(error)) from error
-        except RefusedError:
+            self._bus.post(self._end)
+            raise RefusedError(ErrorCode.UNAVAILABLE, str(error), help="Ask the other one.") from error
+        except JournalError as error:
+            self._leave()
+            self._bus.post(partial(_crash, error))
+            raise RefusedError(ErrorCode.UNAVAILABLE, str(error), help="Ask again.") from error
+        except UnwrittenError:
             # What was to be judged may be no request that anybody repeats.
             if self._rejudging is None:
                 self._rejudging = self._bus.after(WRITE_AGAIN, self._judge_anew, wall=True)
             raise
-        self._publish(step.publications)
-        self._alarm.set(self._core.next_tick(self._bus.now()))
         self._keep_leases()
-        return step.reply
+        self._alarm.set(self._core.next_tick(self._bus.now()))
+        return step
 
     def _publish(self, publications: Iterable[Publication]) -> None:
         # Verdicts go first: whoever has to stop is told before whoever only wants to know.
         for publication in sorted(publications, key=lambda each: not isinstance(each, Violated | Lost)):
-            match publication:
-                case Record():
-                    self._timeline.publish(publication)
-                case ResourceChange():
-                    self._changes[publication.resource].put(encode(publication))
-                case Violated() | Lost():
-                    self._verdicts[publication.skill].put(encode(publication))
+            try:
+                self._put(publication)
+            except ProtocolError:
+                # The step stands, and the others have to hear of it all the same.
+                log.exception("cannot send a %s", type(publication).__name__)
+
+    def _put(self, publication: Publication) -> None:
+        match publication:
+            case Record():
+                self._timeline.publish(publication)
+            case ResourceChange():
+                self._changes[publication.resource].put(encode(publication))
+            case Violated() | Lost():
+                self._verdicts[publication.skill].put(encode(publication))
 
     def _judge_anew(self) -> None:
         """Judge the invariants at this instant."""
@@ -264,15 +294,12 @@ class ResourceManagerNode:
             self._rejudging.cancel()
             self._rejudging = None
         with suppress(RefusedError):
-            self._perform(self._core.tick(self._bus.now()))
+            self._perform(lambda core, now: core.tick(now))
 
-    def _insist(self, take: Callable[[], Step[None]]) -> None:
-        """Take a step that nobody repeats; if it cannot be written now, later."""
-        try:
-            self._perform(take())
-        except RefusedError:
-            if self._declared:
-                self._bus.after(WRITE_AGAIN, lambda: self._insist(take), wall=True)
+
+def _crash(error: JournalError) -> NoReturn:
+    """End the process, outside of any answer; the next one reads the journal or says what is wrong with it."""
+    raise error
 
 
 def make_resource_manager(options: dict[str, Any]) -> Node:
