@@ -13,6 +13,7 @@ ONE_AT_A_TIME = ("chaos", "fuzz", "history", "integration")
 """Folders of tests that start processes, and want the machine's cores for them."""
 
 
+@pytest.hookimpl(tryfirst=True)  # before xdist looks for the groups
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """For `pytest -n 2 --dist loadgroup`: files stay whole, and what starts processes runs one after the other."""
     for item in items:
