@@ -39,6 +39,7 @@ def of_the_table(*kinds: Kind) -> tuple[Endpoint, ...]:
 QUERIES = (
     *of_the_table(Kind.QUERY),
     Endpoint(topics.FAULT, topics.SetFault),
+    Endpoint(topics.FAULTS, topics.Empty),
     Endpoint(topics.PILOT, topics.SetPilot),
     Endpoint(topics.GUIDANCE_COMMAND, topics.GuidanceCommand),
     Endpoint(topics.OBSTACLE_COMMAND, topics.SelectObstacleSource),
@@ -65,7 +66,6 @@ PUBLICATIONS = (
     Endpoint(topics.GUIDANCE_STATUS, topics.GuidanceStatus),
     Endpoint(topics.AUTHORITY, topics.Revoked),
     Endpoint(topics.OBSTACLE_STATUS, topics.ObstacleStatus),
-    Endpoint(topics.SLAM_ODOMETRY, topics.Odometry),
     Endpoint(topics.MAPPING_STATUS, topics.MappingStatus),
     Endpoint(topics.MAP, topics.MapHeader, array=True),
     Endpoint(topics.CAMERA, topics.CameraHeader, array=True),

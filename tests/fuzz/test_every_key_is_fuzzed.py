@@ -11,14 +11,18 @@ from endpoints import KEYS, PUBLICATIONS, QUERIES
 from fuzz_stage import MOCKED, REAL, FuzzStage, nodes_of_the_m600, nodes_of_the_mocked_m600
 
 from skillwing.services.bus.keys import matches
-from skillwing.services.protocol import CLOCK_KEY, Keys
+from skillwing.services.protocol import CLOCK_DONE_KEY, CLOCK_KEY, Keys
 from skillwing.sim_mujoco import topics
 
 ONLY_OBSERVED = {
     KEYS.alive("x"): "a liveliness token has no payload",
     topics.IMU: "nobody reads it yet",
+    topics.SLAM_ODOMETRY: "the map is made where the odometry is",
+    topics.GNSS: "read where it is made, and by whoever looks on",
     topics.VIDEO_ENCODER: "only a running stream listens",
 }
+OF_THE_BUS = {CLOCK_KEY, f"{CLOCK_DONE_KEY}/**"}
+"""Time is the network's own in one process; over Zenoh the bus subscribes to it."""
 
 
 @pytest.fixture(scope="module")
@@ -35,13 +39,13 @@ def test_every_service_is_fuzzed(stage: FuzzStage) -> None:
 
 
 def test_every_subscription_is_fuzzed(stage: FuzzStage) -> None:
-    subscribed = stage.subscribed() | {CLOCK_KEY}
+    subscribed = stage.subscribed() | OF_THE_BUS
     missing = {key for key in subscribed if not any(matches(key, endpoint.key) for endpoint in PUBLICATIONS)}
     assert not missing
 
 
 def test_nothing_is_fuzzed_that_nobody_takes(stage: FuzzStage) -> None:
-    served, subscribed = stage.served(), stage.subscribed() | {CLOCK_KEY}
+    served, subscribed = stage.served(), stage.subscribed() | OF_THE_BUS
     idle = [each.key for each in QUERIES if not any(matches(key, each.key) for key in served)]
     idle += [each.key for each in PUBLICATIONS if not any(matches(key, each.key) for key in subscribed)]
     assert idle == []
