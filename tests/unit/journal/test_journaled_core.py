@@ -53,19 +53,20 @@ def path(tmp_path: Path) -> Path:
     return tmp_path / "journal.sqlite"
 
 
-def judge(path: Path) -> JournaledCore:
-    """A judge on the journal, which takes it from any earlier one."""
+def judge(path: Path, now: float | None = None, *, follows_time: bool = False) -> JournaledCore:
+    """A judge on the journal, which takes it from any earlier one. now: by default when that one took its last step."""
     ids = RecordIds("rm")
     journal = Journal(path, IDENTITY)
     judge = JournaledCore(
-        journal,
-        lambda kept, data: ResourceCore(LINE, source="rm", new_record_id=ids, kept=kept, data=data),
+        journal, lambda kept, data: ResourceCore(LINE, source="rm", new_record_id=ids, kept=kept, data=data)
     )
     kept = journal.kept()
     if kept is None:
         judge.begin(0.0)
     else:
-        judge.resume(kept, kept.t)
+        now = kept.t if now is None else now
+        if judge.resume(kept, now, follows_time=follows_time):
+            judge.take(lambda core, now: core.resume(kept, now), now)
     return judge
 
 
@@ -140,3 +141,36 @@ def test_a_lasting_value_that_could_not_be_written_is_written_later(
             first.take(permit(1.0), 1.0)
     first.take(permit(1.0), 2.0)
     assert isinstance(judge(path).take(begin("a"), 3.0).reply, Granted)
+
+
+def test_nobody_loses_a_grant_because_somebody_sets_the_clock_back(path: Path) -> None:
+    first = judge(path)
+    first.take(permit(1.0), 1e9)
+    granted = first.take(begin("a"), 1e9).reply
+    assert isinstance(granted, Granted)
+    later = judge(path, 1e9 - 3600.0)
+    assert later.core.grants == first.core.grants
+    # Nor does what was measured before shut out what is measured from now on.
+    later.take(permit(2.0), 1e9 - 3599.0)
+    assert later.core.data.value("permit") == 2.0
+    later.take(lambda core, now: core.goal_lost("a", now, "silence"), 1e9 - 3599.0)
+    next_one = later.take(begin("b"), 1e9 - 3598.0).reply
+    assert isinstance(next_one, Granted)
+    assert next_one.token > granted.token
+
+
+def test_where_the_world_begins_anew_nothing_is_held_and_no_token_is_given_twice(path: Path) -> None:
+    first = judge(path)
+    first.take(permit(1.0), 50.0)
+    granted = first.take(begin("a"), 50.0).reply
+    assert isinstance(granted, Granted)
+    world = judge(path, 0.5, follows_time=True)
+    assert world.core.grants == ()
+    assert world.core.states == {"belt": "FREE"}
+    assert path.with_name("journal-1.sqlite").exists()
+    # Not even when the new one dies at once.
+    world = judge(path, 0.6, follows_time=True)
+    world.take(permit(1.0), 1.0)
+    next_one = world.take(begin("b"), 1.0).reply
+    assert isinstance(next_one, Granted)
+    assert next_one.token > granted.token

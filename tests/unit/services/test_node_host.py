@@ -7,11 +7,14 @@ from typing import Any
 
 import pytest
 
+from skillwing.dsl import parse
+from skillwing.services.bus.clock import unix_offset
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.journal.errors import JournalRefusedError, JournalUnreadableError, JournalWriteError
+from skillwing.services.managers.resource_manager import ResourceManagerNode
 from skillwing.services.processes import node_host
 from skillwing.services.processes.lifetime import EXIT_CONFIGURATION, EXIT_PASSING
-from skillwing.services.processes.node_host import make_node
+from skillwing.services.processes.node_host import make_clock, make_node
 from skillwing.services.robot import ProcessSpec
 
 
@@ -45,3 +48,12 @@ def test_only_what_will_fail_again_is_given_up(
     words = ["--name", "judge", "--factory", "x:y", "--connect", "tcp/127.0.0.1:1", "--robot", "r"]
     assert node_host.main(words) == code
     assert capsys.readouterr().err == "It cannot be had.\n"
+
+
+def test_a_process_that_is_started_again_has_the_time_of_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Somebody has set the machine's clock meanwhile. What it says must not look older than what is known."""
+    node = ResourceManagerNode(parse("skillset still { resource lamp { initial OFF } }", "still.skillset"))
+    offset = unix_offset()
+    before = make_clock(node, "wall", {}, offset).now()
+    monkeypatch.setattr("time.time", lambda: 0.0)
+    assert make_clock(node, "wall", {}, offset).now() >= before > 1e9

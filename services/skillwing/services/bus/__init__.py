@@ -89,6 +89,12 @@ class Bus(Protocol):
         """Robot time in seconds."""
         ...
 
+    @property
+    def follows_time(self) -> bool:
+        """Robot time is what one process of the robot says, and begins anew with that process's world; otherwise it is
+        Unix time, and lies before an earlier one only because somebody has set a clock."""
+        ...
+
     def new_id(self) -> str:
         """A name that nobody on this network bears: random on Zenoh, in process the same in each run."""
         ...

@@ -49,12 +49,21 @@ class Clock(Protocol):
         ...
 
 
-class WallClock:
-    """Robot time is Unix time, made steady: it does not jump when somebody sets the machine's clock."""
+def unix_offset(wall: Callable[[], float] = time.monotonic) -> float:
+    """Seconds by which Unix time is ahead of the monotonic clock now."""
+    return time.time() - wall()
 
-    def __init__(self, wall: Callable[[], float] = time.monotonic) -> None:
+
+class WallClock:
+    """Robot time is Unix time, made steady: it does not jump when somebody sets the machine's clock.
+
+    offset: what to add to the monotonic clock of this machine, for a process to have the same time as those of its
+    system that were started before somebody set the clock; by default that of now.
+    """
+
+    def __init__(self, wall: Callable[[], float] = time.monotonic, offset: float | None = None) -> None:
         self._wall = wall
-        self._offset = time.time() - wall()
+        self._offset = unix_offset(wall) if offset is None else offset
 
     def now(self) -> float:
         return self._wall() + self._offset

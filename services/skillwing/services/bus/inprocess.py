@@ -209,6 +209,10 @@ class InProcessBus:
     def now(self) -> float:
         return self._network.now()
 
+    @property
+    def follows_time(self) -> bool:
+        return True
+
     def new_id(self) -> str:
         return self._network.new_id()
 

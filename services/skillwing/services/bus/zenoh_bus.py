@@ -88,6 +88,10 @@ class ZenohBus:
     def now(self) -> float:
         return self._clock.now()
 
+    @property
+    def follows_time(self) -> bool:
+        return not isinstance(self._clock, WallClock)
+
     def new_id(self) -> str:
         return new_goal_id()
 

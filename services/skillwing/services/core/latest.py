@@ -62,6 +62,12 @@ class LatestData:
         """Tell whether values of the datum never turn stale."""
         return self._items[name].stale_after is None
 
+    def set_back(self, now: float) -> None:
+        """Take values of later than `now` for ones of now: somebody has set a clock, and they must not shut out their
+        successors."""
+        for name, stamped in self._latest.items():
+            self._latest[name] = _Stamped(stamped.value, min(stamped.t, now))
+
     def await_news(self, now: float) -> None:
         """Take every datum without a value for one whose value is not known here, but may be fresh."""
         for item in self._items.values():

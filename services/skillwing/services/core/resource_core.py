@@ -53,7 +53,7 @@ from skillwing.services.protocol import (
 
 Publication: TypeAlias = Event | Record
 SAID_AGAIN = 10.0
-"""Seconds for which the network may have failed to pass on what a process said before it died."""
+"""Seconds before its last step for which the network may have failed to pass on what a process said."""
 R = TypeVar("R")
 NOTHING_KEPT = Kept(resources=(), grants=(), goals=(), managers=(), data=(), last_token=NO_TOKEN, records=(), t=0.0)
 
@@ -148,10 +148,11 @@ class ResourceCore:
 
         Of the data nothing is known at first. Each is taken for as fresh as its last value may have been.
         """
+        self._data.set_back(now)
         self._data.await_news(now)
         goals = f"{len(self.grants)} goal{'' if len(self.grants) == 1 else 's'}"
         text = f"went on from its journal at revision {self.revision} with {goals}"
-        since = now - SAID_AGAIN
+        since = kept.t - SAID_AGAIN
         again: list[Publication] = [record for record in kept.records if record.t >= since]
         verdicts = (over.verdict for over in kept.goals)
         again += [each for each in verdicts if isinstance(each, (Violated, Lost)) and each.t >= since]

@@ -94,10 +94,17 @@ class Journal:
             raise self._taken()
 
     def set_aside(self) -> Path | None:
-        """Begin anew with an empty journal; returns where the old one is now, None for one in memory."""
+        """Begin anew with a journal that knows the last token only; returns where the old one is now, None for one in
+        memory. Raises JournalWriteError.
+        """
+        (last_token,) = self._connection.execute("SELECT last_token FROM journal").fetchone()
         self._connection.close()
         moved = set_aside(self.path)
         self._connection = self._open()
+        try:
+            self._connection.execute("UPDATE journal SET last_token = ?", (last_token,))
+        except sqlite3.Error as error:
+            raise self._unwritten(error) from error
         return moved
 
     def close(self) -> None:

@@ -33,6 +33,10 @@ class HookBus:
         return self._bus.wall()
 
     @property
+    def follows_time(self) -> bool:
+        return self._bus.follows_time
+
+    @property
     def connected(self) -> bool:
         return self._bus.connected
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, TypeAlias, TypeVar
 
 from skillwing.services.core.kept import Kept
 from skillwing.services.core.latest import LatestData
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.core.resource_core import ResourceCore, Step
+from skillwing.services.core.resource_core import NOTHING_KEPT, ResourceCore, Step
 from skillwing.services.journal.errors import JournalError, JournalTakenError
 from skillwing.services.journal.journal import Journal
 from skillwing.services.protocol import ErrorCode, Record
@@ -20,7 +21,7 @@ TakeStep: TypeAlias = Callable[[ResourceCore, float], Step[R]]
 MakeCore: TypeAlias = Callable[[Kept | None, LatestData | None], ResourceCore]
 """Makes a core that goes on from what was kept, and from these data."""
 LARGEST_SETBACK = 1.0
-"""Seconds by which robot time may lie before the journal's: somebody may have set the machine's clock."""
+"""Seconds by which the latest tick may lie before the time of the latest step."""
 
 log = logging.getLogger(__name__)
 
@@ -46,15 +47,18 @@ class JournaledCore:
         """Begin an empty journal. Raises JournalWriteError."""
         self._journal.write(self.core.inventory(), (), now)
 
-    def resume(self, kept: Kept, now: float) -> bool:
+    def resume(self, kept: Kept, now: float, *, follows_time: bool) -> bool:
         """Go on from what the journal holds; the core's own `resume` is to be its first step.
 
-        Returns False where robot time has begun anew: nothing is as it was then, and an empty journal takes the place
-        of the old one, which is set aside. Raises JournalWriteError.
+        follows_time: as `Bus` says. Where it does, robot time before the journal's has begun anew: nothing is as it was
+        then, and an empty journal, which knows the last token only, takes the place of the old one, which is set aside;
+        returns False. Unix time never begins anew, and nobody lets go of anything because a clock was set.
+        Raises JournalWriteError.
         """
-        if now < kept.t - LARGEST_SETBACK:
+        if follows_time and now < kept.t - LARGEST_SETBACK:
             moved = self._journal.set_aside()
             log.warning("robot time has begun anew; the journal until %.1f s is now %s", kept.t, moved)
+            self.core = self._make_core(replace(NOTHING_KEPT, last_token=kept.last_token), None)
             self.begin(now)
             return False
         self.core = self._make_core(kept, None)

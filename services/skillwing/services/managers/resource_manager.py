@@ -124,7 +124,7 @@ class ResourceManagerNode:
     def _resume(self, kept: Kept) -> None:
         if kept.records:
             self._timeline.continue_after(kept.records[-1].id)
-        resumed = self._journaled.resume(kept, self._bus.now())
+        resumed = self._journaled.resume(kept, self._bus.now(), follows_time=self._bus.follows_time)
         self._open()
         if not resumed:
             return

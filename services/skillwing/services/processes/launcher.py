@@ -13,6 +13,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Self
 
+from skillwing.services.bus.clock import unix_offset
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.errors import SkillwingError
 from skillwing.services.processes.child import Child, Death
@@ -78,6 +79,8 @@ class Launcher:
         self.deaths: list[Death] = []
         self._keys = Keys(skillset)
         self._clock: ClockKind = clock
+        # One for all lives of all processes: the time they share does not jump when the machine's clock is set.
+        self._unix_offset = unix_offset()
         self._restarts = restarts
         self._ending = ending or Ending()
         self._on_death = on_death or _ignore
@@ -192,7 +195,8 @@ class Launcher:
         return [
             "skillwing.services.processes.node_host",
             *("--name", spec.name, "--factory", spec.factory, "--options", json.dumps(spec.options)),
-            *("--connect", self.endpoint, "--robot", self.robot, "--clock", self._clock),
+            *("--connect", self.endpoint, "--robot", self.robot),
+            *("--clock", self._clock, "--unix-offset", repr(self._unix_offset)),
             *("--alive", self._keys.alive(spec.name), "--parent-pipe"),
         ]
 

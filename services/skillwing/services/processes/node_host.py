@@ -73,7 +73,7 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         robot, spec, clock_kind, alive_key = _resolve(options)
         node = make_node(spec)
-        clock = make_clock(node, clock_kind, spec.options)
+        clock = make_clock(node, clock_kind, spec.options, options.unix_offset)
         bus = ZenohBus(spec.name, robot, options.connect, clock)
     except RouterUnreachableError as error:
         return _give_up(error, EXIT_UNREACHABLE)
@@ -100,17 +100,17 @@ def make_node(spec: ProcessSpec) -> Node:
         raise InvalidOptionError("options", f"`{spec.factory}` cannot use its options: {error}") from error
 
 
-def make_clock(node: Node, kind: ClockKind, options: dict[str, Any]) -> Clock:
+def make_clock(node: Node, kind: ClockKind, options: dict[str, Any], unix_offset: float | None = None) -> Clock:
     """The owner of robot time makes it, at `factor` of its options; everybody else follows it, or the wall clock.
 
     A factor of 0 is as fast as the followers keep up. Those whose node has an attribute `closes_loop` that is true keep
-    up step by step, all others within `LAG`.
+    up step by step, all others within `LAG`. unix_offset: see `WallClock`.
     """
     if node.owns_clock:
         factor = float(options.get("factor", 1.0))
         return PacedClock(factor) if factor > 0.0 else LockstepClock()
     lag = 0.0 if getattr(node, "closes_loop", False) else LAG
-    return FollowedClock(lag=lag) if kind == "robot" else WallClock()
+    return FollowedClock(lag=lag) if kind == "robot" else WallClock(offset=unix_offset)
 
 
 def _host(bus: ZenohBus, node: Node, lifetime: Lifetime, alive_key: str | None, heartbeat: Path | None) -> int:
@@ -164,6 +164,9 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
         "--robot", default=environment("SKILLWING_ROBOT"), help="the robot: name, folder, package.module:ROBOT"
     )
     parser.add_argument("--clock", choices=("wall", "robot"), help="default: wall, or as the table says")
+    parser.add_argument(
+        "--unix-offset", type=float, metavar="SECONDS", help="wall time minus the monotonic clock's; default: of now"
+    )
     parser.add_argument("--alive", metavar="KEY", help="liveliness token to hold while the node runs")
     parser.add_argument("--heartbeat", type=Path, metavar="FILE", default=environment("SKILLWING_HEARTBEAT"))
     parser.add_argument("--parent-pipe", action="store_true", help="end when standard input ends")
