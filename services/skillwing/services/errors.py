@@ -17,6 +17,7 @@ __all__ = [
     "SkillwingError",
     "TimedOutError",
     "UnansweredError",
+    "WrongSkillsetError",
 ]
 
 
@@ -50,6 +51,10 @@ class PassingError(SkillwingError):
 
 class NoSystemError(SkillwingError):
     """There is no running system to talk to."""
+
+
+class WrongSkillsetError(SkillwingError):
+    """The processes of a robot have different versions of its skillset."""
 
 
 class UnansweredError(SkillwingError):

@@ -291,11 +291,13 @@ class AttachManager(Message, frozen=True, kw_only=True):
     """A manager has started: what an earlier process of its name holds is lost. Answered by `ResourceStates`.
 
     Sent again every few seconds, by which a process learns that another one has come after it (`REPLACED`).
-    `incarnation` tells processes of one name apart; a manager draws it anew each time it starts.
+    `incarnation` tells processes of one name apart; a manager draws it anew each time it starts. `schema` as in
+    `BeginGoal`; empty if the manager does not tell.
     """
 
     manager: Label
     incarnation: Label
+    schema: Label = ""
 
 
 class BeginGoal(Message, frozen=True, kw_only=True, tag="begin"):

@@ -7,8 +7,10 @@ from collections.abc import Callable
 import pytest
 from rig import RIG
 
+from skillwing.dsl import parse
 from skillwing.services.bus import Request
 from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork
+from skillwing.services.errors import WrongSkillsetError
 from skillwing.services.managers.hooks import SkillHooks
 from skillwing.services.managers.resource_manager import ResourceManagerNode
 from skillwing.services.managers.skill_manager import SkillManagerNode
@@ -129,3 +131,18 @@ def test_an_idle_manager_that_was_replaced_says_so_and_ends(caplog: pytest.LogCa
     assert [record.message for record in caplog.records if record.levelname == "ERROR"] == [
         "Another process has taken the place of this `skill/watch`. This one ends."
     ]
+
+
+def test_a_manager_of_another_version_of_the_skillset_ends() -> None:
+    """What it asked for would never be granted. It says so when it starts, and not to the mission in the air."""
+    other = parse("skillset rig { skill watch { result { success SEEN } } }", "rig.skillset")
+    assert other.name == RIG.name
+
+    class Watch(SkillHooks[None, None, None]):
+        skill = "watch"
+
+    network = InProcessNetwork()
+    network.attach(ResourceManagerNode(RIG))
+    network.attach(SkillManagerNode(Watch(), other))
+    with pytest.raises(WrongSkillsetError, match=rf"version {other.schema_hash} of `rig`, .* Start both from the same"):
+        network.run_for(1.0)

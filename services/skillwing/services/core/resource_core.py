@@ -220,6 +220,8 @@ class ResourceCore:
 
     def attach_manager(self, request: AttachManager, now: float) -> Step[ResourceStates]:
         """A manager has started. Its predecessor is gone, however short its alive token was away."""
+        if request.schema:
+            check_schema(self._skillset, request.schema)
         self._incarnations.check(request.manager, request.incarnation)
         self._replace(request.manager, request.incarnation, now)
         return self._finish(self.snapshot(now))

@@ -98,7 +98,7 @@ class SkillManagerNode:
         serve(bus, keys.interrupt(skill), InterruptGoal, self._answer_interrupt)
         serve(bus, keys.goal(skill), QueryGoal, lambda query, key: self._core.status(query.goal_id))
         # The resource manager must not take this process for a predecessor whose token was away for a moment.
-        attach = AttachManager(manager=self.name, incarnation=incarnation)
+        attach = AttachManager(manager=self.name, incarnation=incarnation, schema=self._skillset.schema_hash)
         self._standing = Standing(bus, keys, attach, self._make_way)
         self._standing.ask()
         self._alive: Handle = bus.declare_alive(keys.alive(self.name))

@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 from skillwing.services.bus import Answered, Bus, Handle, Refused
 from skillwing.services.client.asking import ask_until_answered, retry_delay
+from skillwing.services.errors import WrongSkillsetError
 from skillwing.services.protocol import AttachManager, ErrorCode, ErrorReply, Keys, encode
 
 STANDING_PERIOD = 5.0
@@ -18,7 +19,8 @@ log = logging.getLogger(__name__)
 class Standing:
     """Attaches a manager to the resource manager, and asks from time to time whether another process has come after it.
 
-    on_replaced is called once, with the refusal that says so. Questions end then, or with `give_up`.
+    on_replaced is called once, with the refusal that says so. Questions end then, or with `give_up`. Where the resource
+    manager has another version of the skillset a WrongSkillsetError ends the process: nothing would be granted to it.
     """
 
     def __init__(self, bus: Bus, keys: Keys, attach: AttachManager, on_replaced: Callable[[ErrorReply], None]) -> None:
@@ -56,6 +58,8 @@ class Standing:
             case Refused(error) if error.code is ErrorCode.REPLACED:
                 self.give_up()
                 self._on_replaced(error)
+            case Refused(error) if error.code is ErrorCode.SCHEMA_MISMATCH:
+                raise WrongSkillsetError(f"{error.message} {error.help}".strip())
             case Refused(error):
                 if self._refusals == 0:
                     log.warning("the resource manager does not take us for %s yet: %s", self._manager, error.message)

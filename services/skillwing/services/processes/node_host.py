@@ -27,7 +27,7 @@ from skillwing.services.bus import Node
 from skillwing.services.bus.clock import Clock, FollowedClock, LockstepClock, PacedClock, WallClock
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.bus.zenoh_session import RouterUnreachableError
-from skillwing.services.errors import InvalidOptionError, PassingError, SkillwingError
+from skillwing.services.errors import InvalidOptionError, PassingError, SkillwingError, WrongSkillsetError
 from skillwing.services.options import imported
 from skillwing.services.processes.lifetime import (
     EXIT_CONFIGURATION,
@@ -127,6 +127,8 @@ def _host(bus: ZenohBus, node: Node, lifetime: Lifetime, alive_key: str | None, 
         if bus.closed:
             return EXIT_REPLACED
         node.detach()
+    except WrongSkillsetError as error:
+        return _give_up(error, EXIT_CONFIGURATION)
     except Exception:
         logger.exception("%s crashed", bus.name)
         return EXIT_CRASHED
