@@ -7,9 +7,10 @@ from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 
+import msgspec
 import pytest
 
-from skillwing.services.core.grants import GOALS_REMEMBERED
+from skillwing.services.core.grants import GOALS_REMEMBERED, NO_TOKEN, Ledger
 from skillwing.services.core.kept import DatumKept, GoalOver, GrantOpened, Kept, ManagerNoted, ResourceStands
 from skillwing.services.journal import rows
 from skillwing.services.journal.errors import (
@@ -20,7 +21,7 @@ from skillwing.services.journal.errors import (
     NoJournalError,
 )
 from skillwing.services.journal.journal import ROOM, Journal, look_into, set_aside
-from skillwing.services.journal.rows import HISTORY_KEPT, MANAGERS_KEPT
+from skillwing.services.journal.rows import HISTORY_KEPT, MANAGERS_KEPT, TRIM_EVERY
 from skillwing.services.journal.schema import FORMAT, Identity
 from skillwing.services.protocol import Granted, NotReady, Record, RecordKind
 
@@ -113,15 +114,30 @@ def test_a_later_process_takes_the_journal_from_an_earlier_one(path: Path, journ
 
 def test_it_stays_small(path: Path, journal: Journal) -> None:
     for start in range(0, 12_000, 500):
-        numbers = range(start, start + 500)
+        numbers = range(start + 1, start + 501)
         noted = [ManagerNoted("skill/lift", f"i{number}") for number in numbers]
         journal.write([*map(over, numbers), *noted], map(record, numbers), 1.0)
     kept = held(journal)
-    assert [each.goal_id for each in kept.goals] == [f"g{n}" for n in range(12_000 - GOALS_REMEMBERED, 12_000)]
+    assert [each.goal_id for each in kept.goals] == [f"g{n}" for n in range(12_001 - GOALS_REMEMBERED, 12_001)]
     assert len(kept.managers) == MANAGERS_KEPT
     _, looked_at = look_into(path)
-    assert [each.id for each in looked_at.records] == [f"rm#{n}" for n in range(12_000 - HISTORY_KEPT, 12_000)]
+    assert [each.id for each in looked_at.records] == [f"rm#{n}" for n in range(12_001 - HISTORY_KEPT, 12_001)]
     assert path.stat().st_size < 2 * ROOM
+
+
+def test_refusals_push_no_verdict_on_a_grant_out(journal: Journal) -> None:
+    """A tree that starts a skill which is not ready asks again many times a second."""
+    journal.write([over(number) for number in range(1, 11)], (), 1.0)
+    refused = [msgspec.structs.replace(over(0).verdict, goal_id=f"r{number}") for number in range(5000)]
+    journal.write([GoalOver(each.goal_id, "lift", NO_TOKEN, each) for each in refused], (), 1.0)
+    kept = held(journal).goals
+    assert [each.goal_id for each in kept if each.token] == [f"g{number}" for number in range(1, 11)]
+    assert GOALS_REMEMBERED <= len(kept) - 10 < GOALS_REMEMBERED + TRIM_EVERY
+    ledger = Ledger(lambda entry: None, past=kept)
+    for each in refused:
+        ledger.remember(GoalOver(f"again {each.goal_id}", "lift", NO_TOKEN, each))
+    assert ledger.past("g1") == over(1)
+    assert ledger.past("r4999") is None
 
 
 def test_a_full_disk_is_an_error_and_costs_nothing(path: Path, journal: Journal) -> None:

@@ -12,6 +12,8 @@ from skillwing.services.core.refusal import RefusedError
 from skillwing.services.protocol import EndGoal, ErrorCode, GoalVerdict, Granted, Lost, RenewGoal
 
 GOALS_REMEMBERED = 1000
+"""Of those that were granted something, and as many of those that were not: whoever is refused, and tries again many
+times a second, is not to push out the verdicts on others."""
 NO_TOKEN = 0
 """Sent with an end by a manager that never learned whether its goal was granted, nor with which token."""
 
@@ -50,8 +52,9 @@ class Ledger:
         self._keep = keep
         self._grants = {grant.goal_id: grant for grant in grants}
         self._past: Recent[str, GoalOver] = Recent(GOALS_REMEMBERED)
+        self._never_granted: Recent[str, GoalOver] = Recent(GOALS_REMEMBERED)
         for over in past:
-            self._past[over.goal_id] = over
+            self._note(over)
         self._last_token = last_token
 
     @property
@@ -78,14 +81,17 @@ class Ledger:
         self.remember(GoalOver(grant.goal_id, grant.skill.name, grant.token, verdict))
 
     def remember(self, over: GoalOver) -> None:
-        self._past[over.goal_id] = over
+        self._note(over)
         self._keep(over)
+
+    def _note(self, over: GoalOver) -> None:
+        (self._never_granted if over.token == NO_TOKEN else self._past)[over.goal_id] = over
 
     def in_force(self, goal_id: str) -> Grant | None:
         return self._grants.get(goal_id)
 
     def past(self, goal_id: str) -> GoalOver | None:
-        return self._past.get(goal_id)
+        return self._past.get(goal_id) or self._never_granted.get(goal_id)
 
     def verdict(self, goal_id: str, skill: str) -> GoalVerdict | None:
         """The latest verdict on a goal; None for one never heard of.
@@ -93,7 +99,7 @@ class Ledger:
         Refuses with STALE_TOKEN where the goal was taken from its manager, with BAD_REQUEST where the id is another
         skill's.
         """
-        grant, past = self._grants.get(goal_id), self._past.get(goal_id)
+        grant, past = self._grants.get(goal_id), self.past(goal_id)
         owner = grant.skill.name if grant else past.skill if past else skill
         if owner != skill:
             raise RefusedError(

@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 import msgspec
 
-from skillwing.services.core.grants import GOALS_REMEMBERED
+from skillwing.services.core.grants import GOALS_REMEMBERED, NO_TOKEN
 from skillwing.services.core.incarnations import INCARNATIONS_REMEMBERED
 from skillwing.services.core.kept import (
     DatumKept,
@@ -23,6 +23,13 @@ from skillwing.services.protocol import GoalVerdict, Granted, Record
 
 HISTORY_KEPT = 5000
 """Timeline records that a journal holds."""
+TRIM_EVERY = 100
+"""Goals after which the oldest ones are looked for, which takes longer than writing one down."""
+_TRIM_GOALS = """
+DELETE FROM goals WHERE (token = :no_token) = :never AND n <= (
+    SELECT n FROM goals WHERE (token = :no_token) = :never ORDER BY n DESC LIMIT 1 OFFSET :kept
+)
+"""
 MANAGERS_KEPT = 2 * INCARNATIONS_REMEMBERED
 
 T = TypeVar("T")
@@ -43,7 +50,9 @@ def insert_entry(connection: sqlite3.Connection, entry: Entry) -> None:
             execute("DELETE FROM grants WHERE goal_id = ?", (entry.goal_id,))
             row = (entry.goal_id, entry.skill, entry.token, _text(entry.verdict))
             number = execute("INSERT INTO goals VALUES (NULL, ?, ?, ?, ?)", row).lastrowid or 0
-            execute("DELETE FROM goals WHERE n <= ?", (number - GOALS_REMEMBERED,))
+            if number % TRIM_EVERY == 0:
+                for never_granted in (True, False):
+                    execute(_TRIM_GOALS, {"never": never_granted, "kept": GOALS_REMEMBERED, "no_token": NO_TOKEN})
         case ManagerNoted():
             row = (entry.manager, entry.incarnation)
             number = execute("INSERT INTO managers VALUES (NULL, ?, ?)", row).lastrowid or 0
