@@ -19,11 +19,12 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from queue import SimpleQueue
+from statistics import median
 from typing import Any
 
 import zenoh
 from latency_peers import PING, PONG, QUERY
-from performance_page import machine, make_parser, milliseconds, ratio, table, tell
+from performance_page import against, machine, make_parser, milliseconds, ratio, table, tell
 from py_trees.behaviours import Success
 from py_trees.composites import Sequence
 from py_trees.decorators import FailureIsRunning
@@ -65,6 +66,10 @@ skillset stopwatch {
 HOOKS = {"act": "latency_peers:ActHooks", "hold": "latency_peers:HoldHooks"}
 PAYLOAD = bytes(226)
 """As long as the start of a skill with some inputs."""
+BUDGET = 2.5
+"""Times what Zenoh needs alone."""
+TAIL_BUDGET = 10.0
+"""Milliseconds in which 99 of 100 violations have been seen, on a machine that does nothing else."""
 PATIENCE = 10.0
 ROS_GOALS = 200
 ROS_PYTHON = "/usr/bin/python3"
@@ -240,18 +245,23 @@ def measure_ros() -> list[float]:
 
 
 def section(blocks: list[Block], ros: list[float]) -> str:
-    def row(name: str, kind: str, base: str = "", budget: str = "") -> list[str]:
-        times = [each for block in blocks for each in getattr(block, kind)]
-        against = ratio([(getattr(block, kind), getattr(block, base)) for block in blocks]) if base else ""
-        return [name, *milliseconds(times), against, budget]
+    def times(kind: str) -> list[float]:
+        return [each for block in blocks for each in getattr(block, kind)]
+
+    def row(name: str, kind: str, base: str = "", limit: str = "") -> list[str]:
+        times_base = ratio([(getattr(block, kind), getattr(block, base)) for block in blocks]) if base else ""
+        kept = f"{BUDGET:g} {limit}: {against(BUDGET, median(times(kind)) / median(times(base)))}" if limit else ""
+        return [name, *milliseconds(times(kind)), times_base, kept]
 
     rows = [
         row("raw Zenoh: query and answer", "query"),
         row("raw Zenoh: one publication", "hop"),
-        row("start of a skill, until `on_dispatch`", "dispatched", "query", "2.5 queries"),
+        row("start of a skill, until `on_dispatch`", "dispatched", "query", "queries"),
         row("start of a skill, until its result", "result", "query"),
-        row("extern transition, until the mission's tree has seen `RI`", "seen", "hop", "2.5 publications"),
+        row("extern transition, until the mission's tree has seen `RI`", "seen", "hop", "publications"),
     ]
+    worst = milliseconds(times("seen"))[1]
+    rows[-1][-1] += f"; p99 {TAIL_BUDGET:g} ms on an idle machine: {against(TAIL_BUDGET, float(worst))}"
     if ros:
         rows.append(["rospy + actionlib: start of an action, until its result", *milliseconds(ros), "", ""])
     absent = "" if ros else " ROS 1 is not installed here."

@@ -9,7 +9,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from performance_page import machine, make_parser, table, tell
+from performance_page import against, machine, make_parser, table, tell
 
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus.clock import FollowedClock
@@ -55,12 +55,14 @@ def main() -> None:
             pace = (_robot_time(launcher) - robot_before) / watched
     shares = {name: 100.0 * (after[name][0] - before[name][0]) / watched for name in after}
     managers = {name: share for name, share in shares.items() if name != ROUTER}
+    used = sum(managers.values())
     rows = [[f"`{name}`", f"{share:.2f}", f"{after[name][1] / 2**20:.0f}"] for name, share in shares.items()]
     largest = max(memory for _, memory in after.values()) / 2**20
     body = f"""The {len(specs)} managers of the m600 were all there {started:.2f} s after their start, beside a running
-simulator. Idle for {watched:.0f} s they used together **{sum(managers.values()):.1f} % of one core** (budget: 5 %), the
-largest of them {largest:.0f} MB (budget: 60 MB; most of it is shared code). Robot time ran at {pace:.2f} times real
-time. {machine()}.
+simulator. Idle for {watched:.0f} s they used together **{used:.1f} % of one core**
+(budget of 5 %: {against(5.0, used)}), the largest
+of them {largest:.0f} MB (budget of 60 MB: {against(60.0, largest)}; most of it is shared code).
+Robot time ran at {pace:.2f} times real time. {machine()}.
 
 {table(("process", "% of a core", "resident MB"), rows)}"""
     tell("managers.py", "Idle managers", body, write=given.write)

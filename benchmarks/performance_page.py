@@ -53,6 +53,11 @@ def ratio(blocks: Sequence[tuple[Sequence[float], Sequence[float]]]) -> str:
     return f"{ours / base:.2f} ({min(ratios):.2f} to {max(ratios):.2f})"
 
 
+def against(budget: float, measured: float, *, at_least: bool = False) -> str:
+    """Whether a budget is kept, in a word."""
+    return "kept" if (measured >= budget if at_least else measured <= budget) else "**missed**"
+
+
 def machine() -> str:
     """What was measured on, and when."""
     info = Path("/proc/cpuinfo")
