@@ -213,9 +213,14 @@ class Verdicts:
     def _summary(self) -> str:
         fates = [self.fate(name) for name in self._codes]
         judged = len(fates) - fates.count("not judged")
-        partial = "" if judged == len(fates) else " **The run is not over: this is what is known so far.**"
         where = f"{platform.machine()}, Python {platform.python_version()}, {time.strftime('%Y-%m-%d')}"
-        return f"{judged:,} of {len(fates):,} mutants are judged, {fates.count('survives')} survive; {where}.{partial}"
+        told = f"{judged:,} of {len(fates):,} mutants are judged, {fates.count('survives')} survive; {where}."
+        if judged == len(fates):
+            return told
+        waiting = sum(self.fate(name) == "not judged" for name in unjudged(self._codes))
+        return (
+            f"{told} **The run is not over: {waiting} more have outlived the unit tests, and wait for whole managers.**"
+        )
 
     def _told_survivors(self) -> list[str]:
         """A line for each function with survivors, by their numbers."""

@@ -33,7 +33,7 @@ def test_what_is_known_so_far_says_so_and_names_survivors(tmp_path: Path) -> Non
     assert text.endswith("z\n")
     assert "old" not in text
     assert "2 of 4 mutants are judged, 1 survive" in text
-    assert "not over" in text
+    assert "not over: 1 more have outlived the unit tests" in text
     assert "| `resource_core.py` | 4 | 1 | 0 | 0 | 1 | 2 |" in text
     assert "- `resource_core.py`, `ResourceCore.begin`: 2\n" in text
 
