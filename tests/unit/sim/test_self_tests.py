@@ -68,10 +68,21 @@ def test_noise_is_seen_in_the_second_measurement(recorded, sensor: str) -> None:
 
 @pytest.mark.parametrize("sensor", [ZED, LIDAR])
 @pytest.mark.parametrize("offset", [1.5, -1.5, 4.0])
-def test_a_bias_is_seen_when_it_comes_and_forgotten_when_it_goes(recorded, sensor: str, offset: float) -> None:
+def test_a_bias_is_seen_once_it_stays_and_forgotten_once_it_stays_away(recorded, sensor: str, offset: float) -> None:
     biased = [(t, data + np.float32(offset if 4 <= k < 10 else 0.0)) for k, (t, data) in enumerate(recorded[sensor])]
     told = complaints(sensor, biased, Jump)
-    assert [each is not None for each in told] == [4 <= k < 10 for k in range(len(told))]
+    assert [each is not None for each in told] == [5 <= k < 11 for k in range(len(told))]
+
+
+@pytest.mark.parametrize("rate", [0.4, 0.8, -0.8])
+def test_pitching_over_open_ground_is_no_jump(rate: float) -> None:
+    """The ground below the horizon comes nearer or goes away in every direction, in several pictures."""
+    down = np.linspace(0.05, 0.6, 60, dtype=np.float32)[:, None] * np.ones((1, 80), dtype=np.float32)
+    test = Jump(lambda picture: picture, speed=5.0)
+    for k in range(20):
+        pitch = rate * (min(max(k - 5, 0), 6) / 15.0)
+        distance = np.float32(3.0) / np.sin(np.clip(down + np.float32(pitch), 0.01, 1.5))
+        assert test.problem(k / 15.0, np.where(distance < 20.0, distance, 0.0).astype(np.float32)) is None
 
 
 def test_the_end_of_a_freeze_is_no_jump(recorded) -> None:

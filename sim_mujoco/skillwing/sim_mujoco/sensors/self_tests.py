@@ -54,15 +54,20 @@ class Jump(SelfTest):
     """The world does not come nearer everywhere at once: a step in all directions is one of the sensor.
 
     Two thirds of the directions have to change the same way: motion moves edges both ways, so does far noise, and much
-    of the rest stays quiet. The jump counts until there is one back. `speed` is how fast so many may come nearer [m/s]:
-    a wall ahead does.
+    of the rest stays quiet. A drone that pitches over open ground changes them all as well, but never in one
+    measurement alone: a step has quiet before and after it. The jump counts until there is one back. `speed` is how
+    fast so many may come nearer [m/s]: a wall ahead does.
     """
 
     _LEAST = 0.15
+    _QUIET = 0.5
+    """Of what a jump has to be at least."""
 
     def __init__(self, thin: Callable[[Data], Data], speed: float) -> None:
         self._thin, self._speed = thin, speed
         self._before: tuple[float, Data] | None = None
+        self._was_quiet = True
+        self._step = 0.0
         self._offset = 0.0
 
     def problem(self, t: float, data: Data) -> str | None:
@@ -82,10 +87,16 @@ class Jump(SelfTest):
         third = len(change) // 3
         least = float(np.partition(change if jump > 0.0 else -change, third)[third])
         limit = self._LEAST + self._speed * dt
-        if jump * self._offset < 0.0 and abs(jump) > 0.5 * abs(self._offset) and least > 0.5 * limit:
-            self._offset = 0.0
-        elif least > limit:
-            self._offset += jump
+        quiet = least <= self._QUIET * limit
+        if quiet and self._step:
+            self._count(self._step)
+        back = jump * self._offset < 0.0 and abs(jump) > 0.5 * abs(self._offset) and not quiet
+        self._step = jump if self._was_quiet and (back or least > limit) else 0.0
+        self._was_quiet = quiet
+
+    def _count(self, step: float) -> None:
+        is_back = step * self._offset < 0.0 and abs(step) > 0.5 * abs(self._offset)
+        self._offset = 0.0 if is_back else self._offset + step
 
     @property
     def _told(self) -> str | None:
