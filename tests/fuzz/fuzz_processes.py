@@ -163,6 +163,7 @@ class Thrower:
         """Tell whether one of the processes serves the key."""
         servers = {
             topics.FAULT: "sim",
+            topics.FAULTS: "sim",
             topics.PILOT: "sim",
             topics.GUIDANCE_COMMAND: "guidance",
             topics.OBSTACLE_COMMAND: "obstacles",
