@@ -22,13 +22,13 @@ def make(spec: ProcessSpec) -> Any:
 
 
 class Flight:
-    """The robot as its table describes it, and a client. It carries only the `sensors` that a test needs."""
+    """The robot as its table describes it, and a client. It carries the `sensors` that a test needs, and what odometry and landing need."""
 
     def __init__(self, *sensors: str) -> None:
         self.network = InProcessNetwork()
         for spec in (*functional_layer({"seed": 3}), *ROBOT.managers()):
             if spec.name == "sim":
-                spec.options["sensors"] = (*sensors, "range")
+                spec.options["sensors"] = (*sensors, "imu", "range")
             self.network.attach(make(spec))
         self.bus = self.network.bus("client")
         self.truth: Truth | None = None
