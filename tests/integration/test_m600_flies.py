@@ -22,7 +22,10 @@ def make(spec: ProcessSpec) -> Any:
 
 
 class Flight:
-    """The robot as its table describes it, and a client. It carries the `sensors` that a test needs, and what odometry and landing need."""
+    """The robot as its table describes it, and a client.
+
+    It carries the `sensors` that a test needs, and those that odometry and landing need.
+    """
 
     def __init__(self, *sensors: str) -> None:
         self.network = InProcessNetwork()
