@@ -22,11 +22,9 @@ from skillwing.sim_mujoco.world.layouts.ground import Ground
 from skillwing.sim_mujoco.world.layouts.paving import ASPHALT, CONCRETE, PAINT, Strip
 from skillwing.sim_mujoco.world.layouts.plot import Plot
 from skillwing.sim_mujoco.world.layouts.surroundings import (
-    OVER_ALL,
     area_around,
-    bounds_around,
-    fence_around,
     grow_tree,
+    site_around,
 )
 from skillwing.sim_mujoco.world.site import Area, Site
 from skillwing.sim_mujoco.world.terrain import make_terrain
@@ -68,18 +66,7 @@ def industrial_site(seed: int, scale: float) -> Site:
     east, north = ROUND[0] * scale, ROUND[1] * scale
     route = ((east, 0.0, ALTITUDE), (east, north, ALTITUDE), (0.0, north, ALTITUDE), (0.0, 0.0, ALTITUDE))
     area = area_around(route, _MARGIN)
-    fence = fence_around(area, CEILING + 14.0)
-    return Site(
-        kind="industrial",
-        seed=seed,
-        scale=scale,
-        route=route,
-        area=area,
-        fence=fence,
-        bounds=bounds_around(fence, CEILING),
-        ceiling=CEILING,
-        return_height=CEILING + OVER_ALL,
-    )
+    return site_around("industrial", seed, scale, route=route, area=area, ceiling=CEILING, top=CEILING + 14.0)
 
 
 def make_industrial(site: Site) -> Ground:

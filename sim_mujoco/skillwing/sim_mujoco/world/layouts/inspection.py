@@ -17,9 +17,8 @@ from skillwing.sim_mujoco.world.layouts.street import PAINTS
 from skillwing.sim_mujoco.world.layouts.surroundings import (
     OVER_ALL,
     area_around,
-    bounds_around,
-    fence_around,
     grow_tree,
+    site_around,
 )
 from skillwing.sim_mujoco.world.site import Site, Target
 from skillwing.sim_mujoco.world.terrain import make_terrain
@@ -53,17 +52,14 @@ def inspection_site(seed: int, scale: float) -> Site:
     )
     ceiling = HIGHEST * scale + MAST
     area = area_around([(0.0, 0.0, 0.0), *route], FREE)
-    fence = fence_around(area, ceiling + 2 * OVER_ALL)
-    return Site(
-        kind="inspection",
-        seed=seed,
-        scale=scale,
+    return site_around(
+        "inspection",
+        seed,
+        scale,
         route=route,
         area=area,
-        fence=fence,
-        bounds=bounds_around(fence, ceiling),
         ceiling=ceiling,
-        return_height=ceiling + OVER_ALL,
+        top=ceiling + 2 * OVER_ALL,
         target=Target(centre=outline.centre, radius=radius, height=level),
     )
 

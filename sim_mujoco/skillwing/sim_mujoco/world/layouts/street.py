@@ -18,11 +18,9 @@ from skillwing.sim_mujoco.world.layouts.paving import ASPHALT, FOOTWAY, PAINT, S
 from skillwing.sim_mujoco.world.layouts.plot import Plot
 from skillwing.sim_mujoco.world.layouts.surroundings import (
     LEAVES,
-    OVER_ALL,
     area_around,
-    bounds_around,
-    fence_around,
     grow_tree,
+    site_around,
 )
 from skillwing.sim_mujoco.world.site import Site
 from skillwing.sim_mujoco.world.terrain import make_terrain
@@ -63,18 +61,7 @@ def street_site(seed: int, scale: float) -> Site:
     far, near, far_side = LENGTH * scale, MIDDLE - CARRIAGEWAY, MIDDLE + CARRIAGEWAY
     route = ((far, near, ALTITUDE), (far, far_side, ALTITUDE), (0.0, far_side, ALTITUDE), (0.0, 0.0, ALTITUDE))
     area = (-8.0, MIDDLE - FRONT + 1.0, far + 8.0, MIDDLE + FRONT - 1.0)
-    fence = fence_around(area, 30.0)
-    return Site(
-        kind="street",
-        seed=seed,
-        scale=scale,
-        route=route,
-        area=area,
-        fence=fence,
-        bounds=bounds_around(fence, CEILING),
-        ceiling=CEILING,
-        return_height=CEILING + OVER_ALL,
-    )
+    return site_around("street", seed, scale, route=route, area=area, ceiling=CEILING, top=30.0)
 
 
 def make_street(site: Site) -> Ground:

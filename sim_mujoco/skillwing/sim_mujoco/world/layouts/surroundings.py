@@ -8,7 +8,7 @@ from skillwing.sim_mujoco.frames.vectors import Vector
 from skillwing.sim_mujoco.geofence import Box
 from skillwing.sim_mujoco.world.footprint import Footprint, Point
 from skillwing.sim_mujoco.world.layouts.plot import Plot
-from skillwing.sim_mujoco.world.site import Area
+from skillwing.sim_mujoco.world.site import Area, Site, Target
 from skillwing.sim_mujoco.world.things.obstacle import Obstacle
 from skillwing.sim_mujoco.world.things.plain import tree
 from skillwing.sim_mujoco.world.things.shapes import Colour
@@ -30,15 +30,32 @@ def area_around(places: Sequence[Vector], margin: float) -> Area:
     return min(xs) - margin, min(ys) - margin, max(xs) + margin, max(ys) + margin
 
 
-def fence_around(area: Area, top: float) -> Box:
+def site_around(
+    kind: str,
+    seed: int,
+    scale: float,
+    *,
+    route: Sequence[Vector],
+    area: Area,
+    ceiling: float,
+    top: float,
+    target: Target | None = None,
+) -> Site:
+    """The site whose borders follow from its area of detours. top: of the geofence, above the pad [m]."""
     west, south, east, north = area
-    return Box((west - FENCE_MARGIN, south - FENCE_MARGIN, -1.0), (east + FENCE_MARGIN, north + FENCE_MARGIN, top))
-
-
-def bounds_around(fence: Box, ceiling: float) -> Box:
-    """What a map has to hold of the fenced air and of what can be seen from there."""
-    (west, south, _), (east, north, _) = fence.low, fence.high
-    return Box((west - SIGHT, south - SIGHT, -4.0), (east + SIGHT, north + SIGHT, ceiling + 4.0))
+    edge, far = FENCE_MARGIN, FENCE_MARGIN + SIGHT
+    return Site(
+        kind=kind,
+        seed=seed,
+        scale=scale,
+        route=tuple(route),
+        area=area,
+        fence=Box((west - edge, south - edge, -1.0), (east + edge, north + edge, top)),
+        bounds=Box((west - far, south - far, -4.0), (east + far, north + far, ceiling + 4.0)),
+        ceiling=ceiling,
+        return_height=ceiling + OVER_ALL,
+        target=target,
+    )
 
 
 def grow_tree(plot: Plot, name: str, at: Point, *, radius: tuple[float, float] = (1.2, 2.4)) -> Obstacle:

@@ -16,11 +16,9 @@ from skillwing.sim_mujoco.world.layouts.ground import Ground
 from skillwing.sim_mujoco.world.layouts.paving import GRAVEL, Strip
 from skillwing.sim_mujoco.world.layouts.plot import Leg, Plot
 from skillwing.sim_mujoco.world.layouts.surroundings import (
-    OVER_ALL,
     area_around,
-    bounds_around,
-    fence_around,
     grow_tree,
+    site_around,
 )
 from skillwing.sim_mujoco.world.site import Area, Site
 from skillwing.sim_mujoco.world.terrain import make_terrain
@@ -48,18 +46,7 @@ PAINTS: tuple[Colour, ...] = ((0.60, 0.14, 0.12), (0.75, 0.76, 0.78), (0.18, 0.2
 def village_site(seed: int, scale: float) -> Site:
     route = tuple((x * scale, y * scale, ALTITUDE) for x, y in LANES)
     area = area_around([(0.0, 0.0, 0.0), *route], 10.0)
-    fence = fence_around(area, CEILING + 16.0)
-    return Site(
-        kind="village",
-        seed=seed,
-        scale=scale,
-        route=route,
-        area=area,
-        fence=fence,
-        bounds=bounds_around(fence, CEILING),
-        ceiling=CEILING,
-        return_height=CEILING + OVER_ALL,
-    )
+    return site_around("village", seed, scale, route=route, area=area, ceiling=CEILING, top=CEILING + 16.0)
 
 
 def make_village(site: Site) -> Ground:
