@@ -26,9 +26,5 @@ def put_caller(node: Behaviour) -> None:
 
 def place_of(node: Behaviour) -> str | None:
     """`file:line` of a node, or of the first one below it for which that is known."""
-    found = (getattr(each, _ATTRIBUTE, None) for each in _downwards(node))
+    found = (getattr(each, _ATTRIBUTE, None) for each in (node, *node.iterate()))
     return next((place for place in found if place is not None), None)
-
-
-def _downwards(node: Behaviour) -> list[Behaviour]:
-    return [node, *(below for child in node.children for below in _downwards(child))]

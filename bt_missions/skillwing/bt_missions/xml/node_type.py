@@ -127,8 +127,3 @@ class Call:
         if not isinstance(value, Route):
             raise PortError(f"`{port}` is `{self.ports[port]}`, which is no plan; put a PlanRoute before this node.")
         return value
-
-
-def only(*classes: type[Behaviour]) -> Callable[[Behaviour], bool]:
-    """Whether a node is of exactly one of these classes: a subclass does something else."""
-    return lambda node: type(node) in classes
