@@ -12,6 +12,8 @@ BLOCKED = "BLOCKED"
 """What the timeline says of a manager that one of its hooks has kept from everything else."""
 JOURNAL_FILE = "journal.sqlite"
 """The resource manager's journal, in the directory of its run."""
+STEPS_FOLDER = "steps"
+"""All that the resource manager was asked and has answered, in the directory of its run."""
 
 
 def skill_process(skill: str) -> str:

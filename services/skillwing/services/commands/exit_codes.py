@@ -12,6 +12,7 @@ from skillwing.services.errors import (
 )
 from skillwing.services.journal.errors import JournalError
 from skillwing.services.protocol import Ending, Terminal
+from skillwing.services.replay.errors import BadStepsError
 
 OK = 0
 FAILED = 1
@@ -51,6 +52,7 @@ def exit_code_of(error: Exception) -> int:
             | InvalidOptionError()
             | SkillsetError()
             | JournalError()
+            | BadStepsError()
             | OSError()
         ):
             return USAGE

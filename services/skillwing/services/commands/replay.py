@@ -1,0 +1,94 @@
+"""`skillwing replay`: whether the resource manager would answer today as it did in a run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import msgspec
+import typer
+from rich.console import Console
+from rich.text import Text
+
+from skillwing.services.commands.connection import JsonOption
+from skillwing.services.commands.exit_codes import FAILED
+from skillwing.services.commands.output import make_console, print_json, value_text
+from skillwing.services.commands.records import time_text
+from skillwing.services.names import STEPS_FOLDER
+from skillwing.services.replay.replaying import Divergence, Replayed, replay_folder
+from skillwing.services.replay.wording import answer_in_words, asked_in_words
+
+DIFFERENCES_SHOWN = 10
+
+
+def replay(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="A run's directory.", show_default=False)],
+    as_json: JsonOption = False,
+) -> None:
+    """Ask the resource manager's core, as it is now, all that it was asked in a run, and compare the answers.
+
+    It needs no running system. The skillset is that of the run, which keeps its source.
+
+    Exit codes: 0 every answer is the same, 1 one is not, 2 no such run, or one that cannot be replayed.
+    """
+    replayed = replay_folder(run / STEPS_FOLDER)
+    if as_json:
+        print_json(_facts(replayed))
+    else:
+        _print(make_console(), replayed)
+    if replayed.divergence is not None:
+        raise typer.Exit(FAILED)
+
+
+def _facts(replayed: Replayed) -> dict[str, Any]:
+    found = replayed.divergence
+    return {
+        "robot": replayed.head.robot,
+        "skillset": replayed.head.skillset,
+        "schema": replayed.head.schema,
+        "same": found is None,
+        "steps": replayed.steps,
+        "files": replayed.files,
+        "unfinished": [str(path) for path in replayed.unfinished],
+        "begin": replayed.begin,
+        "end": replayed.end,
+        "divergence": None
+        if found is None
+        else {
+            "file": str(found.file),
+            "number": found.number,
+            "t": found.t,
+            "question": msgspec.to_builtins(found.question),
+            "then": found.then,
+            "now": found.now,
+            "differences": [{"path": each.path, "then": each.then, "now": each.now} for each in found.differences],
+        },
+    }
+
+
+def _print(console: Console, replayed: Replayed) -> None:
+    for path in replayed.unfinished:
+        console.print(
+            f"The last line of {path} is not whole, as a power cut or a full disk leaves it, and is left out."
+        )
+    name = replayed.head.robot or replayed.head.skillset
+    count = f"{replayed.steps} step{'' if replayed.steps == 1 else 's'}"
+    if replayed.divergence is None:
+        span = f"from {time_text(replayed.begin)} to {time_text(replayed.end)}"
+        console.print(Text("same", style="bold green"), f"  {count} of {name}, {span}: every answer is as it was.")
+    else:
+        _print_divergence(console, replayed.divergence, count, name)
+
+
+def _print_divergence(console: Console, found: Divergence, count: str, name: str) -> None:
+    where = f"the last of {count} of {name} that were taken again, step {found.number} of {found.file}."
+    console.print(Text("diverges", style="bold red"), f"  at {time_text(found.t)}: {where}")
+    console.print(f"asked  {asked_in_words(found.question)}")
+    console.print(f"then   {answer_in_words(found.then)}")
+    console.print(f"now    {answer_in_words(found.now)}")
+    differences = found.differences
+    console.print()
+    for each in differences[:DIFFERENCES_SHOWN]:
+        console.print(f"{each.path}: {value_text(each.then)} then, {value_text(each.now)} now")
+    if len(differences) > DIFFERENCES_SHOWN:
+        console.print(f"... and {len(differences) - DIFFERENCES_SHOWN} more; --json has all of them.")

@@ -1,0 +1,172 @@
+"""Asking the core as it is now what another one was asked, and comparing the answers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import zip_longest
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from skillwing.dsl import SkillsetError, parse
+from skillwing.dsl.model import Skillset
+from skillwing.services.core.resource_core import ResourceCore
+from skillwing.services.names import RESOURCE_MANAGER
+from skillwing.services.replay.errors import BadStepsError
+from skillwing.services.replay.files import StepFile, read_steps, step_files
+from skillwing.services.replay.steps import Asked, Head, Made, Question, answer_of, encoded
+
+NEW_RECORD = "a record that was not written then"
+"""Id of a timeline record for which there is none of then."""
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """Where two answers differ, as a path into them, and what stands there; None where one of them has nothing."""
+
+    path: str
+    then: Any
+    now: Any
+
+
+@dataclass(frozen=True, slots=True)
+class Divergence:
+    """The first step whose answer is another one today.
+
+    number: of the step, from 1, in its file.
+    then, now: the answers as plain values; differences: where these differ.
+    """
+
+    file: Path
+    number: int
+    t: float
+    question: Question
+    then: dict[str, Any]
+    now: dict[str, Any]
+
+    @property
+    def differences(self) -> tuple[Difference, ...]:
+        return tuple(_differences("", self.then, self.now))
+
+
+@dataclass(frozen=True, slots=True)
+class Replayed:
+    """What a replay has found. steps: that were taken again; unfinished: files whose last line is not whole."""
+
+    head: Head
+    files: int
+    steps: int
+    begin: float
+    end: float
+    unfinished: tuple[Path, ...]
+    divergence: Divergence | None
+
+
+def replay_folder(folder: Path) -> Replayed:
+    """Replay all files of steps in a directory, up to the first answer that is another one today.
+
+    Raises BadStepsError where there is nothing to replay, or what is there cannot be.
+    """
+    files = [file for path in step_files(folder) if (file := read_steps(path)) is not None and file.lines]
+    if not files:
+        text = f"There are no steps of a resource manager in {folder}."
+        raise BadStepsError(f"{text} Name the directory of a run that `up`, `mock` or `demo` has made.")
+    steps, divergence = 0, None
+    for file in files:
+        divergence = replay(file)
+        asked = sum(isinstance(line, Asked) for line in file.lines)
+        steps += asked if divergence is None else divergence.number
+        if divergence is not None:
+            break
+    return Replayed(
+        head=files[0].head,
+        files=len(files),
+        steps=steps,
+        begin=files[0].lines[0].t,
+        end=files[-1].lines[-1].t,
+        unfinished=tuple(file.path for file in files if not file.finished),
+        divergence=divergence,
+    )
+
+
+def replay(file: StepFile) -> Divergence | None:
+    """Take the steps of one file again. Raises BadStepsError if its skillset means something else today."""
+    skillset = skillset_of(file)
+    core: ResourceCore | None = None
+    ids = _RecordIds()
+    number = 0
+    for line in file.lines:
+        match line:
+            case Made():
+                core = _make_core(skillset, line, ids, core)
+            case Asked() if core is not None:
+                number += 1
+                ids.give(line.record_ids)
+                answer = _answer(core, line)
+                if answer != bytes(line.answer):
+                    then, now = msgspec.msgpack.decode(line.answer), msgspec.msgpack.decode(answer)
+                    return Divergence(file.path, number, line.t, line.question, then, now)
+            case _:
+                pass
+    return None
+
+
+def skillset_of(file: StepFile) -> Skillset:
+    """The skillset of then. Raises BadStepsError if this Skillwing reads its source as another one."""
+    head = file.head
+    try:
+        skillset = parse(head.text, head.file)
+    except SkillsetError as error:
+        text = f"The skillset of {file.path} has errors today: {error.diagnostics[0].message}"
+        raise BadStepsError(f"{text.rstrip('.')}. Replay it with the version that flew.") from error
+    if skillset.schema_hash != head.schema:
+        text = (
+            f"The skillset `{head.skillset}` in {file.path} was version {head.schema}, and means {skillset.schema_hash}"
+        )
+        raise BadStepsError(f"{text} to this Skillwing. Replay it with the version that flew.")
+    return skillset
+
+
+class _RecordIds:
+    """Timeline records get the ids that they had."""
+
+    def __init__(self) -> None:
+        self._ids: Iterator[str] = iter(())
+
+    def give(self, ids: tuple[str, ...]) -> None:
+        self._ids = iter(ids)
+
+    def __call__(self) -> str:
+        return next(self._ids, NEW_RECORD)
+
+
+def _make_core(skillset: Skillset, made: Made, ids: _RecordIds, before: ResourceCore | None) -> ResourceCore:
+    data = before.data if made.same_data and before is not None else None
+    return ResourceCore(
+        skillset, source=RESOURCE_MANAGER, new_record_id=ids, found=made.found, kept=made.kept, data=data
+    )
+
+
+def _answer(core: ResourceCore, asked: Asked) -> bytes:
+    try:
+        step = asked.question.put_to(core, asked.t)
+    except Exception as error:  # noqa: BLE001 - whatever it is, it is what the core answers
+        return encoded(answer_of(error))
+    return encoded(answer_of(step))
+
+
+def _differences(path: str, then: Any, now: Any) -> Iterator[Difference]:
+    match then, now:
+        case dict(), dict():
+            for key in {**then, **now}:
+                inner = f"{path}.{key}" if path else str(key)
+                yield from _differences(inner, then.get(key), now.get(key))
+        case list(), list():
+            for index, (one, other) in enumerate(zip_longest(then, now)):
+                yield from _differences(f"{path}[{index}]", one, other)
+        case _ if then != now or type(then) is not type(now):
+            yield Difference(path, then, now)
+        case _:
+            pass
