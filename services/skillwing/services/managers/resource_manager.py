@@ -25,7 +25,7 @@ from skillwing.services.managers.journaled_core import JournaledCore, TakeStep, 
 from skillwing.services.managers.lease_watch import LeaseWatch
 from skillwing.services.managers.presence import Presence
 from skillwing.services.managers.serving import serve
-from skillwing.services.names import RESOURCE_MANAGER
+from skillwing.services.names import RESOURCE_MANAGER, STEPS_FOLDER
 from skillwing.services.options import required
 from skillwing.services.protocol import (
     AttachManager,
@@ -50,6 +50,9 @@ from skillwing.services.protocol import (
     decode,
     encode,
 )
+from skillwing.services.replay.files import StepWriter
+from skillwing.services.replay.recorded_core import RecordedCore
+from skillwing.services.replay.steps import head_of
 from skillwing.services.timeline import Timeline
 
 R = TypeVar("R")
@@ -67,19 +70,25 @@ class ResourceManagerNode:
     """Shell of `ResourceCore`.
 
     found: states in which resources are found at the start, not their initial ones. journal: gets every change before
-    anybody hears of it; if there is something in it this node goes on from there. By default one in memory.
+    anybody hears of it; if there is something in it this node goes on from there. By default one in memory. steps: gets
+    all that is asked and answered, to be replayed.
     """
 
     name = RESOURCE_MANAGER
     owns_clock = False
 
     def __init__(
-        self, skillset: Skillset, found: Mapping[str, str] | None = None, journal: Journal | None = None
+        self,
+        skillset: Skillset,
+        found: Mapping[str, str] | None = None,
+        journal: Journal | None = None,
+        steps: StepWriter | None = None,
     ) -> None:
         self._skillset = skillset
         self._found = found
         self._keys = Keys(skillset.name)
         self._journal = journal or Journal(None, Identity("", skillset.name, skillset.schema_hash))
+        self._steps = steps
         self._declared: list[Handle] = []
         self._rejudging: Handle | None = None
 
@@ -108,6 +117,8 @@ class ResourceManagerNode:
     def detach(self) -> None:
         self._leave()
         self._journal.close()
+        if self._steps is not None:
+            self._steps.close()
 
     # --- coming and going --------------------------------------------------------------------------------------------
 
@@ -116,10 +127,11 @@ class ResourceManagerNode:
         return self._journaled.core
 
     def _make_core(self, kept: Kept | None, data: LatestData | None) -> ResourceCore:
+        make = ResourceCore
+        if self._steps is not None:
+            make = partial(RecordedCore, writer=self._steps, remembered=self._journal.kept, now=self._bus.now())
         new_id = self._timeline.new_id
-        return ResourceCore(
-            self._skillset, source=self.name, new_record_id=new_id, found=self._found, kept=kept, data=data
-        )
+        return make(self._skillset, source=self.name, new_record_id=new_id, found=self._found, kept=kept, data=data)
 
     def _resume(self, kept: Kept) -> None:
         if kept.records:
@@ -304,11 +316,12 @@ def _crash(error: JournalError) -> NoReturn:
 
 def make_resource_manager(options: dict[str, Any]) -> Node:
     """Options: `skillset`, the path of the .skillset file; `robot`, its name; `journal`, the path of the journal, in
-    memory by default; `durable`, whether it is to be safe from power loss.
+    memory by default, beside which all steps are written down; `durable`, whether it is to be safe from power loss.
 
     Raises JournalRefusedError for a journal that may not be used, JournalWriteError where none can be written.
     """
-    skillset = load(required(options, "skillset"))
+    source = Path(required(options, "skillset"))
+    skillset = load(source)
     path = options.get("journal")
     identity = Identity(options.get("robot", ""), skillset.name, skillset.schema_hash)
     if path is not None:
@@ -316,4 +329,5 @@ def make_resource_manager(options: dict[str, Any]) -> Node:
     journal = Journal(None if path is None else Path(path), identity, durable=bool(options.get("durable")))
     # A journal that cannot be read is to be refused here, with a sentence, before anything runs.
     journal.kept()
-    return ResourceManagerNode(skillset, journal=journal)
+    steps = None if path is None else StepWriter(Path(path).with_name(STEPS_FOLDER), head_of(identity, source))
+    return ResourceManagerNode(skillset, journal=journal, steps=steps)
