@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from types import MappingProxyType
 from typing import TypeAlias
 
@@ -93,9 +93,12 @@ class ResourceTable:
                 )
             )
 
-    def latest_change(self, names: Iterable[str]) -> tuple[str, str] | None:
-        """Of these resources the one that changed last, and the record of it; None if none ever changed."""
-        changed = [name for name in names if name in self._last_change]
+    def latest_change(self, names: Collection[str]) -> tuple[str, str] | None:
+        """Of these resources the one that changed last, and the record of it; None if none ever changed.
+
+        Of several that one effect has changed it is the one declared first, in every process.
+        """
+        changed = [name for name in self._resources if name in names and name in self._last_change]
         if not changed:
             return None
         latest = max(changed, key=lambda name: self._last_change[name][0])
