@@ -77,6 +77,7 @@ class M600Layer(FakeLayer):
         self.reports = True
         self.measures = True
         self.navigates = True
+        self.tells_flight = True
         self.diverged = False
         self.laps_done = 0.0
         self.source = ObstacleSource.NONE
@@ -237,17 +238,18 @@ class M600Layer(FakeLayer):
                     heading=self.heading,
                 ),
             )
-        self.publish(
-            topics.FLIGHT,
-            topics.FlightState(
-                t=now,
-                on_ground=self.on_ground,
-                rotors_on=self.rotors_run_on or not self.on_ground,
-                home_valid=True,
-                authority=self.authority,
-                failsafe=self.failsafe,
-            ),
-        )
+        if self.tells_flight:
+            self.publish(
+                topics.FLIGHT,
+                topics.FlightState(
+                    t=now,
+                    on_ground=self.on_ground,
+                    rotors_on=self.rotors_run_on or not self.on_ground,
+                    home_valid=True,
+                    authority=self.authority,
+                    failsafe=self.failsafe,
+                ),
+            )
         self.publish(
             topics.OBSTACLE_STATUS,
             topics.ObstacleStatus(

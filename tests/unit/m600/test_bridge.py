@@ -29,6 +29,17 @@ def test_resources_follow_the_robot(drone: Drone) -> None:
     assert states["SDK_authority"] == "UNAVAILABLE"
 
 
+def test_nobody_flies_a_drone_that_has_fallen_silent(drone: Drone) -> None:
+    drone.layer.tells_flight = False
+    drone.run(1.9)
+    assert drone.states["SDK_authority"] == "AVAILABLE"
+    drone.run(1.5)
+    assert drone.states["SDK_authority"] == "UNAVAILABLE"
+    drone.layer.tells_flight = True
+    drone.run(0.3)
+    assert drone.states["SDK_authority"] == "AVAILABLE"
+
+
 @pytest.mark.parametrize(("percent", "status"), [(80.0, "NORMAL"), (29.0, "LOW"), (14.0, "CRITICAL")])
 def test_the_battery_has_three_states(drone: Drone, percent: float, status: str) -> None:
     drone.layer.percent = percent

@@ -39,6 +39,10 @@ from skillwing.sim_mujoco.topics import (
 
 RESEND_PERIOD = 0.5
 """Between two comparisons of the resources with the robot; a change is passed on at once [s]."""
+FLIGHT_SILENCE = 2.0
+"""A vehicle that has not told its flight state for so long lets nobody fly it [s]."""
+SECOND_LOOK = 0.5
+"""Later than the first one: a bridge that was stopped itself hears first what it has missed [s]."""
 SENSOR_RESOURCES = {"zed": "zed_status", "lidar": "lidar_status"}
 """Sensors whose health a resource stands for; that of the others goes to the timeline only."""
 _log = logging.getLogger(__name__)
@@ -68,12 +72,14 @@ class RobotBridge:
 
     def attach(self, bus: Bus) -> None:
         keys = Keys(self._skillset.name)
+        self._bus = bus
         self._timeline = Timeline(bus, keys)
         self._resources = SkillsetInterface(bus, self._skillset, client=self.name)
         self._authority = bus.advertise(AUTHORITY, events=True)
         self._telemetry = Telemetry(bus, self._skillset)
         Latest(bus, f"{HEALTH}/*", Health, self._on_health, events=True)
-        Latest(bus, FLIGHT, FlightState, self._on_flight)
+        self._flight = Latest(bus, FLIGHT, FlightState, self._on_flight)
+        bus.every(FLIGHT_SILENCE / 4, self._miss_the_vehicle)
         Latest(bus, BATTERY, Battery, self._on_battery)
         self._modem = Latest(bus, LINK_STATUS, LinkStatus, self._on_link)
         bus.every(SILENCE / 4, self._miss_the_modem)
@@ -131,6 +137,21 @@ class RobotBridge:
         self._want("homepoint_status", "VALID" if flight.home_valid else "INVALID", "home point")
         self._want("flight_status", "ON_GROUND" if flight.on_ground else "IN_AIR", "landing gear")
         self._tell_failsafe(flight.failsafe)
+
+    def _miss_the_vehicle(self) -> None:
+        if self._is_silent:
+            self._bus.after(SECOND_LOOK, self._lose_the_vehicle)
+
+    def _lose_the_vehicle(self) -> None:
+        """Nobody flies what does not answer: skills that need the authority end, and none of them starts."""
+        if self._is_silent:
+            self._want(
+                "SDK_authority", "UNAVAILABLE", "vehicle", f"its flight state is silent for {FLIGHT_SILENCE:g} s"
+            )
+
+    @property
+    def _is_silent(self) -> bool:
+        return self._flight.value is not None and not self._flight.is_fresh(FLIGHT_SILENCE)
 
     def _tell_failsafe(self, failsafe: str) -> None:
         """What the autopilot does by itself is no resource's state, but those who read the timeline need to know."""
