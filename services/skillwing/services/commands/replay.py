@@ -68,9 +68,7 @@ def _facts(replayed: Replayed) -> dict[str, Any]:
 
 def _print(console: Console, replayed: Replayed) -> None:
     for path in replayed.unfinished:
-        console.print(
-            f"The last line of {path} is not whole, as a power cut or a full disk leaves it, and is left out."
-        )
+        console.print(f"The last step in {path} was not written to its end, and is left out.")
     name = replayed.head.robot or replayed.head.skillset
     count = f"{replayed.steps} step{'' if replayed.steps == 1 else 's'}"
     if replayed.divergence is None:

@@ -122,10 +122,9 @@ def skillset_of(file: StepFile) -> Skillset:
         text = f"The skillset of {file.path} has errors today: {error.diagnostics[0].message}"
         raise BadStepsError(f"{text.rstrip('.')}. Replay it with the version that flew.") from error
     if skillset.schema_hash != head.schema:
-        text = (
-            f"The skillset `{head.skillset}` in {file.path} was version {head.schema}, and means {skillset.schema_hash}"
-        )
-        raise BadStepsError(f"{text} to this Skillwing. Replay it with the version that flew.")
+        then = f"{file.path} was written with version {head.schema} of the skillset `{head.skillset}`"
+        text = f"{then}, whose source means version {skillset.schema_hash} to this Skillwing."
+        raise BadStepsError(f"{text} Replay it with the version that flew.")
     return skillset
 
 

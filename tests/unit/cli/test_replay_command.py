@@ -1,0 +1,103 @@
+"""`skillwing replay`: what it says of a run whose answers are the same, of one whose are not, and of bad runs."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+import typer
+from typer.testing import CliRunner, Result
+
+from skillwing.dsl import parse
+from skillwing.services.commands.exit_codes import FAILED, OK, USAGE, exit_code_of
+from skillwing.services.commands.replay import replay
+from skillwing.services.core.grants import Ledger
+from skillwing.services.ids import RecordIds
+from skillwing.services.names import RESOURCE_MANAGER
+from skillwing.services.protocol import BeginGoal
+from skillwing.services.replay.errors import BadStepsError
+from skillwing.services.replay.files import StepWriter
+from skillwing.services.replay.recorded_core import RecordedCore
+from skillwing.services.replay.steps import FORMAT, Head
+
+SOURCE = """
+skillset crane {
+    resource hook { initial FREE  FREE -> TAKEN  TAKEN -> FREE }
+    skill lift {
+        effect { take: hook -> TAKEN  free: hook -> FREE }
+        precondition { free: resource=(hook == FREE)  success take }
+        interrupt { apply=free }
+        result { DONE: apply=free }
+    }
+}
+"""
+CRANE = parse(SOURCE)
+
+
+@pytest.fixture
+def run_dir(tmp_path: Path) -> Path:
+    """A run in which time passed and a lift began."""
+    head = Head(FORMAT, "r1", "crane", CRANE.schema_hash, "crane.skillset", SOURCE)
+    writer = StepWriter(tmp_path / "steps", head)
+    core = RecordedCore(
+        CRANE,
+        source=RESOURCE_MANAGER,
+        new_record_id=RecordIds(RESOURCE_MANAGER),
+        writer=writer,
+        remembered=lambda: None,
+        now=0.0,
+    )
+    core.tick(1.0)
+    schema = CRANE.schema_hash
+    core.begin(BeginGoal(goal_id="g1", skill="lift", inputs={}, manager="skill/lift", owner="t", schema=schema), 12.5)
+    writer.close()
+    return tmp_path
+
+
+def run(*words: str) -> Result:
+    app = typer.Typer()
+    app.command()(replay)
+    return CliRunner().invoke(app, list(words), catch_exceptions=False)
+
+
+def test_the_same_answers_are_one_line(run_dir: Path) -> None:
+    result = run(str(run_dir))
+    assert result.exit_code == OK
+    assert result.stdout == "same   2 steps of r1, from 0.00 s to 12.50 s: every answer is as it was.\n"
+
+
+def test_another_answer_is_told_in_words(run_dir: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Ledger, "next_token", lambda *_: 7)
+    result = run(str(run_dir))
+    assert result.exit_code == FAILED
+    assert "at 12.50 s: the last of 2 steps of r1 that were taken again, step 2 of" in result.stdout
+    assert "asked  skill/lift asked to begin `lift`, goal g1\n" in result.stdout
+    assert "then   granted with token 12500 at revision 1; `hook` FREE -> TAKEN\n" in result.stdout
+    assert "now    granted with token 7 at revision 1; `hook` FREE -> TAKEN\n" in result.stdout
+    assert "reply.token: 12500 then, 7 now\n" in result.stdout
+
+
+def test_json_has_both_answers(run_dir: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    same = json.loads(run(str(run_dir), "--json").stdout)
+    assert same == {**same, "same": True, "steps": 2, "divergence": None, "skillset": "crane", "unfinished": []}
+    monkeypatch.setattr(Ledger, "next_token", lambda *_: 7)
+    found = json.loads(run(str(run_dir), "--json").stdout)["divergence"]
+    assert found["question"]["request"]["goal_id"] == "g1"
+    assert found["then"]["reply"]["token"] == 12500
+    assert found["now"]["reply"]["token"] == 7
+    assert {"path": "reply.token", "then": 12500, "now": 7} in found["differences"]
+
+
+def test_an_unfinished_step_is_said(run_dir: Path) -> None:
+    file = run_dir / "steps" / "1.msgpack"
+    file.write_bytes(file.read_bytes()[:-1])
+    result = run(str(run_dir))
+    assert result.exit_code == OK
+    assert "1.msgpack was not written to its end, and is left out.\nsame   1 step of r1" in result.stdout
+
+
+def test_no_steps_are_a_sentence_and_an_exit_code(tmp_path: Path) -> None:
+    with pytest.raises(BadStepsError, match=r"There are no steps .* Name the directory of a run") as error:
+        run(str(tmp_path))
+    assert exit_code_of(error.value) == USAGE
