@@ -29,6 +29,8 @@ NARROW: Final = 0.85
 """The tube of a drone that stands near something already: hull and noise [m]."""
 STALE: Final = 0.5
 """A look along the way that is older than this says nothing any more [s]."""
+_CLEAR = 0.1
+"""The tube of a drone that stands near something leaves so much free [m]."""
 _CLUSTER, _CLUSTER_LENGTH = 3, 0.5
 """An obstacle is so many voxels within so many metres along the way."""
 
@@ -75,7 +77,7 @@ class FreeSpace:
             seen.points.astype(np.float64),
             seen.origin,
             seen.stamp,
-            lambda places: sighting.view.sees_through((places - seen.origin) @ seen.turn),
+            lambda places: sighting.view.sees_through((seen.turn.T @ (places - seen.origin).T).T),
         )
 
     def forget(self) -> None:
@@ -97,15 +99,15 @@ class FreeSpace:
         stamp, view = latest.seen.stamp, latest.view
         if t - stamp > STALE:
             return Outlook(None, None, view.reach, stamp)
-        solid, here = self._map.solid, np.array(position)
+        here = np.array(position)
         axis = view.axis(heading, np.array(velocity))
-        ahead = None if axis is None else _finite(_nearest(solid, here, axis, view.sight, TUBE_RADIUS))
+        ahead = None if axis is None else _finite(_nearest(self._map, here, axis, view.sight, TUBE_RADIUS))
         corners = [here, *(np.array(corner) for corner in way)]
         looked = self._look_along(t, corners)
         if looked is None:
             return Outlook(None, ahead, view.reach, stamp)
         stamp, horizon = looked
-        return Outlook(_free_distance(solid, corners, view.sight), ahead, horizon, stamp)
+        return Outlook(_free_distance(self._map, corners, view.sight), ahead, horizon, stamp)
 
     def _look_along(self, t: float, corners: Sequence[Points]) -> tuple[float, float] | None:
         """When the sensor looked along the way last, and how far along it anything would be noticed."""
@@ -124,7 +126,7 @@ class FreeSpace:
         return None
 
 
-def _free_distance(solid: Points, corners: Sequence[Points], sight: float) -> float:
+def _free_distance(known: LocalMap, corners: Sequence[Points], sight: float) -> float:
     """Metres along the way to what the hull, swept along it, would meet; at most `sight`.
 
     The hull has to fit at the end of the way as well, so this may be more than the length of the way: by as much as
@@ -133,13 +135,13 @@ def _free_distance(solid: Points, corners: Sequence[Points], sight: float) -> fl
     Near something the tube is as wide as the drone is away from it: it can leave, or go along, but not come nearer.
     """
     here, end = corners[0], corners[-1]
-    flown, radius = 0.0, _tube_radius(solid, here)
+    flown, radius = 0.0, _tube_radius(known, here)
     for a, b in pairwise(corners):
         length = float(np.linalg.norm(b - a))
         if length < 1e-3:
             continue
         beyond = radius if b is end else 0.0
-        nearest = _nearest(solid, a, (b - a) / length, min(length + beyond, sight - flown), radius)
+        nearest = _nearest(known, a, (b - a) / length, min(length + beyond, sight - flown), radius)
         if math.isfinite(nearest):
             return flown + nearest
         flown += length
@@ -148,15 +150,19 @@ def _free_distance(solid: Points, corners: Sequence[Points], sight: float) -> fl
     return min(flown + TUBE_RADIUS, sight)
 
 
-def _tube_radius(solid: Points, here: Points) -> float:
+def _tube_radius(known: LocalMap, here: Points) -> float:
+    counts = TUBE_RADIUS + _CLEAR
+    solid = known.solid_within(here - counts, here + counts)
     if len(solid) < _CLUSTER:
         return TUBE_RADIUS
     gaps = np.partition(np.linalg.norm(solid - here, axis=1), _CLUSTER - 1)
-    return float(np.clip(gaps[_CLUSTER - 1] - 0.1, NARROW, TUBE_RADIUS))
+    return float(np.clip(gaps[_CLUSTER - 1] - _CLEAR, NARROW, TUBE_RADIUS))
 
 
-def _nearest(solid: Points, here: Points, direction: Points, reach: float, radius: float) -> float:
+def _nearest(known: LocalMap, here: Points, direction: Points, reach: float, radius: float) -> float:
     """Where along the tube the nearest cluster of points begins [m]; infinity if there is none within reach."""
+    end = here + reach * direction
+    solid = known.solid_within(np.minimum(here, end) - radius, np.maximum(here, end) + radius)
     away = solid - here
     along = away @ direction
     near = (along > 0.0) & (along < reach)

@@ -32,17 +32,17 @@ class LocalMap:
     def __init__(self, span: float = 30.0) -> None:
         self._span = span
         self._keys: NDArray[np.int64] = np.empty(0, dtype=np.int64)
-        self._points: Points = np.empty((0, 3))
+        # Coordinate by coordinate, (3, N): most of what is asked of all points goes along one axis.
+        self._points: Points = np.empty((3, 0))
         self._votes: NDArray[np.int8] = np.empty(0, dtype=np.int8)
         self._stamps: NDArray[np.float64] = np.empty(0)
 
     def __len__(self) -> int:
         return len(self._keys)
 
-    @property
-    def solid(self) -> Points:
-        """Points (N, 3) of the voxels that are agreed on, in the world [m]."""
-        return self._points[self._votes >= AGREEING]
+    def solid_within(self, low: Points, high: Points) -> Points:
+        """Points (N, 3), in the world [m], of the voxels that are agreed on, in the box from `low` to `high` (3,)."""
+        return self._points[:, self._within(low, high) & (self._votes >= AGREEING)].T
 
     def forget(self) -> None:
         self.__init__(self._span)
@@ -55,22 +55,30 @@ class LocalMap:
         known = self._keys[at] == keys if len(self._keys) else np.zeros(len(keys), dtype=bool)
         hit, seen = at[known], first[known]
         self._votes[hit] = np.minimum(self._votes[hit] + 1, _MOST_VOTES)
-        self._stamps[hit], self._points[hit] = stamp, points[seen]
-        doubted = sees_through(self._points)
+        self._stamps[hit], self._points[:, hit] = stamp, points[seen].T
+        doubted = sees_through(self._points.T)
         doubted[hit] = False
         self._votes[doubted] -= 1
-        near = np.abs(self._points - here).max(axis=1, initial=0.0) <= self._span
-        kept = (self._votes > 0) & (stamp - self._stamps <= MEMORY) & near
+        kept = (self._votes > 0) & (stamp - self._stamps <= MEMORY)
+        kept &= self._within(here - self._span, here + self._span)
         self._merge(kept, keys[~known], points[first[~known]], stamp)
 
+    def _within(self, low: Points, high: Points) -> Mask:
+        """Which points lie in the box from `low` to `high` (3,)."""
+        inside = np.ones(len(self), dtype=np.bool_)
+        for along, least, most in zip(self._points, low, high, strict=True):
+            inside &= (along >= least) & (along <= most)
+        return inside
+
     def _merge(self, kept: Mask, keys: NDArray[np.int64], points: Points, stamp: float) -> None:
-        merged = np.concatenate([self._keys[kept], keys])
-        order = np.argsort(merged, kind="stable")
-        votes, stamps = np.ones(len(keys), dtype=np.int8), np.full(len(keys), stamp)
-        self._keys = merged[order]
-        self._points = np.concatenate([self._points[kept], points])[order]
-        self._votes = np.concatenate([self._votes[kept], votes])[order]
-        self._stamps = np.concatenate([self._stamps[kept], stamps])[order]
+        """Leave out what is not `kept`, and put new voxels with one vote between the others."""
+        old, new = np.flatnonzero(kept), len(self._keys) + np.arange(len(keys))
+        order = np.argsort(np.concatenate([self._keys[old], keys]), kind="stable")
+        source = np.concatenate([old, new])[order]
+        self._keys = np.concatenate([self._keys, keys])[source]
+        self._points = np.concatenate([self._points, points.T], axis=1).take(source, axis=1)
+        self._votes = np.concatenate([self._votes, np.ones(len(keys), dtype=np.int8)])[source]
+        self._stamps = np.concatenate([self._stamps, np.full(len(keys), stamp)])[source]
 
 
 def _keys(points: Points) -> NDArray[np.int64]:

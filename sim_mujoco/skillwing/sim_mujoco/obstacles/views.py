@@ -89,15 +89,14 @@ class CameraView:
 
     def sees_through(self, places: Points) -> Mask:
         depth, left, up = places.T
-        ahead = np.maximum(depth, 0.1)
+        wide, high = self.across * depth, self.upright * depth
+        ahead = (depth > 0.1) & (np.abs(left) < wide) & (np.abs(up) < high)
         rows, columns = self.nearest.shape
-        row = np.floor(0.5 * rows * (1.0 - up / (ahead * self.upright))).astype(np.int64)
-        column = np.floor(0.5 * columns * (1.0 - left / (ahead * self.across))).astype(np.int64)
-        inside = (depth > 0.1) & (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
-        seen = self.nearest[np.clip(row, 0, rows - 1), np.clip(column, 0, columns - 1)]
-        known = inside & np.isfinite(seen)
-        seen = np.where(known, seen, 0.0)
-        return known & (seen - 3 * 0.0015 * seen * seen - _BEYOND > depth)
+        row = _cell(up[ahead] / high[ahead], rows)
+        column = _cell(left[ahead] / wide[ahead], columns)
+        seen = np.where(np.isfinite(self.nearest), self.nearest, 0.0)
+        ahead[ahead] = (seen - 3 * 0.0015 * seen * seen - _BEYOND)[row, column] > depth[ahead]
+        return ahead
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,13 +134,21 @@ class RingView:
 
     def sees_through(self, places: Points) -> Mask:
         distance = np.maximum(np.linalg.norm(places, axis=1), 0.1)
+        in_ring = np.abs(places[:, 0]) <= math.sin(LIDAR_HALF_FAN) * distance
+        (fore, left, up), distance = places[in_ring].T, distance[in_ring]
         columns, beams = self.nearest.shape
-        turn = np.arctan2(places[:, 2], places[:, 1]) / (2 * np.pi) % 1.0
-        lean = np.arcsin(np.clip(places[:, 0] / distance, -1.0, 1.0)) / LIDAR_HALF_FAN
+        turn = np.arctan2(up, left) / (2 * np.pi) % 1.0
+        lean = np.arcsin(np.clip(fore / distance, -1.0, 1.0)) / LIDAR_HALF_FAN
         beam = np.round(0.5 * (lean + 1.0) * (beams - 1)).astype(np.int64)
-        seen = self.nearest[(turn * columns).astype(np.int64) % columns, np.clip(beam, 0, beams - 1)]
-        known = (np.abs(lean) <= 1.0) & np.isfinite(seen)
-        return known & (np.where(known, seen, 0.0) - 2 * _BEYOND > distance)
+        seen = np.where(np.isfinite(self.nearest), self.nearest, 0.0)
+        seen = seen[(turn * columns).astype(np.int64) % columns, np.clip(beam, 0, beams - 1)]
+        in_ring[in_ring] = seen - 2 * _BEYOND > distance
+        return in_ring
+
+
+def _cell(aside: Points, count: int) -> NDArray[np.int64]:
+    """Which of `count` rows or columns: from -1 at the last one's far edge to 1 at the first one's."""
+    return np.minimum((0.5 * count * (1.0 - aside)).astype(np.int64), count - 1)
 
 
 _COLUMNS = 8
