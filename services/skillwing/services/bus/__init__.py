@@ -12,9 +12,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Literal, Protocol
 
 from skillwing.services.protocol import ErrorReply
+
+Topology = Literal["router", "mesh"]
+"""How the processes of one system meet: all at a router, or each with each."""
 
 EVENT_HISTORY = 1000
 """How many publications of an event publisher are kept for late and cut-off subscribers."""

@@ -17,10 +17,21 @@ from queue import Empty, SimpleQueue
 import zenoh
 import zenoh.ext
 
-from skillwing.services.bus import EVENT_HISTORY, Answer, Answered, Handle, Refused, Request, Sample, Unanswered
+from skillwing.services.bus import (
+    EVENT_HISTORY,
+    Answer,
+    Answered,
+    Handle,
+    Refused,
+    Request,
+    Sample,
+    Topology,
+    Unanswered,
+)
 from skillwing.services.bus.agenda import Agenda, Entry
+from skillwing.services.bus.backlog import Backlog
 from skillwing.services.bus.clock import ROUNDING, Clock, FollowedClock, LockstepClock, WallClock
-from skillwing.services.bus.zenoh_session import CONNECT_TIMEOUT, open_client
+from skillwing.services.bus.zenoh_session import CONNECT_TIMEOUT, open_session
 from skillwing.services.ids import new_goal_id
 from skillwing.services.protocol import (
     CLOCK_DONE_KEY,
@@ -52,7 +63,8 @@ logger = logging.getLogger(__name__)
 class ZenohBus:
     """One node's session; see `Bus` for what each method promises.
 
-    name: the node's; robot: whose namespace; endpoint: of the router, `tcp/HOST:PORT`; clock: who tells robot time.
+    name: the node's; robot: whose namespace; endpoint: of the router, `tcp/HOST:PORT`; clock: who tells robot time;
+    topology: how the session meets others.
     Raises RouterUnreachableError if the router does not answer within `connect_timeout` seconds.
     """
 
@@ -63,10 +75,13 @@ class ZenohBus:
         endpoint: str,
         clock: Clock | None = None,
         connect_timeout: float = CONNECT_TIMEOUT,
+        *,
+        topology: Topology = "router",
     ) -> None:
         self._name = name
         self._clock = clock or WallClock()
         self._mailbox: SimpleQueue[Callable[[], None]] = SimpleQueue()
+        self._backlog = Backlog()
         self._robot_agenda = Agenda()
         self._wall_agenda = Agenda()
         self._declared: set[_Declared] = set()
@@ -75,7 +90,7 @@ class ZenohBus:
         self._done: _Publisher | None = None
         self._running = False
         self._closed = False
-        self._session = open_client(endpoint, robot, connect_timeout)
+        self._session = open_session(topology, endpoint, robot, connect_timeout)
         if isinstance(self._clock, FollowedClock):
             self._follow(self._clock)
         elif isinstance(self._clock, LockstepClock):
@@ -100,7 +115,11 @@ class ZenohBus:
 
     @property
     def connected(self) -> bool:
-        return not self._closed and bool(self._session.info.routers_zid())
+        if self._closed:
+            return False
+        info = self._session.info
+        # Peers that have met need no router to hear one another.
+        return bool(info.routers_zid()) or bool(info.peers_zid())
 
     # --- messages ----------------------------------------------------------------------------------------------------
 
@@ -151,7 +170,18 @@ class ZenohBus:
         handle = _Declared(self._declared)
 
         def receive(query: zenoh.Query) -> None:
-            self.post(lambda: handle.while_declared(lambda: on_request(_Request(query))))
+            size = _size(query)
+            if not self._backlog.enter(size):
+                text = f"`{self._name}` has not taken up the requests that came before this one."
+                reply = ErrorReply(code=ErrorCode.UNAVAILABLE, message=text, help="Ask again.")
+                query.reply_err(encode(reply), encoding=REFUSAL)
+                return
+
+            def take_up() -> None:
+                self._backlog.leave(size)
+                handle.while_declared(lambda: on_request(_Request(query)))
+
+            self.post(take_up)
 
         callback = zenoh.handlers.Callback(receive, indirect=False)
         handle.hold(self._session.declare_queryable(key_expression, callback, complete=True))
@@ -516,6 +546,10 @@ class _Request:
         if query is None:
             raise RuntimeError(f"the query on `{self._key}` was answered twice; answer each query once")
         return query
+
+
+def _size(query: zenoh.Query) -> int:
+    return sum(len(each) for each in (query.payload, query.attachment) if each is not None)
 
 
 def _sample(sample: zenoh.Sample) -> Sample:

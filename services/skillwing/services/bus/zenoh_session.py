@@ -1,4 +1,8 @@
-"""How Skillwing opens Zenoh: one router, clients around it, loopback unless told otherwise, no multicast."""
+"""How Skillwing opens Zenoh: one router and who meets there, loopback unless told otherwise, no multicast.
+
+In the topology `router` everybody is a client of it, and a message takes two hops. In a `mesh` processes are peers that
+learn of one another at the router and then talk directly, over loopback: one hop, without the router's help.
+"""
 
 from __future__ import annotations
 
@@ -8,12 +12,15 @@ from typing import Any
 
 import zenoh
 
+from skillwing.services.bus import Topology
 from skillwing.services.errors import SkillwingError
 
 LEASE = 2.0
 """Seconds after which a process that has frozen, or whose link is cut, counts as gone."""
 CONNECT_TIMEOUT = 10.0
 """Seconds that a process waits for the router before it gives up."""
+ANY_PORT = "tcp/127.0.0.1:0"
+"""Where a peer listens: at a port that the system chooses, and not for other machines."""
 _PLACE_IN_SOURCE = re.compile(r"(?: \(os error \d+\))? at /\S+")
 
 
@@ -52,15 +59,37 @@ def _reason(report: str) -> str:
 
 def open_client(endpoint: str, robot: str, timeout: float = CONNECT_TIMEOUT) -> zenoh.Session:
     """A session in the robot's namespace by the router at `endpoint`; raises RouterUnreachableError."""
+    return _open_beside("client", endpoint, robot, timeout, listen=[], scouting=_scouting(delay=500))
+
+
+def open_peer(endpoint: str, robot: str, timeout: float = CONNECT_TIMEOUT) -> zenoh.Session:
+    """The same, for a process that others on this machine reach directly; raises RouterUnreachableError.
+
+    The router is where peers hear of one another, and passes on what clients say; peers that have met no longer need
+    it. Opening takes until everybody is met who is there, at most half a second.
+    """
+    scouting = {**_scouting(delay=500), "gossip": {"enabled": True}}
+    return _open_beside("peer", endpoint, robot, timeout, listen=[ANY_PORT], scouting=scouting)
+
+
+def open_session(topology: Topology, endpoint: str, robot: str, timeout: float = CONNECT_TIMEOUT) -> zenoh.Session:
+    """A session as a process of that topology has it; raises RouterUnreachableError."""
+    opener = open_peer if topology == "mesh" else open_client
+    return opener(endpoint, robot, timeout)
+
+
+def _open_beside(
+    mode: str, endpoint: str, robot: str, timeout: float, *, listen: list[str], scouting: dict[str, Any]
+) -> zenoh.Session:
     connect = {
         "endpoints": [endpoint],
         "timeout_ms": round(timeout * 1000),
         "exit_on_failure": True,
         "retry": {"period_init_ms": 100, "period_max_ms": 1000, "period_increase_factor": 2},
     }
-    own = {"namespace": f"robot/{robot}", "listen": {"endpoints": []}, "connect": connect}
+    own = {"namespace": f"robot/{robot}", "listen": {"endpoints": listen}, "connect": connect, "scouting": scouting}
     try:
-        return _open("client", {**own, "scouting": _scouting(delay=500)})
+        return _open(mode, own)
     except zenoh.ZError as error:
         raise RouterUnreachableError(endpoint) from error
 
