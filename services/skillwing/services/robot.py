@@ -39,6 +39,7 @@ class ProcessSpec:
     essential: the robot cannot go on without it; without any other it loses a part of what it can.
     extra: pip extra that its image needs, None for none.
     restart: what becomes of it when it dies. `never` is for a process that cannot take up where another one ended.
+    host: name of the process that it shares with all others that name the same host; None for a process of its own.
     """
 
     name: str
@@ -47,6 +48,7 @@ class ProcessSpec:
     essential: bool = True
     extra: str | None = None
     restart: Restart = "always"
+    host: str | None = None
 
 
 def _nothing(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from skillwing.dsl import SkillsetError, load
 from skillwing.dsl.model import Skillset
-from skillwing.services.bus import Answer, Answered
+from skillwing.services.bus import Answer, Answered, Topology
 from skillwing.services.bus.clock import FollowedClock, WallClock
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.bus.zenoh_session import RouterUnreachableError
@@ -33,6 +33,7 @@ _numbers = count(1)
 class Target:
     """A system to talk to. Where it was not found by its run state, pid and run_dir are None.
 
+    topology: how its processes meet; whoever comes from outside is a client of the router in any case.
     processes: those that were started, and what has become of them; empty where only the robot's table tells.
     """
 
@@ -43,6 +44,7 @@ class Target:
     pid: int | None = None
     run_dir: Path | None = None
     mock: bool = False
+    topology: Topology = "router"
     processes: tuple[ProcessState, ...] = ()
 
 
@@ -94,6 +96,7 @@ def _target(state: RunState) -> Target:
         pid=state.pid,
         run_dir=Path(state.run_dir),
         mock=state.mock,
+        topology=state.topology,
         processes=state.processes,
     )
 

@@ -59,7 +59,7 @@ class System(Connection):
         state = None if target.pid is None else read_run_state(target.robot)
         known = target.processes if state is None else state.processes
         known = known or tuple(ProcessState(name=name) for name in self._table())
-        names = {each.name for each in known}
+        names = {name for each in known for name in (each.name, *each.nodes)}
         others = sorted(name for name in alive if name not in names and not name.startswith(CLIENT))
         return entries_of((*known, *(ProcessState(name=name) for name in others)), alive)
 

@@ -17,9 +17,13 @@ from skillwing.services.commands.journal_options import (
 )
 from skillwing.services.commands.output import make_console
 from skillwing.services.commands.running import (
+    ColocateOption,
     DetachOption,
     ListenOption,
     RunDirOption,
+    Setting,
+    TopologyOption,
+    layout_words,
     make_run_dir,
     require_not_running,
     run_detached,
@@ -45,6 +49,8 @@ def mock(
         str | None, typer.Option(metavar="NAME", help="Of the mocked robot; default the skillset's name.")
     ] = None,
     detach: DetachOption = False,
+    colocate: ColocateOption = False,
+    topology: TopologyOption = "router",
     listen: ListenOption = LOOPBACK,
     run_dir: RunDirOption = None,
     resume: ResumeOption = False,
@@ -69,6 +75,7 @@ def mock(
         words = ["mock", str(file.absolute()), "--robot-name", name, "--listen", listen]
         words += [] if script is None else ["--script", str(script.absolute())]
         words += [] if seed is None else ["--seed", str(seed)]
+        words += layout_words(topology=topology, colocate=colocate)
         words += journal_words(resume=resume, durable=durable)
         run_detached(name, words, directory)
         return
@@ -77,4 +84,5 @@ def mock(
     played = ", ".join(map(str, scripts)) or "no script: each skill ends with its first success, if it has one"
     make_console().print(f"Mocks of {file}. They play {played}.", markup=False)
     specs = mock_processes(robot, scripts=scripts, seed=seed, run={"run_dir": str(directory), "durable": durable})
-    raise typer.Exit(run_system(robot, specs, directory, clock="wall", listen=listen, mock=True))
+    setting = Setting(clock="wall", listen=listen, mock=True, topology=topology, colocate=colocate)
+    raise typer.Exit(run_system(robot, specs, directory, setting))

@@ -24,7 +24,10 @@ MEBIBYTE = 1 << 20
 
 
 def process_table(entries: Iterable[Entry], cpu: Mapping[str, float] | None = None) -> Table:
-    """One line for each process. cpu: percent of one core by name; with it CPU and memory are shown, too."""
+    """One line for each process. cpu: percent of one core by name; with it CPU and memory are shown, too.
+
+    Nodes that share a process have lines below it; with cpu, where there is less room, it says how many there are.
+    """
     loads = ("CPU %", "MEMORY") if cpu is not None else ()
     table = make_table(("PROCESS", "STATE", "PID", "UP", "RESTARTS", *loads), right=("PID", "UP", "RESTARTS", *loads))
     for entry in entries:
@@ -33,7 +36,11 @@ def process_table(entries: Iterable[Entry], cpu: Mapping[str, float] | None = No
         up = "" if used is None else duration(used.uptime)
         load = () if cpu is None else ("", "") if used is None else _load(cpu.get(state.name, 0.0), used)
         told = Text(entry.condition, style=STYLES[entry.condition])
-        table.add_row(state.name, told, pid, up, str(state.restarts or ""), *load)
+        crowd = f" ({len(state.nodes)} nodes)" if state.nodes and cpu is not None else ""
+        table.add_row(f"{state.name}{crowd}", told, pid, up, str(state.restarts or ""), *load)
+        if cpu is None:
+            for node, how in entry.nodes.items():
+                table.add_row(f"  {node}", Text(how, style=STYLES[how]), "", "", "")
     return table
 
 
@@ -50,6 +57,7 @@ def process_facts(entry: Entry) -> dict[str, Any]:
         "restarts": entry.state.restarts,
         "essential": entry.state.essential,
         "last_words": entry.state.last_words or None,
+        "nodes": dict(entry.nodes),
     }
 
 

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from queue import SimpleQueue
@@ -14,10 +15,12 @@ from typing import Annotated
 
 import typer
 
+from skillwing.services.bus import Topology
 from skillwing.services.commands.attendance import Attendance
 from skillwing.services.commands.exit_codes import OK
 from skillwing.services.commands.output import make_console
 from skillwing.services.errors import SkillwingError
+from skillwing.services.processes.colocation import colocated, households
 from skillwing.services.processes.ending import Ending, ended_by_signals
 from skillwing.services.processes.launcher import ROUTER, ROUTER_TIMEOUT, START_TIMEOUT, Death, Launcher
 from skillwing.services.processes.process_state import ProcessState
@@ -28,6 +31,17 @@ DetachOption = Annotated[bool, typer.Option("--detach", "-d", help="Return once 
 ListenOption = Annotated[str, typer.Option("--listen", metavar="tcp/HOST:PORT", help="Where the router listens.")]
 RunDirOption = Annotated[
     Path | None, typer.Option("--run-dir", metavar="DIR", help="Where logs go; default runs/TIME.", show_default=False)
+]
+
+TopologyOption = Annotated[
+    Topology,
+    typer.Option(
+        "--topology",
+        help="How processes meet: all at the router, or each with each, for the lowest latency on one host.",
+    ),
+]
+ColocateOption = Annotated[
+    bool, typer.Option("--colocate", help="All managers but the resource manager in one process, for small machines.")
 ]
 
 
@@ -44,35 +58,60 @@ def require_not_running(robot: str, otherwise: str = "") -> None:
         raise SkillwingError(f"`{robot}` runs already (process {running.pid}). {stop}")
 
 
-def run_system(
-    robot: Robot, specs: Sequence[ProcessSpec], run_dir: Path, *, clock: ClockKind, listen: str, mock: bool
-) -> int:
+def layout_words(*, topology: Topology, colocate: bool) -> list[str]:
+    """The options of a command line that say how processes are laid out."""
+    return ["--topology", topology, *(["--colocate"] if colocate else [])]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Setting:
+    """How to run a system. clock: who tells robot time; listen: where its router does; mock: nothing in it is real.
+
+    topology, colocate: how processes meet, and whether managers share one.
+    """
+
+    clock: ClockKind
+    listen: str
+    mock: bool
+    topology: Topology = "router"
+    colocate: bool = False
+
+
+def run_system(robot: Robot, specs: Sequence[ProcessSpec], run_dir: Path, setting: Setting) -> int:
     """Run a system until Ctrl-C, or until it cannot go on; returns the exit code."""
+    laid_out = colocated(specs) if setting.colocate else tuple(specs)
     with ended_by_signals() as ending, reserved(robot.name):
-        return _run(robot, tuple(specs), run_dir, clock, listen, mock, ending)
+        return _run(robot, laid_out, run_dir, setting, ending)
 
 
-def _run(
-    robot: Robot,
-    specs: tuple[ProcessSpec, ...],
-    run_dir: Path,
-    clock: ClockKind,
-    listen: str,
-    mock: bool,
-    ending: Ending,
-) -> int:
+def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, setting: Setting, ending: Ending) -> int:
     console = make_console()
     deaths: SimpleQueue[Death] = SimpleQueue()
     skillset = robot.load_skillset().name
-    launcher = Launcher(robot.name, skillset, run_dir, clock=clock, restarts=True, ending=ending, on_death=deaths.put)
+    launcher = Launcher(
+        robot.name,
+        skillset,
+        run_dir,
+        clock=setting.clock,
+        topology=setting.topology,
+        restarts=True,
+        ending=ending,
+        on_death=deaths.put,
+    )
     try:
         with launcher:
             begun = time.monotonic()
-            with console.status(f"Starting {len(specs)} processes ..."):
-                launcher.start_router(listen)
+            with console.status(f"Starting {len(households(specs))} processes ..."):
+                launcher.start_router(setting.listen)
                 launcher.start(specs)
             with announced(
-                robot, launcher.endpoint, run_dir, clock=clock, mock=mock, processes=launcher.states
+                robot,
+                launcher.endpoint,
+                run_dir,
+                clock=setting.clock,
+                mock=setting.mock,
+                topology=setting.topology,
+                processes=launcher.states,
             ) as announcement:
                 count, seconds = how_many_run(launcher.states), time.monotonic() - begun
                 console.print(f"{robot.name} runs: {count} processes, up in {seconds:.1f} s.")

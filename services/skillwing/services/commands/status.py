@@ -76,6 +76,7 @@ def _print_json(
             "pid": target.pid,
             "run_dir": None if target.run_dir is None else str(target.run_dir),
             "mock": target.mock,
+            "topology": target.topology,
             "t": None if states is None else states.t,
             "processes": {entry.state.name: process_facts(entry) for entry in processes},
             "goals": [
@@ -96,9 +97,10 @@ def _print(
     states: ResourceStates | None,
 ) -> None:
     console = make_console()
-    mock = " (mock)" if target.mock else ""
+    traits = [*(["mock"] if target.mock else []), *(["mesh"] if target.topology == "mesh" else [])]
+    told = f" ({', '.join(traits)})" if traits else ""
     time = "" if states is None or target.clock == "wall" else f" at {states.t:.1f} s"
-    console.print(Text(f"{target.robot}{mock}{time}", style="bold"), f"  {target.endpoint}", end="")
+    console.print(Text(f"{target.robot}{told}{time}", style="bold"), f"  {target.endpoint}", end="")
     console.print(f"  logs in {target.run_dir}/logs" if target.run_dir else "")
     console.print(headcount(entry.condition for entry in processes))
     for entry in processes:

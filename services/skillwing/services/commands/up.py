@@ -15,9 +15,13 @@ from skillwing.services.commands.journal_options import (
 )
 from skillwing.services.commands.pace import PaceOption, written_pace
 from skillwing.services.commands.running import (
+    ColocateOption,
     DetachOption,
     ListenOption,
     RunDirOption,
+    Setting,
+    TopologyOption,
+    layout_words,
     make_run_dir,
     require_not_running,
     run_detached,
@@ -52,6 +56,8 @@ def up(
         typer.Option(metavar="FILE", help="What mocks do, besides what NAME.mock.toml beside the skillset says."),
     ] = None,
     detach: DetachOption = False,
+    colocate: ColocateOption = False,
+    topology: TopologyOption = "router",
     listen: ListenOption = LOOPBACK,
     run_dir: RunDirOption = None,
     resume: ResumeOption = False,
@@ -78,6 +84,7 @@ def up(
         words += [] if seed is None else ["--seed", str(seed)]
         words += ["--mock"] if mock else []
         words += [] if script is None else ["--script", str(script.absolute())]
+        words += layout_words(topology=topology, colocate=colocate)
         words += journal_words(resume=resume, durable=durable)
         run_detached(table.name, words, directory)
         return
@@ -92,7 +99,8 @@ def up(
         else table.managers(run)
     )
     clock = "wall" if everything else table.clock
-    raise typer.Exit(run_system(table, (*layer, *managers), directory, clock=clock, listen=listen, mock=everything))
+    setting = Setting(clock=clock, listen=listen, mock=everything, topology=topology, colocate=colocate)
+    raise typer.Exit(run_system(table, (*layer, *managers), directory, setting))
 
 
 def _check_mocks(table: Robot, mock: bool, skills: tuple[str, ...], script: Path | None) -> None:

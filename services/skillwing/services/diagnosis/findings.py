@@ -9,6 +9,7 @@ import msgspec
 from skillwing.services.diagnosis.evidence import Evidence, SystemSeen
 from skillwing.services.names import RESOURCE_MANAGER
 from skillwing.services.processes.process_state import Condition
+from skillwing.services.processes.roll_call import Entry
 from skillwing.services.protocol import PROTOCOL_VERSION, ErrorCode, State
 
 SLOW = 0.8
@@ -147,7 +148,7 @@ def processes_down(system: SystemSeen) -> Iterator[Finding]:
 
 
 def unanswered(system: SystemSeen) -> Iterator[Finding]:
-    well = {entry.state.name: entry for entry in system.entries if entry.condition is Condition.RUNS}
+    well = {name: entry for entry in system.entries for name in _at_work(entry)}
     for probe in system.probes:
         if probe.replies or probe.process not in well:
             continue
@@ -303,6 +304,13 @@ SYSTEM_RULES: tuple[SystemRule, ...] = (
 def _listed(names: tuple[str, ...] | list[str]) -> str:
     quoted = [f"`{name}`" for name in names]
     return quoted[0] if len(quoted) == 1 else f"{', '.join(quoted[:-1])} and {quoted[-1]}"
+
+
+def _at_work(entry: Entry) -> list[str]:
+    """The names under which a process can be asked something, as far as it is well."""
+    if entry.state.nodes:
+        return [node for node, how in entry.nodes.items() if how is Condition.RUNS]
+    return [entry.state.name] if entry.condition is Condition.RUNS else []
 
 
 def _decapitalised(sentence: str) -> str:

@@ -52,7 +52,8 @@ class Death:
 class Child:
     """A Python module run as a child of this process, with its log.
 
-    command: the module and its words; restart, essential: as its `ProcessSpec` says; talks: it holds an alive token.
+    command: the module and its words; restart, essential: as its `ProcessSpec` says; talks: it holds an alive token;
+    nodes: those that share it.
     `process` is its present or last life, from the first `start` on. To be used under the launcher's lock.
     """
 
@@ -65,6 +66,7 @@ class Child:
         restart: Restart,
         essential: bool = True,
         talks: bool = True,
+        nodes: tuple[str, ...] = (),
     ) -> None:
         self.name = name
         self.command = tuple(command)
@@ -76,6 +78,7 @@ class Child:
         self._death: Death | None = None
         self._essential = essential
         self._talks = talks
+        self._nodes = nodes
 
     def start(self, now: float, stdout: int | None = None) -> None:
         """Begin a life at second `now`; the log is continued, with a line that says so."""
@@ -141,6 +144,7 @@ class Child:
             last_words="" if death is None else f"{death} {death.outlook}",
             essential=self._essential,
             talks=self._talks,
+            nodes=self._nodes,
         )
 
     def kill(self) -> None:

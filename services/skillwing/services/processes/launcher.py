@@ -13,10 +13,12 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Self
 
+from skillwing.services.bus import Topology
 from skillwing.services.bus.clock import unix_offset
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.errors import SkillwingError
 from skillwing.services.processes.child import Child, Death
+from skillwing.services.processes.colocation import Household, households
 from skillwing.services.processes.ending import LOOK_PERIOD, Ending
 from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.router import LOOPBACK
@@ -50,7 +52,8 @@ class StartError(SkillwingError):
 class Launcher:
     """One system: a router and processes around it, as children of this process.
 
-    robot: name and namespace; skillset: its name; clock: who tells robot time; run_dir: gets `logs/<process>.log`.
+    robot: name and namespace; skillset: its name; clock: who tells robot time; run_dir: gets `logs/<process>.log`;
+    topology: how the processes meet, see `zenoh_session`.
     restarts: what dies is started again as its `ProcessSpec` and `RestartPolicy` say, the router at the same endpoint;
     else every death is final. on_death: called on a thread of its own when a process ends without being told to;
     on_change: the same, whenever `states` has changed; it may be set later. ending: ends the wait for whoever starts,
@@ -68,6 +71,7 @@ class Launcher:
         run_dir: Path,
         *,
         clock: ClockKind = "robot",
+        topology: Topology = "router",
         restarts: bool = False,
         ending: Ending | None = None,
         on_death: Callable[[Death], None] | None = None,
@@ -79,6 +83,7 @@ class Launcher:
         self.deaths: list[Death] = []
         self._keys = Keys(skillset)
         self._clock: ClockKind = clock
+        self._topology: Topology = topology
         # One for all lives of all processes: the time they share does not jump when the machine's clock is set.
         self._unix_offset = unix_offset()
         self._restarts = restarts
@@ -119,8 +124,8 @@ class Launcher:
     def start_router(self, listen: str = LOOPBACK) -> str:
         """Start the router and return its endpoint; raises StartError."""
         module = "skillwing.services.processes.router"
-        spec = ProcessSpec(ROUTER, module)
-        child = self._launch(spec, [module, "--listen", listen, "--parent-pipe"], stdout=subprocess.PIPE)
+        router = Household(ROUTER, (ProcessSpec(ROUTER, module),))
+        child = self._launch(router, [module, "--listen", listen, "--parent-pipe"], stdout=subprocess.PIPE)
         assert child.process.stdout is not None
         self.endpoint = child.process.stdout.readline().decode().strip() if self._speaks(child.process.stdout) else ""
         if not self.endpoint:
@@ -133,11 +138,11 @@ class Launcher:
         return self.endpoint
 
     def start(self, specs: Sequence[ProcessSpec], timeout: float = START_TIMEOUT) -> None:
-        """Start processes, all at once, and return when each has said that it is there.
+        """Start processes, all at once, and return when each of their nodes has said that it is there.
 
-        Starts the router first if there is none. Raises StartError as soon as an essential one of them or the router
-        ends, or when `timeout` wall seconds are over; the caller then calls `stop`. Any other that ends is not waited
-        for: it is in `deaths`.
+        Nodes with the same host share a process. Starts the router first if there is none. Raises StartError as soon as
+        an essential process or the router ends, or when `timeout` wall seconds are over; the caller then calls `stop`.
+        Any other that ends is not waited for: it is in `deaths`.
         """
         if not self.endpoint:
             self.start_router()
@@ -152,15 +157,18 @@ class Launcher:
 
             bus.watch_alive(self._keys.alive("**"), note)
             earlier = len(self.deaths)
-            for spec in specs:
-                self._look_after(self._launch(spec, self._command(spec)))
+            started = households(specs)
+            for household in started:
+                self._look_after(self._launch(household, self._command(household)))
+            indispensable = {household.name for household in started if household.essential}
 
             def dead() -> set[str]:
                 return {death.process for death in self.deaths[earlier:]}
 
             def awaited() -> list[str]:
-                gone = dead()
-                return [spec.name for spec in missing.values() if spec.essential or spec.name not in gone]
+                gone = dead() - indispensable
+                processes = dict.fromkeys(spec.host or spec.name for spec in missing.values())
+                return [name for name in processes if name not in gone]
 
             self._ending.wait(bus, lambda: not awaited() or not dead().isdisjoint({ROUTER, *awaited()}), timeout)
         finally:
@@ -191,27 +199,27 @@ class Launcher:
                 return True
         return False
 
-    def _command(self, spec: ProcessSpec) -> list[str]:
-        return [
-            "skillwing.services.processes.node_host",
-            *("--name", spec.name, "--factory", spec.factory, "--options", json.dumps(spec.options)),
-            *("--connect", self.endpoint, "--robot", self.robot),
-            *("--clock", self._clock, "--unix-offset", repr(self._unix_offset)),
-            *("--alive", self._keys.alive(spec.name), "--parent-pipe"),
-        ]
+    def _command(self, household: Household) -> list[str]:
+        words = ["skillwing.services.processes.node_host"]
+        for spec in household.nodes:
+            words += ["--name", spec.name, "--factory", spec.factory, "--options", json.dumps(spec.options)]
+            words += ["--alive", self._keys.alive(spec.name)]
+        words += ["--connect", self.endpoint, "--robot", self.robot, "--topology", self._topology]
+        return [*words, "--clock", self._clock, "--unix-offset", repr(self._unix_offset), "--parent-pipe"]
 
-    def _launch(self, spec: ProcessSpec, command: Sequence[str], stdout: int | None = None) -> Child:
+    def _launch(self, household: Household, command: Sequence[str], stdout: int | None = None) -> Child:
         child = Child(
-            spec.name,
+            household.name,
             command,
-            self.run_dir / "logs" / f"{spec.name}.log",
-            restart=spec.restart if self._restarts else "never",
-            essential=spec.essential,
-            talks=spec.name != ROUTER,
+            self.run_dir / "logs" / f"{household.name}.log",
+            restart=household.restart if self._restarts else "never",
+            essential=household.essential,
+            talks=household.name != ROUTER,
+            nodes=tuple(spec.name for spec in household.nodes) if household.shared else (),
         )
         with self._lock:
             child.start(time.monotonic(), stdout)
-            self._children[spec.name] = child
+            self._children[household.name] = child
         self.on_change()
         return child
 

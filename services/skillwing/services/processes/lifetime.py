@@ -36,7 +36,7 @@ class Lifetime:
     def __init__(self, *, parent_pipe: bool) -> None:
         self.over = False
         self._end: SimpleQueue[None] = SimpleQueue()
-        self._wake: Callable[[], None] | None = None
+        self._wakes: list[Callable[[], None]] = []
         for number in (signal.SIGTERM, signal.SIGINT):
             signal.signal(number, lambda _number, _frame: self.end())
         if parent_pipe:
@@ -46,12 +46,12 @@ class Lifetime:
         """The process has to end. May be called on any thread, more than once."""
         self.over = True
         self._end.put(None)
-        if self._wake is not None:
-            self._wake()
+        for wake in tuple(self._wakes):
+            wake()
 
     def on_end(self, wake: Callable[[], None]) -> None:
-        """Have `wake` called at the end, on whatever thread notices it."""
-        self._wake = wake
+        """Have `wake` called at the end, besides whatever else is, on whatever thread notices it."""
+        self._wakes.append(wake)
         if self.over:
             wake()
 

@@ -1,15 +1,17 @@
-"""The process around one node: bus, liveliness, signals, log.
+"""The process around one node, or around several: buses, liveliness, signals, log.
 
     python -m skillwing.services.processes.node_host --process skill/takeoff --robot m600 --connect tcp/127.0.0.1:7447
     python -m skillwing.services.processes.node_host --name echo --factory package.module:function --options '{}' ...
 
-The first form looks a process up in the robot's table, the second names it outright. What is not given is taken from
-the environment: SKILLWING_CONNECT, SKILLWING_ROBOT, SKILLWING_HEARTBEAT, and for the run SKILLWING_SEED,
-SKILLWING_SPEED, SKILLWING_FAULTS (JSON), SKILLWING_RUN_DIR, SKILLWING_DURABLE (1 or 0) and SKILLWING_VIEWER_URL.
+The first form looks a process up in the robot's table, the second names it outright. Given again, `--process`, or
+`--name` with its own `--factory`, `--options` and `--alive`, names one more node of the same process. What is not given
+is taken from the environment: SKILLWING_CONNECT, SKILLWING_ROBOT, SKILLWING_TOPOLOGY, SKILLWING_HEARTBEAT, and for the
+run SKILLWING_SEED, SKILLWING_SPEED, SKILLWING_FAULTS (JSON), SKILLWING_RUN_DIR, SKILLWING_DURABLE (1 or 0) and
+SKILLWING_VIEWER_URL.
 
-It runs until SIGTERM or SIGINT, or with `--parent-pipe` until its standard input ends. Exit codes: 0 it was told to
-end, 69 no router answers, 70 the node crashed (the log has the traceback), 74 what it needs cannot be read or written
-just now, 76 another process has taken its place, 78 it was told to do something it cannot.
+It runs until SIGTERM or SIGINT, or with `--parent-pipe` until its standard input ends, or until one of its nodes ends.
+Exit codes: 0 it was told to end, 69 no router answers, 70 a node crashed (the log has the traceback), 74 what it needs
+cannot be read or written just now, 76 another process has taken its place, 78 it was told to do something it cannot.
 """
 
 from __future__ import annotations
@@ -19,34 +21,28 @@ import json
 import logging
 import os
 import sys
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, cast, get_args
 
 from skillwing.dsl import SkillsetError, UnknownNameError
-from skillwing.services.bus import Node
+from skillwing.services.bus import Node, Topology
 from skillwing.services.bus.clock import Clock, FollowedClock, LockstepClock, PacedClock, WallClock
-from skillwing.services.bus.zenoh_bus import ZenohBus
-from skillwing.services.bus.zenoh_session import RouterUnreachableError
-from skillwing.services.errors import InvalidOptionError, PassingError, SkillwingError, WrongSkillsetError
+from skillwing.services.errors import InvalidOptionError, PassingError, SkillwingError
 from skillwing.services.options import imported
-from skillwing.services.processes.lifetime import (
-    EXIT_CONFIGURATION,
-    EXIT_CRASHED,
-    EXIT_OK,
-    EXIT_PASSING,
-    EXIT_REPLACED,
-    EXIT_UNREACHABLE,
-    Lifetime,
-)
+from skillwing.services.processes.hosting import Heartbeat, Place, Tenant, give_up, live, live_together
+from skillwing.services.processes.lifetime import EXIT_CONFIGURATION, EXIT_CRASHED, EXIT_PASSING, Lifetime
 from skillwing.services.protocol import Keys
 from skillwing.services.robot import ClockKind, ProcessSpec, find_robot
 
 SWITCH_INTERVAL = 0.0005
 """Seconds that one thread may keep the interpreter: with the default of 5 ms Zenoh's callbacks wait for it too long."""
-HEARTBEAT_PERIOD = 1.0
 LAG = 0.1
 """Robot seconds by which a process may be behind where time runs as fast as its followers keep up: one period of the
 fastest data."""
+LOG_FORMAT = "%(asctime)s.%(msecs)03d %(levelname)s %(name)s: %(message)s"
+SHARED_LOG_FORMAT = "%(asctime)s.%(msecs)03d %(levelname)s [%(threadName)s] %(name)s: %(message)s"
+"""Where several nodes write into one log each line names its thread, which is called after the node."""
 RUN_OPTIONS = {
     "seed": int,
     "speed": float,
@@ -60,31 +56,38 @@ logger = logging.getLogger("skillwing.node_host")
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Host a node until its end; returns the process's exit code."""
+    """Host nodes until their end; returns the process's exit code."""
     options = _parse(arguments)
+    nodes = len(options.process or options.name)
     lifetime = Lifetime(parent_pipe=options.parent_pipe)
     logging.basicConfig(
         stream=sys.stderr,
         level=logging.INFO,
-        format="%(asctime)s.%(msecs)03d %(levelname)s %(name)s: %(message)s",
+        format=LOG_FORMAT if nodes == 1 else SHARED_LOG_FORMAT,
         datefmt="%H:%M:%S",
     )
     sys.setswitchinterval(SWITCH_INTERVAL)
+    tenants: list[Tenant] = []
+    who = ""
     try:
-        robot, spec, clock_kind, alive_key = _resolve(options)
-        node = make_node(spec)
-        clock = make_clock(node, clock_kind, spec.options, options.unix_offset)
-        bus = ZenohBus(spec.name, robot, options.connect, clock)
-    except RouterUnreachableError as error:
-        return _give_up(error, EXIT_UNREACHABLE)
+        robot, clock_kind, specs = _resolve(options)
+        for spec, alive in specs:
+            who = spec.name if nodes > 1 else ""
+            node = make_node(spec)
+            clock = make_clock(node, clock_kind, spec.options, options.unix_offset)
+            tenants.append(Tenant(spec.name, node, clock, alive))
     except PassingError as error:
-        return _give_up(error, EXIT_PASSING)
+        return give_up(error, EXIT_PASSING, who)
     except (SkillwingError, SkillsetError, UnknownNameError, OSError) as error:
-        return _give_up(error, EXIT_CONFIGURATION)
+        return give_up(error, EXIT_CONFIGURATION, who)
     except Exception:
-        logger.exception("The node could not be made.")
+        logger.exception("The node %scould not be made.", f"{who} " if who else "")
         return EXIT_CRASHED
-    return _host(bus, node, lifetime, alive_key, options.heartbeat)
+    place = Place(robot, options.connect, options.topology)
+    beat = Heartbeat(options.heartbeat, [tenant.name for tenant in tenants]) if options.heartbeat else None
+    if nodes == 1:
+        return live(tenants[0], place, lifetime, beat)
+    return live_together(tenants, place, lifetime, beat)
 
 
 def make_node(spec: ProcessSpec) -> Node:
@@ -113,42 +116,6 @@ def make_clock(node: Node, kind: ClockKind, options: dict[str, Any], unix_offset
     return FollowedClock(lag=lag) if kind == "robot" else WallClock(offset=unix_offset)
 
 
-def _host(bus: ZenohBus, node: Node, lifetime: Lifetime, alive_key: str | None, heartbeat: Path | None) -> int:
-    """Run an attached node until the process has to end."""
-    lifetime.on_end(lambda: bus.post(lambda: None))
-    try:
-        node.attach(bus)
-        if alive_key is not None:
-            bus.declare_alive(alive_key)
-        if heartbeat is not None:
-            _beat(bus, heartbeat)
-        logger.info("%s runs", bus.name)
-        bus.run_until(lambda: lifetime.over)
-        if bus.closed:
-            return EXIT_REPLACED
-        node.detach()
-    except WrongSkillsetError as error:
-        return _give_up(error, EXIT_CONFIGURATION)
-    except Exception:
-        logger.exception("%s crashed", bus.name)
-        return EXIT_CRASHED
-    finally:
-        bus.close()
-    logger.info("%s ended", bus.name)
-    return EXIT_OK
-
-
-def _beat(bus: ZenohBus, file: Path) -> None:
-    """Touch a file from the node's own thread once a second: an old one tells a crash and a hang alike."""
-    file.touch()
-    bus.after(HEARTBEAT_PERIOD, lambda: _beat(bus, file), wall=True)
-
-
-def _give_up(error: Exception, code: int) -> int:
-    sys.stderr.write(f"{error}\n")
-    return code
-
-
 # --- what the command line says --------------------------------------------------------------------------------------
 
 
@@ -157,19 +124,25 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="skillwing.services.processes.node_host", description="Host one node of a robot."
     )
-    parser.add_argument("--process", metavar="NAME", help="a process of the robot's table")
-    parser.add_argument("--name", help="the node's name, if it is not in the table")
-    parser.add_argument("--factory", metavar="MODULE:FUNCTION", help="what makes the node")
-    parser.add_argument("--options", metavar="JSON", default="{}", help="what the factory is called with")
+    parser.add_argument("--process", action="append", metavar="NAME", help="a process of the robot's table")
+    parser.add_argument("--name", action="append", help="the node's name, if it is not in the table")
+    parser.add_argument("--factory", action="append", metavar="MODULE:FUNCTION", help="what makes the node")
+    parser.add_argument("--options", action="append", metavar="JSON", help="what the factory is called with")
+    parser.add_argument("--alive", action="append", metavar="KEY", help="liveliness token to hold while the node runs")
     parser.add_argument("--connect", metavar="tcp/HOST:PORT", default=environment("SKILLWING_CONNECT"))
     parser.add_argument(
         "--robot", default=environment("SKILLWING_ROBOT"), help="the robot: name, folder, package.module:ROBOT"
+    )
+    parser.add_argument(
+        "--topology",
+        default=environment("SKILLWING_TOPOLOGY") or "router",
+        metavar="router|mesh",
+        help="how to meet the others: all at the router, or each with each on this machine",
     )
     parser.add_argument("--clock", choices=("wall", "robot"), help="default: wall, or as the table says")
     parser.add_argument(
         "--unix-offset", type=float, metavar="SECONDS", help="wall time minus the monotonic clock's; default: of now"
     )
-    parser.add_argument("--alive", metavar="KEY", help="liveliness token to hold while the node runs")
     parser.add_argument("--heartbeat", type=Path, metavar="FILE", default=environment("SKILLWING_HEARTBEAT"))
     parser.add_argument("--parent-pipe", action="store_true", help="end when standard input ends")
     options = parser.parse_args(arguments)
@@ -177,23 +150,38 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
         parser.error("both --connect and --robot have to be given, here or by the environment")
     if bool(options.process) == bool(options.name and options.factory):
         parser.error("give either --process, or --name and --factory")
+    if options.topology not in get_args(Topology):
+        parser.error(f"the topology is `router` or `mesh`, not `{options.topology}`")
+    _require_as_many(parser, options)
     return options
 
 
-def _resolve(options: argparse.Namespace) -> tuple[str, ProcessSpec, ClockKind, str | None]:
-    """In whose namespace to run what, by which clock, and its liveliness key."""
+def _require_as_many(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
+    """Several nodes are told apart by the order of their words, so that none of them may leave any out."""
+    nodes = options.process or options.name
+    if len(set(nodes)) < len(nodes):
+        parser.error("each node of a process has a name of its own")
+    for word in ("options", "alive", *(() if options.process else ("factory",))):
+        given = getattr(options, word)
+        if given and len(given) != len(nodes):
+            parser.error(f"--{word} is given {len(given)} times for {len(nodes)} nodes; give it once for each")
+
+
+def _resolve(options: argparse.Namespace) -> tuple[str, ClockKind, Sequence[tuple[ProcessSpec, str | None]]]:
+    """In whose namespace to run, by which clock, and what: each node with its liveliness key."""
     if options.process:
         robot = find_robot(options.robot)
-        spec = robot.process(options.process, run_options(os.environ))
+        run = run_options(os.environ)
+        specs = [robot.process(name, run) for name in options.process]
         # The skillset's file is called after it; reading the file for its name would cost every process a parser.
-        alive_key = options.alive or Keys(robot.skillset.stem).alive(spec.name)
-        return robot.name, spec, options.clock or robot.clock, alive_key
-    return (
-        options.robot,
-        ProcessSpec(options.name, options.factory, _json_object(options.options)),
-        options.clock or "wall",
-        options.alive,
-    )
+        keys = Keys(robot.skillset.stem)
+        alive = options.alive or [keys.alive(spec.name) for spec in specs]
+        return robot.name, options.clock or robot.clock, list(zip(specs, alive, strict=True))
+    given = options.options or ["{}"] * len(options.name)
+    named = zip(options.name, options.factory, given, strict=True)
+    specs = [ProcessSpec(name, factory, _json_object(text)) for name, factory, text in named]
+    alive = options.alive or [None] * len(specs)
+    return options.robot, options.clock or "wall", list(zip(specs, alive, strict=True))
 
 
 def run_options(environment: os._Environ[str] | dict[str, str]) -> dict[str, Any]:

@@ -18,7 +18,8 @@ class ProcessState(msgspec.Struct, frozen=True, kw_only=True):
     """One process. pid: None where only its alive token is known.
 
     life: it has one, waits for the next one, or is given up. restarts: how often it was started again; last_words: how
-    it ended last, if it did. talks: it holds an alive token while it is well, which only the router does not.
+    it ended last, if it did. talks: it holds an alive token while it is well, which only the router does not. nodes:
+    those that share it, each with an alive token of its own; none for a process of one node, which has its name.
     """
 
     name: str
@@ -28,6 +29,12 @@ class ProcessState(msgspec.Struct, frozen=True, kw_only=True):
     last_words: str = ""
     essential: bool = True
     talks: bool = True
+    nodes: tuple[str, ...] = ()
+
+    @property
+    def tokens(self) -> tuple[str, ...]:
+        """Whose alive tokens it holds."""
+        return self.nodes or (self.name,)
 
 
 class Condition(StrEnum):
@@ -36,7 +43,7 @@ class Condition(StrEnum):
     RUNS = "runs"
     STARTS = "starts"
     SILENT = "silent"
-    """It lives, and its alive token is gone: stopped, hung or cut off."""
+    """It lives, and an alive token of it is gone: stopped, hung or cut off."""
     RESTARTS = "restarts"
     DOWN = "down"
 
@@ -47,7 +54,7 @@ def condition(state: ProcessState, used: Usage | None, alive: Collection[str] | 
     used: what its process id uses, None if there is no such process; alive: who holds an alive token, None if nobody
     could be asked.
     """
-    here = state.name in (alive or ())
+    here = alive is not None and all(token in alive for token in state.tokens)
     if state.pid is None:
         return Condition.RUNS if here else Condition.DOWN
     if state.life == "waits":

@@ -14,17 +14,36 @@ SILENCE = 3.0
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One process and how it is. used: what it uses, None if it does not live."""
+    """One process and how it is. used: what it uses, None if it does not live.
+
+    missing: those of its nodes without alive token, None if nobody could be asked.
+    """
 
     state: ProcessState
     condition: Condition
     used: Usage | None
+    missing: frozenset[str] | None = None
+
+    @property
+    def nodes(self) -> dict[str, Condition]:
+        """How each of the nodes is that share it: well in a process that is not quite well is who holds its token."""
+        here = frozenset[str]() if self.missing is None else frozenset(self.state.nodes) - self.missing
+        unwell = self.condition in (Condition.STARTS, Condition.SILENT) and not (self.used and self.used.stopped)
+        return {node: Condition.RUNS if unwell and node in here else self.condition for node in self.state.nodes}
 
 
 def entries_of(states: Iterable[ProcessState], alive: Collection[str] | None) -> list[Entry]:
     """How processes are. alive: who holds an alive token, None if nobody could be asked."""
     used = {state: None if state.pid is None else usage(state.pid) for state in states}
-    return [Entry(state, condition(state, found, alive), found) for state, found in used.items()]
+    return [
+        Entry(
+            state,
+            condition(state, found, alive),
+            found,
+            None if alive is None else frozenset(state.tokens) - frozenset(alive),
+        )
+        for state, found in used.items()
+    ]
 
 
 class RollCall:
@@ -47,10 +66,11 @@ class RollCall:
                 # A restart may be over sooner than the next look.
                 self._told[state.name] = Condition.RESTARTS
             self._restarts[state.name] = state.restarts
-            told.append(self._sentence(state.name, entry.condition, now))
+            told.append(self._sentence(entry, now))
         return [sentence for sentence in told if sentence]
 
-    def _sentence(self, name: str, found: Condition, now: float) -> str:
+    def _sentence(self, entry: Entry, now: float) -> str:
+        name, found = entry.state.name, entry.condition
         if found is not Condition.SILENT:
             self._silent.pop(name, None)
         elif now - self._silent.setdefault(name, now) < SILENCE:
@@ -58,7 +78,9 @@ class RollCall:
         before = self._told.get(name)
         self._told[name] = found
         if found is Condition.SILENT and before is not Condition.SILENT:
-            return f"{name} does not answer any more: it is stopped, hangs or is cut off."
+            silent = [node for node, how in entry.nodes.items() if how is Condition.SILENT]
+            who = f"{', '.join(silent)} in {name}" if len(silent) < len(entry.nodes) else name
+            return f"{who} does not answer any more: it is stopped, hangs or is cut off."
         if found is Condition.RUNS and before not in (None, Condition.RUNS):
             return f"{name} runs again."
         if found is Condition.STARTS:

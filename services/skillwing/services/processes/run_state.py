@@ -17,6 +17,7 @@ from pathlib import Path
 
 import msgspec
 
+from skillwing.services.bus import Topology
 from skillwing.services.errors import SkillwingError
 from skillwing.services.processes.proc_files import started
 from skillwing.services.processes.process_state import ProcessState
@@ -28,7 +29,7 @@ class RunState(msgspec.Struct, frozen=True, kw_only=True):
 
     robot: its name and namespace; endpoint: of the router; skillset: path of the `.skillset` file; clock: who tells
     robot time; pid and pid_started: of the process that runs it; run_dir: where its logs are; mock: nothing in it is
-    real; processes: those that were started, and what has become of them.
+    real; topology: how its processes meet; processes: those that were started, and what has become of them.
     """
 
     robot: str
@@ -39,6 +40,7 @@ class RunState(msgspec.Struct, frozen=True, kw_only=True):
     pid_started: str
     run_dir: str
     mock: bool = False
+    topology: Topology = "router"
     processes: tuple[ProcessState, ...] = ()
 
 
@@ -120,6 +122,7 @@ def announced(
     *,
     clock: ClockKind | None = None,
     mock: bool = False,
+    topology: Topology = "router",
     processes: Iterable[ProcessState] = (),
 ) -> Iterator[Announcement]:
     """Let other commands find the system that this process runs, for as long as the context lasts."""
@@ -134,6 +137,7 @@ def announced(
             pid_started=started(pid) or "",
             run_dir=str(run_dir),
             mock=mock,
+            topology=topology,
             processes=tuple(processes),
         )
     )
