@@ -1,4 +1,4 @@
-"""What the journal costs: one goal (begin and end) and one extern transition, with and without it.
+"""What the journal costs, and writing all steps down: one goal (begin and end) and one extern transition.
 
 python benchmarks/journal_cost.py [--repeats N] [--write docs/reliability.md]
 
@@ -15,6 +15,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from datetime import date
+from functools import partial
 from pathlib import Path
 from statistics import median, quantiles
 from typing import Any
@@ -25,9 +26,11 @@ from skillwing.services.ids import RecordIds
 from skillwing.services.journal.journal import Journal
 from skillwing.services.journal.schema import Identity
 from skillwing.services.protocol import BeginGoal, EndGoal, FireExtern, Granted, Record
+from skillwing.services.replay.files import StepWriter
+from skillwing.services.replay.recorded_core import RecordedCore
+from skillwing.services.replay.steps import FORMAT, Head
 
-DIGGER = parse(
-    """
+SOURCE = """
     skillset digger {
         resource engine { initial ON  extern ON -> OFF  extern OFF -> ON }
         resource arm { initial FREE  FREE -> USED  USED -> FREE }
@@ -39,18 +42,20 @@ DIGGER = parse(
             result { success DONE: apply=free }
         }
     }
-    """,
-    "digger.skillset",
-)
+"""
+DIGGER = parse(SOURCE, "digger.skillset")
 BEGIN, END = "<!-- journal cost: begin -->", "<!-- journal cost: end -->"
 
 
 class Manager:
-    """A core, and its journal if it has one; takes the time of every step."""
+    """A core, with a journal and somebody who writes its steps down if given; takes the time of every step."""
 
-    def __init__(self, journal: Journal | None) -> None:
+    def __init__(self, journal: Journal | None, steps: StepWriter | None = None) -> None:
         self._journal = journal
-        self._core = ResourceCore(DIGGER, source="rm", new_record_id=RecordIds("rm"))
+        make = ResourceCore
+        if steps is not None:
+            make = partial(RecordedCore, writer=steps, remembered=lambda: None, now=0.0)
+        self._core = make(DIGGER, source="rm", new_record_id=RecordIds("rm"))
         self.times: list[float] = []
         if journal is not None:
             journal.write(self._core.inventory(), (), 0.0)
@@ -87,6 +92,12 @@ def measure(repeats: int) -> list[str]:
     base = median(alone.times)
     rows = [("the core alone", alone.times, repeats)]
     with tempfile.TemporaryDirectory() as folder:
+        head = Head(FORMAT, "bench", DIGGER.name, DIGGER.schema_hash, "digger.skillset", SOURCE)
+        steps = Path(folder) / "steps"
+        recorded = Manager(None, StepWriter(steps, head))
+        recorded.fly(repeats)
+        rows.append(("with its steps written down", recorded.times, repeats))
+        step_bytes = sum(file.stat().st_size for file in steps.iterdir()) / len(recorded.times)
         for name, durable, count in (
             ("with the journal", False, repeats),
             ("`--durable`: an fsync for each change", True, repeats // 4),
@@ -104,7 +115,8 @@ def measure(repeats: int) -> list[str]:
     return [
         *lines,
         "",
-        f"{3 * repeats} changes, {size:.1f} MB on the disk, {machine}. By `benchmarks/journal_cost.py`.",
+        f"{3 * repeats} changes, {size:.1f} MB on the disk and {step_bytes:.0f} bytes a step, {machine}. By "
+        "`benchmarks/journal_cost.py`.",
     ]
 
 

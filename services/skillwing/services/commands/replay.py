@@ -18,7 +18,9 @@ from skillwing.services.names import STEPS_FOLDER
 from skillwing.services.replay.replaying import Divergence, Replayed, replay_folder
 from skillwing.services.replay.wording import answer_in_words, asked_in_words
 
-DIFFERENCES_SHOWN = 10
+DIFFERENCES_SHOWN = 6
+LONGEST_VALUE = 70
+"""Characters of a value that are shown; words tell the rest, and JSON all of it."""
 
 
 def replay(
@@ -87,6 +89,11 @@ def _print_divergence(console: Console, found: Divergence, count: str, name: str
     differences = found.differences
     console.print()
     for each in differences[:DIFFERENCES_SHOWN]:
-        console.print(f"{each.path}: {value_text(each.then)} then, {value_text(each.now)} now")
+        console.print(f"{each.path}: {_short(each.then)} then, {_short(each.now)} now")
     if len(differences) > DIFFERENCES_SHOWN:
         console.print(f"... and {len(differences) - DIFFERENCES_SHOWN} more; --json has all of them.")
+
+
+def _short(value: Any) -> str:
+    text = value_text(value)
+    return text if len(text) <= LONGEST_VALUE else f"{text[: LONGEST_VALUE - 3]}..."
