@@ -481,7 +481,7 @@ class TreeSnapshot(Message, frozen=True, kw_only=True):
 
 
 class MissionStatus(Message, frozen=True, kw_only=True):
-    """`phase` is IDLE, RUNNING, SUCCEEDED, FAILED or ABORTED."""
+    """`phase` is IDLE, RUNNING, PAUSED (by the operator), HELD (by the safety pilot), SUCCEEDED, FAILED or ABORTED."""
 
     mission: str
     phase: str
@@ -501,6 +501,18 @@ class AbortMission(Message, frozen=True, kw_only=True):
     """Interrupt everything, land, and end the mission as ABORTED. Repeating it changes nothing."""
 
     reason: str = "aborted by the operator"
+
+
+class PauseMission(Message, frozen=True, kw_only=True):
+    """Stop the motion and hold the place until `ResumeMission`. Guards go on guarding. Repeating it changes nothing."""
+
+    reason: str = "paused by the operator"
+
+
+class ResumeMission(Message, frozen=True, kw_only=True):
+    """Go on where the mission was paused. Refused where it is not."""
+
+    reason: str = "resumed by the operator"
 
 
 class ClockTick(Message, frozen=True, kw_only=True):
@@ -703,3 +715,13 @@ class Keys:
     def mission_abort(self) -> str:
         """Query that calls the running mission off."""
         return f"{self.skillset}/mission/abort"
+
+    @property
+    def mission_pause(self) -> str:
+        """Query that makes the running mission stand still."""
+        return f"{self.skillset}/mission/pause"
+
+    @property
+    def mission_resume(self) -> str:
+        """Query that lets a paused mission go on."""
+        return f"{self.skillset}/mission/resume"

@@ -14,7 +14,7 @@ from skillwing.services.protocol import Ending, GoalStatus, Record, RecordKind, 
 
 OVER = frozenset({"SUCCEEDED", "FAILED", "ABORTED"})
 """Phases of a mission that is over."""
-PHASES = OVER | {"IDLE", "RUNNING"}
+PHASES = OVER | {"IDLE", "RUNNING", "PAUSED", "HELD"}
 """Phases of a mission; a mission record that goes anywhere else is a switch between branches of its tree."""
 
 

@@ -251,6 +251,24 @@ CHANNELS = (
         message=protocol.AbortMission,
         reply=protocol.MissionStatus,
     ),
+    Channel(
+        lambda keys, _: keys.mission_pause,
+        Kind.QUERY,
+        "mission",
+        CLIENTS,
+        "Make the running mission stand still.",
+        message=protocol.PauseMission,
+        reply=protocol.MissionStatus,
+    ),
+    Channel(
+        lambda keys, _: keys.mission_resume,
+        Kind.QUERY,
+        "mission",
+        CLIENTS,
+        "Let a paused mission go on.",
+        message=protocol.ResumeMission,
+        reply=protocol.MissionStatus,
+    ),
     # --- between managers ---
     Channel(
         lambda keys, _: keys.resource_goal,
