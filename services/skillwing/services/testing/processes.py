@@ -10,11 +10,13 @@ from dataclasses import replace
 from pathlib import Path
 
 from skillwing.dsl.model import UnknownNameError
+from skillwing.services.bus import Topology
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.journal.journal import set_aside
 from skillwing.services.mocking.system import mock_processes
 from skillwing.services.names import JOURNAL_FILE
 from skillwing.services.options import imported
+from skillwing.services.processes.colocation import colocated, households
 from skillwing.services.processes.launcher import Launcher
 from skillwing.services.robot import ProcessSpec, Robot
 from skillwing.services.testing.bench import CLIENT, Bench
@@ -29,7 +31,8 @@ class SkillsetProcesses(Bench):
     by the processes; mocks play the other skills, by the files `scripts`. run_dir: gets `logs/<process>.log` and a new
     journal, from which the resource manager goes on when it is restarted. data: as in `SkillsetInProcess`, published by
     the test's own process whenever a call waits. layer: the fake functional layer, on the test's session. processes:
-    what else the robot needs.
+    what else the robot needs. colocate: all managers but the resource manager share one process; topology: how
+    processes meet.
 
     Raises StartError, with the last lines of its log, for a process that does not come up. To be closed, best as a
     context manager: when `close` returns, no process is left.
@@ -45,6 +48,8 @@ class SkillsetProcesses(Bench):
         data: Mapping[str, object] | None = None,
         layer: FakeLayer | None = None,
         processes: tuple[ProcessSpec, ...] = (),
+        colocate: bool = False,
+        topology: Topology = "router",
     ) -> None:
         model = model_of(skillset)
         classes = {model.skill(skill).name: imported({"hooks": path}, "hooks") for skill, path in (hooks or {}).items()}
@@ -57,13 +62,14 @@ class SkillsetProcesses(Bench):
         set_aside(run_dir / JOURNAL_FILE)
         mocked = [skill.name for skill in model.skills if skill.name not in classes]
         specs = (*processes, *mock_processes(robot, scripts=scripts, skills=mocked, run={"run_dir": run_dir}))
-        self.launcher = Launcher(robot.name, model.name, run_dir, clock=robot.clock)
+        self.launcher = Launcher(robot.name, model.name, run_dir, clock=robot.clock, topology=topology)
         # A robot can do without some of them, a test without none.
-        self._specs = {spec.name: replace(spec, essential=True) for spec in specs}
+        needed = tuple(replace(spec, essential=True) for spec in (colocated(specs) if colocate else specs))
+        self._processes = {each.name: each.nodes for each in households(needed)}
         with ExitStack() as undoing:
             undoing.callback(self.launcher.stop)
-            self.launcher.start(tuple(self._specs.values()))
-            bus = ZenohBus(CLIENT, robot.name, self.launcher.endpoint)
+            self.launcher.start(needed)
+            bus = ZenohBus(CLIENT, robot.name, self.launcher.endpoint, topology=topology)
             undoing.callback(bus.close)
             layer = layer or FakeLayer()
             layer.attach(bus)
@@ -90,6 +96,6 @@ class SkillsetProcesses(Bench):
 
     def restart(self, process: str) -> None:
         """Start a process again that was killed. Raises UnknownNameError for one that is none of this system."""
-        if process not in self._specs:
-            raise UnknownNameError("process", process, self._specs)
-        self.launcher.start((self._specs[process],))
+        if process not in self._processes:
+            raise UnknownNameError("process", process, self._processes)
+        self.launcher.start(self._processes[process])
