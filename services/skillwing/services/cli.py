@@ -11,8 +11,9 @@ import ast
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from importlib.machinery import PathFinder
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint, EntryPoints, entry_points
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
@@ -48,19 +49,24 @@ class LazyGroup(TyperGroup):
             self._listing = False
 
     def list_commands(self, ctx: Any) -> list[str]:
-        return sorted(entry_points(group=COMMANDS).names)
+        return sorted(_entries().names)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """The command; raises UnknownNameError, which says what there is."""
-        found = entry_points(group=COMMANDS, name=cmd_name)
-        if found:
-            entry = next(iter(found))
+        if cmd_name in _entries().names:
+            entry = _entries()[cmd_name]
             return (_announced(entry) if self._listing else None) or _command(entry)
         if ctx.resilient_parsing:
             return None
         from skillwing.dsl import UnknownNameError  # noqa: PLC0415 - needed for a slip of the user only
 
         raise UnknownNameError("command", cmd_name, self.list_commands(ctx))
+
+
+@cache
+def _entries() -> EntryPoints:
+    """The commands, asked for once: it takes reading what every installed package says of itself."""
+    return entry_points(group=COMMANDS)
 
 
 def _announced(entry: EntryPoint) -> Any:

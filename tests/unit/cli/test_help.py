@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint, EntryPoints, entry_points
 
 import pytest
 from typer.testing import CliRunner
@@ -35,3 +35,16 @@ def test_the_list_imports_no_command() -> None:
     run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     imported = set(run.stdout.splitlines()[-1].split())
     assert imported == {"skillwing.services", "skillwing.services.cli"}
+
+
+def test_the_list_asks_once_what_is_installed(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[str] = []
+
+    def counted(*, group: str) -> EntryPoints:
+        asked.append(group)
+        return COMMANDS
+
+    monkeypatch.setattr(cli, "entry_points", counted)
+    cli._entries.cache_clear()  # pyright: ignore[reportPrivateUsage]
+    assert CliRunner().invoke(cli.app, ["--help"]).exit_code == 0
+    assert asked == [cli.COMMANDS]
