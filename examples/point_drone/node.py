@@ -1,0 +1,100 @@
+"""The process of the vehicle: its topics, as docs/functional-layer.md wants them of one that our guidance flies."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from skillwing.services.bus import Bus, Request
+from skillwing.services.bus.reading import message_reader
+from skillwing.services.protocol import ErrorCode, ErrorReply, ProtocolError, decode, encode
+from skillwing.sim_mujoco import topics
+
+from .vehicle import Mode, Vehicle
+
+STEP = 0.02
+
+
+class VehicleNode:
+    """Tells where the vehicle is and how it is, and takes setpoints. It lives in whatever time the robot has."""
+
+    name = "vehicle"
+    owns_clock = False
+
+    def attach(self, bus: Bus) -> None:
+        self._bus = bus
+        self._vehicle = Vehicle(bus.now())
+        self._told: topics.FlightState | None = None
+        self._navigation = bus.advertise(topics.NAVIGATION)
+        self._flight = bus.advertise(topics.FLIGHT)
+        self._battery = bus.advertise(topics.BATTERY)
+        self._range = bus.advertise(topics.RANGE)
+        take = message_reader(topics.AutopilotSetpoint, lambda setpoint: self._vehicle.command(setpoint, bus.now()))
+        bus.subscribe(topics.AUTOPILOT_SETPOINT, take, latest_only=True)
+        bus.serve(topics.PILOT, self._hand_over)
+        bus.every(STEP, self._advance)
+        bus.every(0.05, self._tell_range)
+        bus.every(0.1, self._tell_flight)
+        bus.every(1.0, self._tell_battery)
+
+    def detach(self) -> None:
+        """Nothing outlives this process."""
+
+    def _advance(self) -> None:
+        self._vehicle.advance(self._bus.now())
+        if self._told is None or self._state(self._told.t) != self._told:
+            self._tell_flight()
+        self._tell_navigation()
+
+    def _tell_navigation(self) -> None:
+        vehicle = self._vehicle
+        solution = topics.Navigation(
+            t=self._bus.now(),
+            position=vehicle.position,
+            velocity=vehicle.velocity,
+            quaternion=(math.cos(vehicle.heading / 2.0), 0.0, 0.0, math.sin(vehicle.heading / 2.0)),
+            angular_velocity=(0.0, 0.0, 0.0),
+            heading=vehicle.heading,
+        )
+        self._navigation.put(encode(solution))
+
+    def _tell_flight(self) -> None:
+        self._told = self._state(self._bus.now())
+        self._flight.put(encode(self._told))
+
+    def _state(self, t: float) -> topics.FlightState:
+        vehicle = self._vehicle
+        return topics.FlightState(
+            t=t,
+            on_ground=vehicle.on_ground,
+            rotors_on=not vehicle.on_ground,
+            home_valid=True,
+            authority=vehicle.authority,
+            failsafe=vehicle.failsafe,
+            follows=vehicle.mode is not Mode.BATTERY,
+        )
+
+    def _tell_range(self) -> None:
+        self._range.put(encode(topics.Range(t=self._bus.now(), distance=self._vehicle.position[2])))
+
+    def _tell_battery(self) -> None:
+        charge = self._vehicle.charge
+        self._battery.put(encode(topics.Battery(t=self._bus.now(), percent=charge, voltage=21.0 + charge * 0.042)))
+
+    def _hand_over(self, request: Request) -> None:
+        """The safety pilot's switch, which a real vehicle has on its remote control."""
+        try:
+            wanted = decode(request.payload, topics.SetPilot)
+        except ProtocolError as error:
+            request.refuse(ErrorReply(code=ErrorCode.BAD_REQUEST, message=str(error), help="send a SetPilot"))
+            return
+        self._vehicle.authority = wanted.authority
+        holder = "the computer" if wanted.authority else "the safety pilot"
+        request.reply(encode(topics.Done(text=f"{holder} has the authority")))
+
+
+def make_vehicle(options: dict[str, Any]) -> VehicleNode:
+    """The node; it takes no options."""
+    if options:
+        raise ValueError(f"the vehicle takes no options; remove {', '.join(sorted(options))}")
+    return VehicleNode()

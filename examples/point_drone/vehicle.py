@@ -1,0 +1,144 @@
+"""A drone that is a point: it accelerates as it likes within limits, and looks after itself where nobody flies it.
+
+Pure: `advance` it, and read what it is. Frames are ENU, metres and seconds; the ground is flat, at height 0.
+"""
+
+from __future__ import annotations
+
+import math
+from enum import StrEnum
+
+from skillwing.sim_mujoco.topics import AutopilotSetpoint, Vector3
+
+MAX_SPEED, MAX_ACCELERATION = 8.0, 4.0
+POSITION_GAIN, VELOCITY_GAIN = 1.0, 4.0
+"""Of the error in position to a velocity, and of that in velocity to an acceleration [1/s]: critically damped."""
+SETPOINT_TIMEOUT, LAND_AFTER = 0.5, 5.0
+"""Setpoints this old no longer count, and so much later it lands [s]."""
+LANDING_SPEED = 0.7
+TOUCHDOWN = 0.3
+"""It has landed once it has pressed on the ground for so long [s]."""
+CRITICAL_CHARGE = 8.0
+CONSUMPTION = 0.05
+"""In the air [% / s]."""
+
+
+class Mode(StrEnum):
+    """What it does. The values of those in which it acts by itself are what it tells others."""
+
+    OFF = "rotors off"
+    FOLLOW = "following setpoints"
+    PILOT = "safety pilot flies"
+    HOLD = "no setpoints: holding position"
+    LAND = "no setpoints: landing"
+    BATTERY = "battery critical: landing"
+
+
+class Vehicle:
+    """It stands at the origin at time `t`. `authority` is the switch of its safety pilot, `charge` that of the battery
+    [%]; set them as you like."""
+
+    def __init__(self, t: float = 0.0) -> None:
+        self.position: Vector3 = (0.0, 0.0, 0.0)
+        self.velocity: Vector3 = (0.0, 0.0, 0.0)
+        self.heading = 0.0
+        self.authority = True
+        self.charge = 100.0
+        self.mode = Mode.OFF
+        self._t = t
+        self._setpoint: AutopilotSetpoint | None = None
+        self._received = -math.inf
+        self._held: Vector3 = self.position
+        self._pressed_since: float | None = None
+
+    @property
+    def on_ground(self) -> bool:
+        """It stands, and its rotors are off."""
+        return self.mode is Mode.OFF
+
+    @property
+    def failsafe(self) -> str:
+        """What it does by itself, empty if nothing."""
+        return self.mode if self.mode in (Mode.HOLD, Mode.LAND, Mode.BATTERY) else ""
+
+    def command(self, setpoint: AutopilotSetpoint, t: float) -> None:
+        """A setpoint has arrived at `t`."""
+        self._setpoint, self._received = setpoint, t
+
+    def advance(self, t: float) -> None:
+        """Live until `t`."""
+        dt, self._t = t - self._t, t
+        self._enter(self._choose(t - self._received))
+        if self.mode is Mode.OFF or dt <= 0.0:
+            return
+        self.charge = max(0.0, self.charge - CONSUMPTION * dt)
+        place, velocity, acceleration = self._wanted(dt)
+        self._move(dt, place, velocity, acceleration)
+        if self._has_landed(t, place):
+            self._enter(Mode.OFF)
+
+    # --- what to do --------------------------------------------------------------------------------------------------
+
+    def _choose(self, age: float) -> Mode:
+        fresh, setpoint = age <= SETPOINT_TIMEOUT, self._setpoint
+        if self.mode is Mode.OFF:
+            rises = setpoint is not None and setpoint.rotors and setpoint.position[2] > self.position[2] + 0.05
+            ready = fresh and rises and self.authority and self.charge > CRITICAL_CHARGE
+            return Mode.FOLLOW if ready else Mode.OFF
+        if self.charge <= CRITICAL_CHARGE:
+            return Mode.BATTERY
+        if not self.authority:
+            return Mode.PILOT
+        if fresh:
+            return Mode.FOLLOW
+        return Mode.LAND if age > SETPOINT_TIMEOUT + LAND_AFTER else Mode.HOLD
+
+    def _enter(self, mode: Mode) -> None:
+        if mode is not self.mode:
+            self.mode, self._held, self._pressed_since = mode, self.position, None
+        if mode is Mode.OFF:
+            self.velocity = (0.0, 0.0, 0.0)
+
+    def _wanted(self, dt: float) -> tuple[Vector3, Vector3, Vector3]:
+        """Position, velocity and acceleration to have now."""
+        if self.mode is Mode.FOLLOW and self._setpoint is not None:
+            self.heading = self._setpoint.heading
+            return self._setpoint.position, self._setpoint.velocity, self._setpoint.acceleration
+        sink = LANDING_SPEED if self.mode in (Mode.LAND, Mode.BATTERY) else 0.0
+        x, y, z = self._held
+        self._held = x, y, z - sink * dt
+        return self._held, (0.0, 0.0, -sink), (0.0, 0.0, 0.0)
+
+    # --- how it moves ------------------------------------------------------------------------------------------------
+
+    def _move(self, dt: float, place: Vector3, velocity: Vector3, acceleration: Vector3) -> None:
+        towards = _limited(_sum(velocity, _times(POSITION_GAIN, _less(place, self.position))), MAX_SPEED)
+        push = _limited(_sum(acceleration, _times(VELOCITY_GAIN, _less(towards, self.velocity))), MAX_ACCELERATION)
+        self.velocity = _limited(_sum(self.velocity, _times(dt, push)), MAX_SPEED)
+        x, y, z = _sum(self.position, _times(dt, self.velocity))
+        if z < 0.0:
+            z, self.velocity = 0.0, (0.0, 0.0, 0.0)
+        self.position = x, y, z
+
+    def _has_landed(self, t: float, place: Vector3) -> bool:
+        if self.position[2] > 0.0 or place[2] >= 0.0:
+            self._pressed_since = None
+        elif self._pressed_since is None:
+            self._pressed_since = t
+        return self._pressed_since is not None and t - self._pressed_since >= TOUCHDOWN
+
+
+def _sum(a: Vector3, b: Vector3) -> Vector3:
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+def _less(a: Vector3, b: Vector3) -> Vector3:
+    return _sum(a, _times(-1.0, b))
+
+
+def _times(factor: float, a: Vector3) -> Vector3:
+    return factor * a[0], factor * a[1], factor * a[2]
+
+
+def _limited(a: Vector3, length: float) -> Vector3:
+    return _times(min(1.0, length / max(math.hypot(*a), 1e-9)), a)
