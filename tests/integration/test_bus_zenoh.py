@@ -9,11 +9,12 @@ from itertools import pairwise
 
 import pytest
 
-from skillwing.services.bus import Sample
+from skillwing.services.bus import Answer, Answered, Refused, Request, Sample
+from skillwing.services.bus.backlog import MOST_REQUESTS
 from skillwing.services.bus.clock import FollowedClock, LockstepClock, PacedClock
 from skillwing.services.bus.zenoh_bus import STREAM_BACKLOG, ZenohBus
 from skillwing.services.processes.router import start_router
-from skillwing.services.protocol import CLOCK_KEY, ClockTick, encode
+from skillwing.services.protocol import CLOCK_KEY, ClockTick, ErrorCode, encode
 
 PATIENCE = 10.0
 
@@ -63,6 +64,13 @@ class Network:
             for bus in self.buses:
                 bus.run_until(done, 0.001)
         return done()
+
+    def answers(self, asker: ZenohBus, key: str) -> bool:
+        """Ask, and tell whether somebody has answered."""
+        answers: list[Answer] = []
+        asker.ask(key, b"", answers.append)
+        self.run_until(lambda: bool(answers))
+        return isinstance(answers[0], Answered)
 
     def close(self) -> None:
         for bus in self.buses:
@@ -145,6 +153,38 @@ def test_the_backlog_of_a_stream_is_bounded(network: Network) -> None:
     assert len(prompt) >= 4 * STREAM_BACKLOG
     busy.run_until(lambda: False, 0.1)
     assert STREAM_BACKLOG / 2 < len(late) < 2 * STREAM_BACKLOG
+
+
+def test_who_asks_a_busy_node_too_much_is_told_so_and_what_others_tell_it_gets_through(network: Network) -> None:
+    asker, busy, idle = network.plain("asker"), network.plain("busy"), network.plain("idle")
+    heard: list[bytes] = []
+    taken_up: list[bytes] = []
+    answers: list[Answer] = []
+    told: list[Answer] = []
+
+    def take_up(request: Request) -> None:
+        taken_up.append(request.payload)
+        request.reply(b"")
+
+    busy.serve("x", take_up)
+    busy.subscribe("event", lambda sample: heard.append(sample.payload), events=True)
+    idle.serve("y", lambda request: request.reply(b"y"))
+    events = asker.advertise("event", events=True)
+    network.run_until(lambda: network.answers(asker, "x"))
+    taken_up.clear()
+    busy.ask("y", b"", told.append, timeout=PATIENCE)
+    too_many = MOST_REQUESTS + 20
+    for number in range(too_many):
+        asker.ask("x", str(number).encode(), answers.append, timeout=PATIENCE)
+        events.put(b"")
+    assert asker.run_until(lambda: len(answers) == 20, PATIENCE)
+    assert all(isinstance(each, Refused) and each.error.code is ErrorCode.UNAVAILABLE for each in answers)
+    assert network.run_until(lambda: len(answers) == too_many and len(heard) == too_many and bool(told))
+    assert len(taken_up) == MOST_REQUESTS
+    assert told == [Answered(b"y")]
+    answers.clear()
+    asker.ask("x", b"again", answers.append)
+    assert network.run_until(lambda: answers == [Answered(b"")])
 
 
 def test_other_threads_may_post(network: Network) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from skillwing.services.bus import Answer, Answered, Bus, Refused, Unanswered
+from skillwing.services.protocol import ErrorCode
 
 FIRST_DELAY = 0.05
 LONGEST_DELAY = 1.0
@@ -34,6 +35,7 @@ def ask_until_answered(
     """Send the same request until somebody answers it, so the request has to be idempotent.
 
     After each silence `keep_asking(number of silences)` decides: True asks again, False ends it with `on_silence`.
+    The refusal UNAVAILABLE, by which somebody says that he cannot take up a request now, is as good as silence.
     While this node is cut off from the network nothing is counted, and the count begins anew when it is back.
     Waiting is in wall time, since a robot clock that stands still is no reason to stop talking.
     """
@@ -44,7 +46,8 @@ def ask_until_answered(
 
     def receive(answer: Answer) -> None:
         nonlocal silences
-        if not isinstance(answer, Unanswered):
+        unavailable = isinstance(answer, Refused) and answer.error.code is ErrorCode.UNAVAILABLE
+        if not (isinstance(answer, Unanswered) or unavailable):
             on_answer(answer)
             return
         silences = silences + 1 if bus.connected else 0
