@@ -16,6 +16,7 @@ from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Answered, Bus, Refused, Unanswered
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.protocol import (
+    Attached,
     AttachManager,
     BeginGoal,
     Ended,
@@ -206,12 +207,22 @@ def _encoded(call: Call) -> bytes:
 def _reply(call: Call, answer: Answered | Refused | Unanswered) -> Reply | None:
     match answer:
         case Answered():
-            kind = _union(GoalVerdict) if isinstance(call, (BeginGoal, EndGoal, RenewGoal)) else ResourceStates
+            kind = _kind_of_reply(call)
             return decode(answer.payload, kind)
         case Refused():
             return answer.error
         case Unanswered():
             return None
+
+
+def _kind_of_reply(call: Call) -> Any:
+    match call:
+        case BeginGoal() | EndGoal() | RenewGoal():
+            return GoalVerdict
+        case AttachManager():
+            return Attached
+        case _:
+            return ResourceStates
 
 
 def _union(kind: Any) -> Any:

@@ -85,11 +85,8 @@ class Audit:
     # --- when everybody has been well for a while --------------------------------------------------------------------
 
     def look_at_losses(self) -> None:
-        """What counts as lost runs nowhere any more, and who was replaced has ended."""
+        """What counts as lost runs nowhere any more."""
         world = self._world
-        for process in world.zombies:
-            if not process.bus.closed:
-                self._note("who was replaced ends", f"{process.name} runs beside the process that has replaced it")
         held = {grant.goal_id for grant in world.resource_manager.resource_core.grants}
         for process in world.skill_managers:
             run = process.skill_core.current
@@ -120,8 +117,10 @@ class Audit:
         )
 
     def look_at_the_rest(self) -> None:
-        """Every goal has ended, everything is free, everybody knows, and nothing is left over."""
+        """Every goal has ended, everything is free, everybody knows, and nothing and nobody is left over."""
         world, witness = self._world, self._witness
+        for process in world.replaced:
+            self._note("who was replaced ends", f"{process.name} runs beside the process that has replaced it")
         manager = world.resource_manager
         for grant in manager.resource_core.grants:
             self._note("everything is released", f"{grant.goal_id} of {grant.skill.name} still holds a grant")

@@ -11,6 +11,7 @@ from simulation.plan import ACTION_TIME, Deed, Plan, draw_plan
 from simulation.witness import Problem, Witness
 from simulation.world import World
 from skillwing.services.bus.inprocess import Utterance
+from skillwing.services.managers.standing import STANDING_PERIOD
 from skillwing.services.protocol import InterruptGoal
 
 LOOK_PERIOD = 0.25
@@ -19,6 +20,9 @@ WELL_FOR = 9.0
 """Seconds after which everybody has noticed everything: retries, probes, leases and their debouncing."""
 REST_WITHIN = 25.0
 REST_FOR = 1.0
+ONE_OF_EACH_AFTER = 2 * STANDING_PERIOD + 4.0
+"""Seconds after which one process of each name is left. That the first of them woke up and attached last takes the
+second a period to learn; that a third was started then takes the first one more. A lost question takes 3 s."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +64,10 @@ class Run:
             self._audit.look_at_losses()
             self._interrupt_everything()
         network.run_until(lambda: bool(self._quiet or witness.problems), REST_WITHIN)
-        if self._pass_time(network.now() + REST_FOR):
+        rest_until = network.now() + REST_FOR
+        if self.world.replaced:
+            rest_until = max(rest_until, MENDED_AT + ONE_OF_EACH_AFTER)
+        if self._pass_time(rest_until):
             self._audit.look_at_the_rest()
         return Outcome(self.plan, tuple(witness.problems), self._messages, self._digest.hexdigest())
 

@@ -190,6 +190,11 @@ class World:
         return [each for name, each in self.running.items() if name.startswith("skill/") and not each.bus.closed]
 
     @property
+    def replaced(self) -> list[Process]:
+        """Processes in whose place others were started, and that run all the same."""
+        return [each for each in self.zombies if not each.bus.closed]
+
+    @property
     def clients(self) -> list[Process]:
         return [self.running[name] for name in CLIENTS if name in self.running]
 

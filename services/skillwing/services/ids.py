@@ -17,21 +17,16 @@ def new_goal_id() -> str:
 
 
 class RecordIds:
-    """Calls return `<process>#<n>` with a growing n: ids of the timeline records that one process writes.
+    """Calls return `<writer>#<n>` with a growing n: ids of the timeline records that one writer writes.
 
-    n is the robot time in milliseconds or, within the same one, the next number. So it also grows beyond what a
-    process of the same name wrote that this one has replaced, and no record is taken for another.
+    writer: nobody else's name, also not that of another process in whose place this one stands. n is the robot time in
+    milliseconds or, within the same one, the next number.
     """
 
-    def __init__(self, process: str) -> None:
-        self._process = process
+    def __init__(self, writer: str) -> None:
+        self._writer = writer
         self._last = 0
 
     def __call__(self, now: float = 0.0) -> str:
         self._last = max(self._last + 1, int(now * 1000))
-        return f"{self._process}#{self._last}"
-
-    def skip(self, record_id: str) -> None:
-        """Go on after an id that a process of the same name has given."""
-        number = record_id.rpartition("#")[2]
-        self._last = max(self._last, int(number) if number.isdecimal() else 0)
+        return f"{self._writer}#{self._last}"

@@ -268,27 +268,40 @@ class ResourceChange(Message, frozen=True, kw_only=True):
     cause: str | None = None
 
 
+class Attached(ResourceStates, frozen=True, kw_only=True):
+    """A manager counts as the latest of its name. `heir`: other processes of that name have been here before it."""
+
+    heir: bool
+
+
 class QueryStates(Message, frozen=True, kw_only=True):
     pass
 
 
 class FireExtern(Message, frozen=True, kw_only=True):
-    """Drive an extern transition. `source` names who asks; `cause` the record that made it happen."""
+    """Drive an extern transition. `source` names who asks; `cause` the record that made it happen.
+
+    `schema`: of the skillset whose names these are; empty from who speaks of names only, such as an operator.
+    """
 
     resource: Label
     target: Label
     source: Label
     cause: Label | None = None
+    schema: Label = ""
 
 
 class FireEvent(Message, frozen=True, kw_only=True):
+    """Fire an event. Fields as in `FireExtern`."""
+
     event: Label
     source: Label
     cause: Label | None = None
+    schema: Label = ""
 
 
 class AttachManager(Message, frozen=True, kw_only=True):
-    """A manager has started: what an earlier process of its name holds is lost. Answered by `ResourceStates`.
+    """A manager has started: what an earlier process of its name holds is lost. Answered by `Attached`.
 
     Sent again every few seconds, by which a process learns that another one has come after it (`REPLACED`).
     `incarnation` tells processes of one name apart; a manager draws it anew each time it starts. `schema` as in
@@ -333,9 +346,17 @@ class EndGoal(Message, frozen=True, kw_only=True, tag="end"):
 
 
 class RenewGoal(Message, frozen=True, kw_only=True, tag="renew"):
+    """Keep a grant, and learn whether it still stands.
+
+    With token 0 it keeps nothing: an heir asks what has become of a goal that it does not know (`UNKNOWN_GOAL`:
+    nobody does). Then `manager` and `incarnation` are those of `AttachManager`.
+    """
+
     goal_id: Label
     skill: Label
     token: int
+    manager: Label = ""
+    incarnation: Label = ""
 
 
 GoalCall = BeginGoal | EndGoal | RenewGoal

@@ -10,7 +10,11 @@ from skillwing.services.bus import Bus
 from skillwing.services.ids import RecordIds
 from skillwing.services.protocol import Keys, Record, RecordKind, encode
 
-# Everything that writes in one process shares one sequence of ids.
+MARK_LENGTH = 6
+"""Characters by which the ids of a process's records differ from those of others of its name, of which two may be
+awake at once: one that was replaced while it was stopped has not noticed yet."""
+
+# Everything that writes on one bus shares one sequence of ids.
 _ids: WeakKeyDictionary[Bus, RecordIds] = WeakKeyDictionary()
 
 
@@ -20,15 +24,14 @@ class Timeline:
     def __init__(self, bus: Bus, keys: Keys) -> None:
         self._bus = bus
         self._publisher = bus.advertise(keys.timeline, events=True)
-        self._ids = _ids.setdefault(bus, RecordIds(bus.name))
+        ids = _ids.get(bus)
+        if ids is None:
+            ids = _ids[bus] = RecordIds(f"{bus.name}~{bus.new_id()[-MARK_LENGTH:]}")
+        self._ids = ids
 
     def new_id(self) -> str:
         """An id for a record that somebody else writes, and `publish` publishes."""
         return self._ids(self._bus.now())
-
-    def continue_after(self, record_id: str) -> None:
-        """Give no id that a process of this name has given up to this record."""
-        self._ids.skip(record_id)
 
     def record(
         self,
@@ -42,7 +45,7 @@ class Timeline:
         goal_id: str | None = None,
         detail: Mapping[str, Any] | None = None,
     ) -> str:
-        """Publish a record of now and return its id, `<process name>#<n>`, to be the cause of what follows from it."""
+        """Publish a record of now and return its id, `<process>~<mark>#<n>`: the cause of what follows from it."""
         record = Record(
             id=self.new_id(),
             t=self._bus.now(),

@@ -16,6 +16,7 @@ from skillwing.services.protocol import (
     Ended,
     ErrorCode,
     FireEvent,
+    FireExtern,
     Granted,
     Lost,
     NotReady,
@@ -369,8 +370,9 @@ def test_a_renewal_tells_how_the_goal_stands(bench: Bench) -> None:
 
 
 def test_a_renewal_with_another_token_is_refused(bench: Bench) -> None:
+    bench.now = 1.0
     token = granted(bench.begin("move", "g")).token
-    for wrong in (token - 1, token + 1, 0):
+    for wrong in (token - 1, token + 1):
         with pytest.raises(RefusedError, match="g was granted with") as refusal:
             bench.renew("move", "g", wrong)
         assert refusal.value.code is ErrorCode.STALE_TOKEN
@@ -486,3 +488,19 @@ def test_inputs_that_do_not_fit_are_refused_by_name_and_leave_no_trace(
     assert refusal.value.code is ErrorCode.BAD_REQUEST
     assert bench.core.states["axes"] == "FREE"
     granted(bench.begin("move", "g"))
+
+
+def test_who_speaks_of_another_version_of_the_skillset_moves_nothing(bench: Bench) -> None:
+    for call in (
+        lambda schema: bench.core.fire_event(FireEvent(event="storm", source="test", schema=schema), 0.0),
+        lambda schema: bench.core.fire_extern(
+            FireExtern(resource="authority", target="OFF", source="test", schema=schema), 0.0
+        ),
+    ):
+        with pytest.raises(RefusedError) as refusal:
+            call("of another file")
+        assert refusal.value.code is ErrorCode.SCHEMA_MISMATCH
+        assert bench.core.states["authority"] == "ON"
+        call(RIG.schema_hash)
+        assert bench.core.states["authority"] == "OFF"
+        bench.extern("authority", "ON")

@@ -79,6 +79,9 @@ class Declarations:
     def now(self) -> float:
         return 0.0
 
+    def new_id(self) -> str:
+        return self.name
+
     def wall(self) -> float:
         return 0.0
 

@@ -63,7 +63,7 @@ class GoalPursuit:
         self._on_change = on_change
         self._interrupting = False
         self._interrupt_cause: str | None = None
-        self._only_remembered = False
+        self._interrupt_heard = False
         self._probing = False
         self._has_to_exist = False
 
@@ -111,11 +111,13 @@ class GoalPursuit:
     def advance(self, status: GoalStatus) -> None:
         """Take a status of this goal, published or answered."""
         consistent = (status.terminal is not None) == (status.state is State.TERMINATED)
-        if status.goal_id == self.handle.goal_id and consistent and self.handle.advance(status):
-            if self._only_remembered and status.state is not State.INTERRUPTING and not self.handle.done:
-                # Whoever remembered the interrupt has been replaced since then, and the start has arrived.
-                self._interrupting = self._only_remembered = False
-                self.interrupt(self._interrupt_cause)
+        if status.goal_id != self.handle.goal_id or not consistent:
+            return
+        if self._interrupt_heard and status.state not in (State.INTERRUPTING, State.TERMINATED):
+            # Whoever heard the interrupt has been replaced since then, and the start has arrived once more.
+            self._interrupting = self._interrupt_heard = False
+            self.interrupt(self._interrupt_cause)
+        if self.handle.advance(status):
             self._on_change(self.handle)
 
     def _ask_how_it_is(self, on_answer: Callable[[Answered | Refused], None]) -> None:
@@ -150,8 +152,8 @@ class GoalPursuit:
             self._interrupting = False
             self._bus.after(LONGEST_DELAY, lambda: self.interrupt(cause), wall=True)
         else:
-            self._only_remembered = isinstance(answer, Refused)
             self._answered(answer)
+            self._interrupt_heard = True
 
     def _probe_answered(self, answer: Answered | Refused) -> None:
         self._probing = False

@@ -185,12 +185,14 @@ class SkillsetInterface:
         model = self.skillset.resource(resource)
         if target not in model.states:
             raise UnknownNameError(f"state of {resource}", target, model.states)
-        request = FireExtern(resource=resource, target=target, source=self.client, cause=cause)
+        schema = self.skillset.schema_hash
+        request = FireExtern(resource=resource, target=target, source=self.client, cause=cause, schema=schema)
         self._bus.ask(self._keys.resource_extern, encode(request), on_answer)
 
     def fire(self, event: str, on_answer: Callable[[Answer], None], cause: str | None = None) -> None:
         """Fire an event. Raises UnknownNameError."""
-        request = FireEvent(event=self.skillset.event(event).name, source=self.client, cause=cause)
+        name, schema = self.skillset.event(event).name, self.skillset.schema_hash
+        request = FireEvent(event=name, source=self.client, cause=cause, schema=schema)
         self._bus.ask(self._keys.event(event), encode(request), on_answer)
 
     # --- data ------------------------------------------------------------------------------------------------------

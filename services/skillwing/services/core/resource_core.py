@@ -32,6 +32,7 @@ from skillwing.services.core.resource_table import Event, ResourceTable
 from skillwing.services.core.scribe import Scribe
 from skillwing.services.core.values import fit_fields
 from skillwing.services.protocol import (
+    Attached,
     AttachManager,
     BeginGoal,
     DataSample,
@@ -163,6 +164,7 @@ class ResourceCore:
 
     def fire_extern(self, request: FireExtern, now: float) -> Step[ResourceStates]:
         """Drive one extern transition; the reply holds all states after everything that it broke."""
+        self._check_schema_if_told(request.schema)
         try:
             resource = self._skillset.resource(request.resource)
         except UnknownNameError as error:
@@ -184,6 +186,7 @@ class ResourceCore:
 
     def fire_event(self, request: FireEvent, now: float) -> Step[ResourceStates]:
         """Fire an event: its guard and all its extern transitions, or nothing."""
+        self._check_schema_if_told(request.schema)
         try:
             event = self._skillset.event(request.event)
         except UnknownNameError as error:
@@ -218,13 +221,13 @@ class ResourceCore:
 
     # --- from skill managers -----------------------------------------------------------------------------------------
 
-    def attach_manager(self, request: AttachManager, now: float) -> Step[ResourceStates]:
+    def attach_manager(self, request: AttachManager, now: float) -> Step[Attached]:
         """A manager has started. Its predecessor is gone, however short its alive token was away."""
-        if request.schema:
-            check_schema(self._skillset, request.schema)
+        self._check_schema_if_told(request.schema)
         self._incarnations.check(request.manager, request.incarnation)
         self._replace(request.manager, request.incarnation, now)
-        return self._finish(self.snapshot(now))
+        heir = self._incarnations.is_heir(request.manager)
+        return self._finish(Attached(revision=self.revision, states=dict(self.states), t=now, heir=heir))
 
     def begin(self, request: BeginGoal, now: float) -> Step[GoalVerdict]:
         """Judge the preconditions and apply the start effect. The same goal id again gets the latest verdict on it."""
@@ -287,7 +290,12 @@ class ResourceCore:
         return self._finish(ended)
 
     def renew(self, request: RenewGoal) -> Step[GoalVerdict]:
-        """Tell a manager whether its goal still stands: `Granted`, or what has happened to it."""
+        """Tell a manager whether its goal still stands: `Granted`, or what has happened to it.
+
+        Without a token it is an heir that asks, for a goal which it does not know.
+        """
+        if request.token == NO_TOKEN:
+            self._incarnations.check_attached(request.manager, request.incarnation)
         verdict = self._ledger.verdict(request.goal_id, self._skill(request.skill).name)
         if verdict is None:
             raise unknown_goal(request.goal_id)
@@ -476,6 +484,10 @@ class ResourceCore:
         if guard is not None and self._data.awaited(names_used(guard, "data"), now):
             text = "The resource manager has just been restarted and does not know all data yet."
             raise RefusedError(ErrorCode.UNAVAILABLE, text, help="Ask again.")
+
+    def _check_schema_if_told(self, schema: str) -> None:
+        if schema:
+            check_schema(self._skillset, schema)
 
     def _skill(self, name: str) -> Skill:
         try:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import Enum, auto
 from typing import Any, TypeAlias
 
-from skillwing.services.protocol import BeginGoal, EndGoal, GoalStatus, Record, State, Terminal
+from skillwing.services.protocol import BeginGoal, EndGoal, GoalStatus, Record, RenewGoal, State, Terminal
 
 
 class Hook(Enum):
@@ -36,7 +36,7 @@ class AskResources:
     """Ask the resource manager, after a pause if it has been silent `silences` times; the answer, or None for another
     silence, goes to `SkillCore.answered`."""
 
-    call: BeginGoal | EndGoal
+    call: BeginGoal | EndGoal | RenewGoal
     silences: int = 0
 
 
@@ -75,6 +75,8 @@ class GoalRun:
     ending: Ending | None = None
     renewals_unanswered: int = 0
     """In a row."""
+    own_word: Terminal | None = None
+    """How this process ends it, should no earlier one of its name have run it."""
 
     @property
     def stoppable(self) -> bool:

@@ -54,6 +54,8 @@ SILENCES_UNTIL_SETTLED = 600
 AS_GOOD_AS_SILENCE = (ErrorCode.UNAVAILABLE, ErrorCode.INTERNAL)
 RENEWAL_PERIOD = 0.5
 """Wall time in seconds between two renewals of a grant."""
+DOUBTS_AT_ONCE = 100
+"""Goals of which an heir asks at the same time whether a predecessor has run them."""
 RENEWALS_UNTIL_UNWATCHED = 20
 """Renewals in a row that stay unanswered, 10 s to 12 s of wall time, until a goal is interrupted: nobody watches its
 invariants. A resource manager that is started again is back long before that."""
@@ -63,18 +65,28 @@ class SkillCore:
     """The state of one skill's manager.
 
     source: name of the process, for grants and the timeline; incarnation: which one of that name.
-    new_record_id: gives each timeline record its id.
+    new_record_id: gives each timeline record its id. heir: an earlier process of that name may have run goals.
     """
 
     def __init__(
-        self, skillset: Skillset, skill: str, *, source: str, new_record_id: Callable[[], str], incarnation: str = ""
+        self,
+        skillset: Skillset,
+        skill: str,
+        *,
+        source: str,
+        new_record_id: Callable[[], str],
+        incarnation: str = "",
+        heir: bool = False,
     ) -> None:
         self._skillset = skillset
         self.skill = skillset.skill(skill)
         self._source = source
         self._incarnation = incarnation
         self._scribe: Scribe[Action] = Scribe(source, new_record_id)
+        self.heir = heir
         self._run: GoalRun | None = None
+        # Goals that this process did not run, of which it asks whether a predecessor has.
+        self._in_doubt: dict[str, GoalRun] = {}
         self._ended: Recent[str, GoalStatus] = Recent(GOALS_REMEMBERED)
         # Ids of goals whose interrupt came before their start.
         self._interrupted_early: Recent[str, None] = Recent(GOALS_REMEMBERED)
@@ -93,7 +105,7 @@ class SkillCore:
         if goal_id is None:
             status = self._run.status if self._run else self._ended.newest()
         else:
-            run = self._run_of(goal_id)
+            run = self._run_of(goal_id) or self._in_doubt.get(goal_id)
             status = run.status if run else self._ended.get(goal_id)
         if status is None:
             which = "no goal yet" if goal_id is None else f"no goal {goal_id}"
@@ -112,7 +124,7 @@ class SkillCore:
     def start(self, request: StartGoal, now: float) -> tuple[Action, ...]:
         """Take a goal, or end it at once; either way `status` then tells about it. A known id changes nothing."""
         check_goal_id(request.goal_id)
-        if self._run_of(request.goal_id) or request.goal_id in self._ended:
+        if self._knows(request.goal_id):
             return ()
         check_schema(self._skillset, request.schema)
         if request.deadline is not None and now > request.deadline:
@@ -121,14 +133,17 @@ class SkillCore:
                 f"The start of `{self.skill.name}` came {now - request.deadline:.1f} s after its deadline.",
                 help="Start anew with another goal id if it is still wanted.",
             )
+        if len(self._in_doubt) >= DOUBTS_AT_ONCE:
+            text = f"`{self.skill.name}` still waits to hear of {DOUBTS_AT_ONCE} goals what became of them."
+            raise RefusedError(ErrorCode.UNAVAILABLE, text, help="Ask again.")
         run = GoalRun(request.goal_id, {}, request.client, now, owner=request.owner, record=request.cause)
         if run.goal_id in self._interrupted_early:
             self._interrupted_early.pop(run.goal_id)
-            self._finish(run, Terminal(ending=End.INTERRUPTED, reason="It was interrupted before it started."), now)
+            self._conclude(run, Terminal(ending=End.INTERRUPTED, reason="It was interrupted before it started."), now)
         elif self._run is not None:
             other = self._run.goal_id
             reason = f"`{self.skill.name}` is busy with goal {other}."
-            self._finish(run, Terminal(ending=End.BUSY, reason=reason, running_goal=other), now)
+            self._conclude(run, Terminal(ending=End.BUSY, reason=reason, running_goal=other), now)
         else:
             self._validate(run, request.inputs, now)
         return self._actions()
@@ -142,7 +157,7 @@ class SkillCore:
         run = self._run_of(request.goal_id)
         if run is not None:
             self._stop(run, f"{request.client} interrupted it.", request.cause, now)
-        elif request.goal_id not in self._ended:
+        elif not self._knows(request.goal_id):
             self._interrupted_early[request.goal_id] = None
             raise RefusedError(
                 ErrorCode.UNKNOWN_GOAL,
@@ -165,9 +180,9 @@ class SkillCore:
         run = self._run_of(goal_id)
         if run is not None and run.begin is None:
             if problem is not None:
-                self._finish(run, Terminal(ending=End.NOT_VALIDATED, reason=sendable_text(problem)), now)
+                self._conclude(run, Terminal(ending=End.NOT_VALIDATED, reason=sendable_text(problem)), now)
             elif run.state is State.INTERRUPTING:
-                self._finish(run, Terminal(ending=End.INTERRUPTED, reason=run.stop_reason), now)
+                self._conclude(run, Terminal(ending=End.INTERRUPTED, reason=run.stop_reason), now)
             else:
                 run.begin = BeginGoal(
                     goal_id=goal_id,
@@ -194,7 +209,7 @@ class SkillCore:
         run = self._run_of(goal_id)
         reason = f"`{hook}` of the skill manager raised {text}"
         if run is not None and run.begin is None:
-            self._finish(run, Terminal(ending=End.ERROR, reason=sendable_text(reason)), now)
+            self._conclude(run, Terminal(ending=End.ERROR, reason=sendable_text(reason)), now)
         elif run is not None and run.stoppable:
             self._end(run, "error", reason)
         return self._actions()
@@ -249,6 +264,9 @@ class SkillCore:
         """
         if isinstance(answer, ErrorReply) and answer.code in AS_GOOD_AS_SILENCE:
             answer = None
+        if isinstance(asked.call, RenewGoal):
+            self._doubt_answered(asked, answer, now)
+            return self._actions()
         run = self._run_of(asked.call.goal_id)
         waiting = run is not None and asked.call in (run.begin, run.ending and run.ending.call)
         if run is None or not waiting:
@@ -319,11 +337,50 @@ class SkillCore:
             reason = f"The inputs of `{self.skill.name}` cannot be sent to the resource manager: {obstacle}."
         if reason:
             terminal = Terminal(ending=End.NOT_VALIDATED, reason=sendable_text(reason), failing=tuple(reasons))
-            self._finish(run, terminal, now)
+            self._conclude(run, terminal, now)
             return
         self._run = run
         self._enter(run, State.VALIDATING, now, f"asked by {run.client}")
         self._call(Hook.VALIDATE, run)
+
+    def _conclude(self, run: GoalRun, terminal: Terminal, now: float) -> None:
+        """End a goal that was never granted here. An heir first asks what a predecessor may have made of it."""
+        if not self.heir:
+            self._finish(run, terminal, now)
+            return
+        if self._run is run:
+            self._run = None
+        else:
+            self._enter(run, State.VALIDATING, now, f"asked by {run.client}")
+        run.own_word = terminal
+        self._in_doubt[run.goal_id] = run
+        question = RenewGoal(
+            goal_id=run.goal_id,
+            skill=self.skill.name,
+            token=NO_TOKEN,
+            manager=self._source,
+            incarnation=self._incarnation,
+        )
+        self._scribe.add(AskResources(question))
+
+    def _doubt_answered(self, asked: AskResources, answer: GoalVerdict | ErrorReply | None, now: float) -> None:
+        run = self._in_doubt.get(asked.call.goal_id)
+        if run is None or run.own_word is None:
+            return
+        if answer is None and asked.silences + 1 < SILENCES_UNTIL_ERROR:
+            self._scribe.add(AskResources(asked.call, asked.silences + 1))
+            return
+        del self._in_doubt[run.goal_id]
+        match answer:
+            case None:
+                reason = f"The resource manager does not answer. {run.own_word.reason}"
+                self._finish(run, Terminal(ending=End.ERROR, reason=reason), now)
+            case ErrorReply(code=ErrorCode.UNKNOWN_GOAL):
+                self._finish(run, run.own_word, now)
+            case NotReady() | Ended():
+                self._begin_answered(run, answer, now)
+            case _:
+                self._taken_away(run, answer, now)
 
     def _begin_answered(self, run: GoalRun, answer: GoalVerdict | ErrorReply, now: float) -> None:
         match answer:
@@ -448,6 +505,9 @@ class SkillCore:
 
     def _run_of(self, goal_id: str) -> GoalRun | None:
         return self._run if self._run is not None and self._run.goal_id == goal_id else None
+
+    def _knows(self, goal_id: str) -> bool:
+        return self._run_of(goal_id) is not None or goal_id in self._in_doubt or goal_id in self._ended
 
     def _run_to_end(self, goal_id: str, only: State | None = None) -> GoalRun | None:
         """The goal, if it may be ended now; otherwise the call is counted as dropped."""

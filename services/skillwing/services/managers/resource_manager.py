@@ -134,8 +134,6 @@ class ResourceManagerNode:
         return make(self._skillset, source=self.name, new_record_id=new_id, found=self._found, kept=kept, data=data)
 
     def _resume(self, kept: Kept) -> None:
-        if kept.records:
-            self._timeline.continue_after(kept.records[-1].id)
         resumed = self._journaled.resume(kept, self._bus.now(), follows_time=self._bus.follows_time)
         self._open()
         if not resumed:

@@ -6,9 +6,18 @@ import logging
 from collections.abc import Callable
 
 from skillwing.services.bus import Answered, Bus, Handle, Refused
-from skillwing.services.client.asking import ask_until_answered, retry_delay
+from skillwing.services.client.asking import ask_until_answered
 from skillwing.services.errors import WrongSkillsetError
-from skillwing.services.protocol import AttachManager, ErrorCode, ErrorReply, Keys, encode
+from skillwing.services.protocol import (
+    Attached,
+    AttachManager,
+    ErrorCode,
+    ErrorReply,
+    Keys,
+    ProtocolError,
+    decode,
+    encode,
+)
 
 STANDING_PERIOD = 5.0
 """Wall time in seconds between two questions of a manager that nobody asks anything."""
@@ -19,17 +28,26 @@ log = logging.getLogger(__name__)
 class Standing:
     """Attaches a manager to the resource manager, and asks from time to time whether another process has come after it.
 
-    on_replaced is called once, with the refusal that says so. Questions end then, or with `give_up`. Where the resource
-    manager has another version of the skillset a WrongSkillsetError ends the process: nothing would be granted to it.
+    on_replaced is called once, with the refusal that says so. Questions end then, or with `give_up`. on_attached gets
+    each answer that says that it counts. Where the resource manager has another version of the skillset a
+    WrongSkillsetError ends the process: nothing would be granted to it.
     """
 
-    def __init__(self, bus: Bus, keys: Keys, attach: AttachManager, on_replaced: Callable[[ErrorReply], None]) -> None:
+    def __init__(
+        self,
+        bus: Bus,
+        keys: Keys,
+        attach: AttachManager,
+        on_replaced: Callable[[ErrorReply], None],
+        on_attached: Callable[[Attached], None],
+    ) -> None:
         self._bus = bus
         self._key = keys.resource_attach
         self._manager = attach.manager
         self._question = encode(attach)
         self._on_replaced = on_replaced
-        self._refusals = 0
+        self._on_attached = on_attached
+        self._refused = False
         self._timer: Handle | None = None
         self._over = False
 
@@ -52,21 +70,23 @@ class Standing:
         if self._over:
             return
         match answer:
-            case Answered():
-                self._refusals = 0
+            case Answered(payload):
+                self._refused = False
                 self._ask_after(STANDING_PERIOD)
+                try:
+                    self._on_attached(decode(payload, Attached))
+                except ProtocolError as error:
+                    log.warning("the resource manager's answer to %s is unreadable: %s", self._manager, error)
             case Refused(error) if error.code is ErrorCode.REPLACED:
                 self.give_up()
                 self._on_replaced(error)
             case Refused(error) if error.code is ErrorCode.SCHEMA_MISMATCH:
                 raise WrongSkillsetError(f"{error.message} {error.help}".strip())
             case Refused(error):
-                if self._refusals == 0:
+                if not self._refused:
                     log.warning("the resource manager does not take us for %s yet: %s", self._manager, error.message)
-                self._refusals += 1
-                # It cannot judge or write just now: somebody may make room on its disk.
-                soon = error.code is ErrorCode.UNAVAILABLE
-                self._ask_after(retry_delay(self._refusals) if soon else STANDING_PERIOD)
+                self._refused = True
+                self._ask_after(STANDING_PERIOD)
 
     def _ask_after(self, seconds: float) -> None:
         if self._timer is not None:

@@ -154,7 +154,12 @@ CHANNELS = (
         "that this broke.",
         message=protocol.FireExtern,
         reply=protocol.ResourceStates,
-        refusals=(ErrorCode.UNKNOWN_NAME, ErrorCode.NOT_ALLOWED, ErrorCode.UNAVAILABLE),
+        refusals=(
+            ErrorCode.SCHEMA_MISMATCH,
+            ErrorCode.UNKNOWN_NAME,
+            ErrorCode.NOT_ALLOWED,
+            ErrorCode.UNAVAILABLE,
+        ),
     ),
     Channel(
         Keys.event,
@@ -165,7 +170,12 @@ CHANNELS = (
         each=Each.EVENT,
         message=protocol.FireEvent,
         reply=protocol.ResourceStates,
-        refusals=(ErrorCode.UNKNOWN_NAME, ErrorCode.NOT_ALLOWED, ErrorCode.UNAVAILABLE),
+        refusals=(
+            ErrorCode.SCHEMA_MISMATCH,
+            ErrorCode.UNKNOWN_NAME,
+            ErrorCode.NOT_ALLOWED,
+            ErrorCode.UNAVAILABLE,
+        ),
     ),
     # --- data ---
     Channel(
@@ -295,8 +305,8 @@ CHANNELS = (
         "skill managers",
         "A manager has started; what an earlier process of its name holds is lost.",
         message=protocol.AttachManager,
-        reply=protocol.ResourceStates,
-        refusals=(ErrorCode.REPLACED, ErrorCode.UNAVAILABLE),
+        reply=protocol.Attached,
+        refusals=(ErrorCode.SCHEMA_MISMATCH, ErrorCode.REPLACED, ErrorCode.UNAVAILABLE),
         internal=True,
     ),
     Channel(
