@@ -96,8 +96,8 @@ def test_the_lidar_may_fail_at_any_time_and_the_drone_lands(seed: int, moment: f
 
 @given(seed=seeds, moment=st.floats(1.0, LONGEST))
 @settings(max_examples=10, deadline=None)
-def test_the_pilot_may_take_over_at_any_time_and_nothing_is_commanded_after(seed: int, moment: float) -> None:
-    flight = Flight(seed=seed)
+def test_the_pilot_may_keep_the_drone_at_any_time_and_nothing_is_commanded_after(seed: int, moment: float) -> None:
+    flight = Flight(seed=seed, pilot_patience=20.0)
     started_before: list[int] = []
 
     def take_over() -> None:
@@ -113,6 +113,33 @@ def test_the_pilot_may_take_over_at_any_time_and_nothing_is_commanded_after(seed
         assert status.phase == "FAILED"
         assert "SDK_authority is UNAVAILABLE" in status.text
         assert len(flight.started) == started_before[0]
+
+
+@given(seed=seeds, moment=st.floats(1.0, LONGEST), kept=st.floats(0.01, 15.0))
+@settings(max_examples=10, deadline=None)
+def test_a_drone_that_the_pilot_gives_back_flies_its_whole_route(seed: int, moment: float, kept: float) -> None:
+    flight = Flight(seed=seed)
+    flight.at(moment, lambda: flight.drone.set("SDK_authority", "UNAVAILABLE"))
+    flight.at(moment + kept, lambda: flight.drone.set("SDK_authority", "AVAILABLE"))
+    status = flight.fly()
+    assert (status.phase, status.waypoint) == ("SUCCEEDED", len(ROUTE))
+    assert flight.idle
+    assert flight.drone.position == (0.0, 0.0, 0.0)
+    assert len(flight.ends("lidar_mapping")) <= 1, "the map is not begun anew"
+
+
+def test_a_hold_is_told_as_a_phase_with_its_cause() -> None:
+    flight = Flight()
+    flight.at(17.0, lambda: flight.drone.set("SDK_authority", "UNAVAILABLE"))
+    flight.at(25.0, lambda: flight.drone.set("SDK_authority", "AVAILABLE"))
+    assert flight.fly().phase == "SUCCEEDED"
+    phases = [status.phase for status in flight.statuses]
+    assert list(dict.fromkeys(phases)) == ["IDLE", "RUNNING", "HELD", "SUCCEEDED"]
+    held = next(record for record in flight.records if record.after == "HELD")
+    assert [record.subject for record in flight.chain(held)] == ["mapping", "SDK_authority"]
+    again = next(record for record in flight.records if (record.before, record.after) == ("HELD", "RUNNING"))
+    resumed = next(record for record in flight.records if record.subject == "goto_straight" and record.t > 25.0)
+    assert again in flight.chain(resumed)
 
 
 @given(seed=seeds, moment=st.floats(1.0, LONGEST))

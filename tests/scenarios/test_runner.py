@@ -23,7 +23,15 @@ from skillwing.bt_missions.subtrees.landing import land_where_it_is
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.bus import Answer, Answered, Bus, Refused
 from skillwing.services.errors import InvalidOptionError
-from skillwing.services.protocol import AbortMission, MissionStatus, RecordKind, decode, encode
+from skillwing.services.protocol import (
+    AbortMission,
+    MissionStatus,
+    PauseMission,
+    RecordKind,
+    ResumeMission,
+    decode,
+    encode,
+)
 
 TIDY = {"max_examples": 8, "deadline": None}
 
@@ -176,6 +184,99 @@ def test_a_process_that_is_stopped_says_its_last_words_and_interrupts() -> None:
     flight.node.detach()
     assert flight.fly().phase == "ABORTED"
     assert flight.ends("lidar_mapping") == ["IT"]
+
+
+# --- pausing it ------------------------------------------------------------------------------------------------------
+
+
+def order(flight: Flight, key: str, message: PauseMission | ResumeMission) -> Answer:
+    answers: list[Answer] = []
+    flight.observer.ask(key, encode(message), answers.append)
+    flight.network.run_for(0.1)
+    return answers[0]
+
+
+def pause(flight: Flight) -> Answer:
+    return order(flight, KEYS.mission_pause, PauseMission(reason="somebody walks there"))
+
+
+def resume(flight: Flight) -> Answer:
+    return order(flight, KEYS.mission_resume, ResumeMission())
+
+
+@given(moment=st.floats(1.0, 40.0), length=st.floats(0.5, 30.0), seed=st.integers(0, 1000))
+@settings(**TIDY)
+def test_a_pause_at_any_time_stops_the_drone_and_costs_nothing_but_time(
+    moment: float, length: float, seed: int
+) -> None:
+    flight = Flight(seed=seed)
+    flight.network.run_for(moment)
+    was_paused = isinstance(pause(flight), Answered)
+    if was_paused:
+        assert flight.node.status.phase == "PAUSED"
+        flight.network.run_for(2.0)
+        place = flight.drone.position
+        flight.network.run_for(length)
+        assert flight.drone.position == place
+        assert isinstance(resume(flight), Answered)
+    status = flight.fly()
+    assert (status.phase, status.waypoint) == ("SUCCEEDED", status.waypoints)
+    assert flight.ends("hover") == ["IT"] * (was_paused and "hover" in flight.started)
+    assert flight.idle
+    assert flight.on_ground
+
+
+def test_a_pause_is_told_and_is_the_cause_of_what_it_stops() -> None:
+    flight = Flight()
+    flight.network.run_for(17.0)
+    pause(flight)
+    flight.network.run_for(5.0)
+    resume(flight)
+    assert flight.fly().phase == "SUCCEEDED"
+    assert list(dict.fromkeys(status.phase for status in flight.statuses)) == ["IDLE", "RUNNING", "PAUSED", "SUCCEEDED"]
+    texts = [record.text for record in flight.records if "PAUSED" in (record.before, record.after)]
+    assert texts == ["somebody walks there", "resumed by the operator"]
+    stopped = next(record for record in flight.records if record.subject == "goto_straight" and record.after == "IT")
+    assert "PAUSED" in [record.after for record in flight.chain(stopped)]
+
+
+def test_a_mission_whose_process_dies_while_it_is_paused_leaves_nothing_running() -> None:
+    flight = Flight()
+    flight.network.run_for(17.0)
+    pause(flight)
+    flight.network.run_for(3.0)
+    assert flight.started[-1] == "hover"
+    flight.buses["mission"].close()
+    flight.network.run_for(10.0)
+    assert flight.ends("hover") == ["IT"]
+    assert all(goal.terminal is not None for goal in flight.goals.values())
+
+
+def test_a_paused_mission_can_be_aborted() -> None:
+    flight = Flight()
+    flight.network.run_for(17.0)
+    pause(flight)
+    flight.network.run_for(3.0)
+    call_off(flight)
+    assert flight.fly().text == "the wind gets up; the drone is on the ground"
+    assert flight.on_ground
+
+
+def test_what_cannot_be_paused_or_resumed_says_so() -> None:
+    flight = Flight()
+    refused = resume(flight)
+    assert isinstance(refused, Refused)
+    assert refused.error.message == "The mission is not paused."
+    flight.until(lambda: "land" in flight.started)
+    refused = pause(flight)
+    assert isinstance(refused, Refused)
+    assert "cannot be paused" in refused.error.message
+    assert flight.fly().phase == "SUCCEEDED"
+    without = hop(hold)
+    without.network.run_for(10.0)
+    refused = pause(without)
+    assert isinstance(refused, Refused)
+    assert "it can be aborted" in refused.error.message
 
 
 # --- when the tree itself breaks -------------------------------------------------------------------------------------

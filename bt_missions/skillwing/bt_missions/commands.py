@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -21,7 +22,8 @@ from skillwing.dsl import load
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.commands.exit_codes import FAILED, OK
 from skillwing.services.commands.output import make_console, print_json, print_table
-from skillwing.services.protocol import MissionStatus
+from skillwing.services.errors import SkillwingError, UnansweredError
+from skillwing.services.protocol import AbortMission, Keys, MissionStatus, PauseMission, ResumeMission
 from skillwing.services.robot import find_robot
 
 OptionWords = Annotated[
@@ -37,13 +39,14 @@ RobotTableOption = Annotated[
 SkillsetOption = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Skillset that it has to fit, instead of a robot's.")
 ]
+ReasonOption = Annotated[str | None, typer.Option(metavar="TEXT", help="Why; the timeline tells it.")]
 
 FIRST_LOOK = 2.0
 """Wall seconds within which what a mission has published comes in again."""
 SECOND_LOOK = 0.5
 """Wall seconds for what skills and managers have published."""
 
-mission = typer.Typer(no_args_is_help=True, help="Begin, check, fly, watch and list missions.")
+mission = typer.Typer(no_args_is_help=True, help="Begin, check, fly, pause, watch and list missions.")
 
 
 @mission.command("list")
@@ -109,6 +112,33 @@ def watch(robot: RobotOption = None, as_json: JsonOption = False) -> None:
 
 
 @mission.command()
+def pause(reason: ReasonOption = None, robot: RobotOption = None, as_json: JsonOption = False) -> None:
+    """Make the drone hold its place until `skillwing mission resume`. Battery and fence are watched meanwhile.
+
+    Exit codes: 0 it is paused, 1 it cannot be paused just now, 3 no system is running.
+    """
+    _order(robot, lambda keys: keys.mission_pause, PauseMission, reason, as_json=as_json)
+
+
+@mission.command()
+def resume(reason: ReasonOption = None, robot: RobotOption = None, as_json: JsonOption = False) -> None:
+    """Let a paused mission go on where it was.
+
+    Exit codes: 0 it goes on, 1 it was not paused, 3 no system is running.
+    """
+    _order(robot, lambda keys: keys.mission_resume, ResumeMission, reason, as_json=as_json)
+
+
+@mission.command()
+def abort(reason: ReasonOption = None, robot: RobotOption = None, as_json: JsonOption = False) -> None:
+    """Call the mission off: the drone stops and lands where it is. Repeating it changes nothing.
+
+    Exit codes: 0 it was told, 1 no mission is there, 3 no system is running.
+    """
+    _order(robot, lambda keys: keys.mission_abort, AbortMission, reason, as_json=as_json)
+
+
+@mission.command()
 def check(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Mission, or tree file.", show_default=False)],
     options: OptionWords = None,
@@ -169,6 +199,27 @@ def export(
 def nodes(output: OutputOption = None, robot: RobotTableOption = "m600", skillset: SkillsetOption = None) -> None:
     """Write the models of the nodes that a tree file may use: the palette that Groot2 imports."""
     _put(write_models(load(skillset or find_robot(robot).skillset)), output)
+
+
+def _order(
+    robot: str | None,
+    key: Callable[[Keys], str],
+    order: type[AbortMission | PauseMission | ResumeMission],
+    reason: str | None,
+    *,
+    as_json: bool,
+) -> None:
+    """Tell the mission that flies, and show what it says of itself then."""
+    message = order() if reason is None else order(reason=reason)
+    with connect(robot) as system:
+        try:
+            status = system.ask(key(system.keys), message, MissionStatus)
+        except UnansweredError as error:
+            raise SkillwingError("No mission flies here. Fly one with `skillwing mission run`.") from error
+    if as_json:
+        print_json(status)
+    else:
+        make_console().print(status_line(status))
 
 
 def _put(text: str, output: Path | None) -> None:

@@ -6,7 +6,7 @@ from rich.console import Console, Group, RenderableType
 from rich.live import Live
 from rich.text import Text
 
-from skillwing.bt_missions.running.runner import Phase
+from skillwing.bt_missions.running.runner import ENDED, Phase
 from skillwing.bt_missions.running.tree_text import render
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.commands.connection import System
@@ -35,14 +35,19 @@ WIDTH = 40
 """Letters of the timeline."""
 FRAME, FEWEST = 8, 6
 """Lines that are neither tree nor bars, and lines of the tree on the smallest screen."""
-PHASE_COLOURS = {Phase.SUCCEEDED: "bold green", Phase.FAILED: "bold red", Phase.ABORTED: "bold yellow"}
+PHASE_COLOURS = {
+    Phase.SUCCEEDED: "bold green",
+    Phase.FAILED: "bold red",
+    Phase.ABORTED: "bold yellow",
+    Phase.PAUSED: "bold cyan",
+    Phase.HELD: "bold magenta",
+}
 _BAR_COLOURS = {
     Outcome.RUNNING: "blue",
     Outcome.SUCCESS: "green",
     Outcome.FAILURE: "red",
     Outcome.INTERRUPTED: "bright_black",
 }
-OVER = (Phase.SUCCEEDED, Phase.FAILED, Phase.ABORTED)
 
 
 class MissionWatch:
@@ -64,7 +69,7 @@ class MissionWatch:
 
     @property
     def over(self) -> bool:
-        return self.status is not None and self.status.phase in OVER
+        return self.status is not None and self.status.phase in ENDED
 
     @property
     def failed(self) -> bool:
@@ -120,7 +125,7 @@ class MissionWatch:
     def _on_record(self, record: Record) -> None:
         if record.kind is not RecordKind.DATA:
             self._history.add_record(record)
-        if record.kind is RecordKind.MISSION and record.after == Phase.RUNNING:
+        if record.kind is RecordKind.MISSION and (record.before, record.after) == (Phase.IDLE, Phase.RUNNING):
             self._since = max(self._since, record.t)
 
     def _on_goal(self, status: GoalStatus) -> None:

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import pytest
 from fake_interface import FakeGoal, FakeMission
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from py_trees.common import Status
 
-from skillwing.bt_missions.leaves.settling import CALM
+from skillwing.bt_missions.leaves.context import CALM
 from skillwing.bt_missions.missions.mapping import MISSION, MappingOptions
 from skillwing.bt_missions.running.library import find_mission
 from skillwing.bt_missions.running.preflight import preflight
+from skillwing.bt_missions.subtrees.holding import Pausable
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.services.errors import InvalidOptionError
@@ -43,6 +47,10 @@ class Flight(FakeMission):
 
     def be_at(self, x: float, y: float, z: float) -> None:
         self.interface.know("position", {"x": x, "y": y, "z": z})
+
+    @property
+    def pausable(self) -> Pausable:
+        return next(node for node in self.trees.root.iterate() if isinstance(node, Pausable))
 
     def tick(self, later: float = 0.0) -> Status:
         self.time += later
@@ -277,23 +285,286 @@ def test_an_empty_battery_ends_the_flight_on_the_spot(flight: Flight) -> None:
     assert flight.alive() == ["land"]
 
 
-def test_when_the_pilot_takes_over_nothing_more_is_commanded(flight: Flight) -> None:
+def test_while_the_pilot_has_the_drone_no_motion_is_commanded(flight: Flight) -> None:
+    flight.start_mapping()
+    leg = flight.goal("goto_straight")
+    flight.interface.states["SDK_authority"] = "UNAVAILABLE"
+    assert flight.tick() is Status.RUNNING
+    assert leg.interrupts == 1
+    leg.end("IT")
+    for _ in range(100):
+        flight.tick(later=1.0)
+    assert flight.alive() == ["lidar_mapping", "zed_depthmap"], "they move nothing and watch on"
+
+
+def test_a_pilot_who_keeps_the_drone_ends_the_mission(flight: Flight) -> None:
     flight.start_mapping()
     flight.interface.states["SDK_authority"] = "UNAVAILABLE"
-    assert flight.tick() is Status.FAILURE
+    flight.tick()
+    assert flight.tick(later=120.0) is Status.RUNNING
+    assert flight.tick(later=0.1) is Status.FAILURE
     assert all(goal.interrupts == 1 for goal in flight.goals if not goal.done)
     assert "land" not in [goal.skill for goal in flight.goals]
+    assert flight.trees.root.feedback_message.startswith("SDK_authority is UNAVAILABLE for more than 120 s")
 
 
 def test_when_the_news_of_the_pilot_comes_late_nothing_is_commanded_either(flight: Flight) -> None:
     """The goal's end may overtake the change of the resource that caused it."""
     flight.start_mapping()
-    for goal in flight.goals[1:]:
-        goal.end("RI", invariant="authority", subject="SDK_authority")
+    flight.goal("goto_straight").end("RI", invariant="authority", subject="SDK_authority")
+    started = len(flight.goals)
     assert flight.tick() is Status.RUNNING
+    flight.tick(later=CALM / 2)
     flight.interface.states["SDK_authority"] = "UNAVAILABLE"
-    assert flight.tick(later=0.01) is Status.FAILURE
-    assert "land" not in [goal.skill for goal in flight.goals]
+    for _ in range(10):
+        assert flight.tick(later=1.0) is Status.RUNNING
+    assert len(flight.goals) == started
+
+
+def test_a_drone_that_is_given_back_flies_on_to_the_same_waypoint_from_where_it_is(flight: Flight) -> None:
+    flight.start_mapping()
+    flight.be_at(10.0, 0.0, 4.0)
+    stopped = {"x": 10.0, "y": 0.0, "z": 4.0}
+    flight.goal("goto_straight").end("S_BLOCKED", output={"stopped_at": stopped, "obstacle_distance": 2.0})
+    flight.tick()
+    flight.tick()
+    detour = flight.goal("goto_straight")
+    assert detour.inputs["target"] != dict(zip("xyz", ROUTE[0], strict=True))
+
+    detour.end("RI", invariant="authority", subject="SDK_authority")
+    flight.interface.states["SDK_authority"] = "UNAVAILABLE"
+    flight.tick()
+    flight.be_at(20.0, -12.0, 4.0)
+    flight.tick(later=30.0)
+    flight.interface.states["SDK_authority"] = "AVAILABLE"
+    for _ in range(3):
+        flight.tick(later=CALM)
+    assert flight.goal("goto_straight").inputs["target"] == dict(zip("xyz", ROUTE[0], strict=True)), "no detour is left"
+    assert [goal.skill for goal in flight.goals].count("takeoff") == 1
+    assert flight.trees.progress().waypoint == 0
+
+
+def test_a_drone_that_the_pilot_lands_stays_on_the_ground(flight: Flight) -> None:
+    flight.start_mapping()
+    flight.interface.states["SDK_authority"] = "UNAVAILABLE"
+    flight.tick()
+    flight.goal("goto_straight").end("IT")
+    flight.interface.states["flight_status"] = "ON_GROUND"
+    assert flight.tick(later=5.0) is Status.FAILURE
+    assert flight.trees.root.feedback_message == "SDK_authority is UNAVAILABLE and flight_status became ON_GROUND"
+
+
+def test_a_pilot_who_takes_the_drone_before_it_flies_keeps_it_on_the_ground_for_a_while(flight: Flight) -> None:
+    flight.tick()
+    flight.goal("takeoff").end("RI", invariant="authority", subject="SDK_authority")
+    flight.interface.states["SDK_authority"] = "UNAVAILABLE"
+    assert flight.tick() is Status.RUNNING
+    flight.tick(later=20.0)
+    assert flight.alive() == []
+    flight.interface.states["SDK_authority"] = "AVAILABLE"
+    flight.tick(later=1.0)
+    assert flight.alive() == ["takeoff"]
+
+
+def test_a_take_off_that_was_held_in_the_air_goes_on_as_a_climb(flight: Flight) -> None:
+    flight.tick()
+    flight.goal("takeoff").end("RI", invariant="authority", subject="SDK_authority")
+    flight.interface.states |= {"SDK_authority": "UNAVAILABLE", "flight_status": "IN_AIR"}
+    flight.tick()
+    flight.be_at(1.0, 2.0, 1.5)
+    flight.interface.states["SDK_authority"] = "AVAILABLE"
+    flight.tick(later=1.0)
+    flight.goal("takeoff").end("NR", failing=("on_ground",))
+    flight.tick()
+    assert flight.goal("goto").inputs["target"] == {"x": 1.0, "y": 2.0, "z": 4.0}
+    flight.goal("goto").end("S_ARRIVED", success=True)
+    flight.tick()
+    assert flight.alive() == ["lidar_mapping", "zed_depthmap"]
+
+
+def test_a_nose_that_was_held_on_its_way_round_turns_for_a_new_leg(flight: Flight) -> None:
+    flight.interface.states["zed_status"] = "FAILED"
+    flight.tick()
+    flight.goal("takeoff").end("S_AT_ALTITUDE", success=True)
+    flight.interface.states["flight_status"] = "IN_AIR"
+    flight.tick()
+    flight.goal("lidar_depthmap").run()
+    flight.interface.states["depthmap_source"] = "LIDAR"
+    flight.tick()
+    turn = flight.goal("rotate_head")
+    assert abs(math.cos(turn.inputs["heading"])) < 1e-9, "the first leg goes east"
+    turn.end("RI", invariant="authority", subject="SDK_authority")
+    flight.interface.states["SDK_authority"] = "UNAVAILABLE"
+    flight.tick()
+    flight.be_at(20.0, -12.0, 4.0)
+    flight.interface.states["SDK_authority"] = "AVAILABLE"
+    for _ in range(3):
+        flight.tick(later=CALM)
+    assert abs(math.sin(flight.goal("rotate_head").inputs["heading"])) < 1e-9, "from here it goes north"
+
+
+def test_a_camera_that_fails_while_the_pilot_flies_leaves_it_to_the_lidar(flight: Flight) -> None:
+    flight.start_mapping()
+    flight.interface.states["SDK_authority"] = "UNAVAILABLE"
+    flight.tick()
+    flight.goal("goto_straight").end("IT")
+    flight.lose_camera()
+    flight.tick(later=1.0)
+    assert flight.alive() == ["lidar_mapping", "lidar_depthmap"]
+    flight.interface.states |= {"SDK_authority": "AVAILABLE", "depthmap_source": "LIDAR"}
+    for _ in range(3):
+        flight.tick(later=CALM)
+    assert flight.alive()[-1] == "rotate_head"
+
+
+# --- pause and resume ------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def paused(flight: Flight) -> Flight:
+    """A flight that was paused on its first leg."""
+    flight.start_mapping()
+    assert flight.pausable.pause("for a test") is None
+    flight.tick()
+    flight.goal("goto_straight").end("IT")
+    flight.tick()
+    return flight
+
+
+def test_a_paused_drone_hovers_and_flies_on_when_resumed(paused: Flight) -> None:
+    assert paused.alive() == ["lidar_mapping", "zed_depthmap", "hover"]
+    for _ in range(50):
+        paused.tick(later=10.0)
+    assert paused.alive() == ["lidar_mapping", "zed_depthmap", "hover"]
+    hover = paused.goal("hover")
+    paused.pausable.resume()
+    paused.tick()
+    assert hover.interrupts == 1
+    assert "goto_straight" not in paused.alive(), "hover has not let go of the drone yet"
+    hover.end("IT")
+    paused.tick()
+    paused.tick()
+    assert paused.goal("goto_straight").inputs["target"] == dict(zip("xyz", ROUTE[0], strict=True))
+
+
+def test_a_hover_that_ends_is_followed_by_another(paused: Flight) -> None:
+    paused.goal("hover").end("S_DONE", success=True)
+    paused.tick()
+    paused.tick()
+    assert paused.alive()[-1] == "hover"
+    paused.goal("hover").end("LOST")
+    for _ in range(20):
+        paused.tick(later=0.01)
+        assert "hover" not in paused.alive(), "what failed is not asked again at every tick"
+    paused.tick(later=1.0)
+    assert paused.alive()[-1] == "hover"
+
+
+def test_a_low_battery_ends_a_pause_and_brings_the_drone_home(paused: Flight) -> None:
+    paused.interface.states["battery_status"] = "LOW"
+    paused.tick()
+    paused.goal("hover").end("IT")
+    paused.tick()
+    paused.tick()
+    assert paused.alive() == ["lidar_mapping", "zed_depthmap", "return_home"]
+    assert paused.pausable.pause("again") == "battery_status is LOW"
+
+
+def test_an_empty_battery_lands_a_paused_drone(paused: Flight) -> None:
+    paused.interface.states["battery_status"] = "CRITICAL"
+    paused.tick()
+    for goal in paused.goals:
+        if not goal.done:
+            assert goal.interrupts == 1
+            goal.end("IT")
+    paused.tick(later=1.0)
+    assert paused.alive() == ["land"]
+    assert paused.pausable.pause("again") is not None, "a landing is not paused"
+
+
+def test_a_camera_that_fails_during_a_pause_is_replaced_at_once_and_the_flight_goes_on_later(paused: Flight) -> None:
+    paused.lose_camera()
+    paused.tick()
+    assert paused.alive() == ["lidar_mapping", "hover", "lidar_depthmap"]
+    paused.interface.states["depthmap_source"] = "LIDAR"
+    for _ in range(20):
+        paused.tick(later=1.0)
+    assert paused.alive() == ["lidar_mapping", "hover", "lidar_depthmap"]
+    paused.pausable.resume()
+    paused.tick()
+    paused.goal("hover").end("IT")
+    paused.tick(later=CALM)
+    assert paused.alive()[-1] == "rotate_head"
+
+
+def test_the_pilot_may_take_a_paused_drone_and_give_it_back(paused: Flight) -> None:
+    paused.interface.states["SDK_authority"] = "UNAVAILABLE"
+    paused.tick()
+    paused.goal("hover").end("IT")
+    paused.tick(later=10.0)
+    assert paused.alive() == ["lidar_mapping", "zed_depthmap"]
+    paused.interface.states["SDK_authority"] = "AVAILABLE"
+    paused.tick(later=CALM)
+    paused.tick()
+    assert paused.alive()[-1] == "hover", "it is still paused"
+
+
+def test_the_time_limit_counts_pauses(paused: Flight) -> None:
+    paused.tick(later=901.0)
+    assert paused.goal("hover").interrupts == 1
+    assert paused.journal[-1][2] == "landing where it is"
+
+
+@given(st.lists(st.sampled_from(["pause", "resume", "take", "give", "tick", "wait", "stop", "arrive"]), max_size=60))
+@settings(max_examples=100, deadline=None)
+def test_whoever_holds_the_drone_whenever_it_flies_on_in_the_end(m600: Skillset, order: list[str]) -> None:
+    """However often the operator and the pilot hold it, there is never more than one motion, none while it is held,
+    and the route is flown when both let go."""
+    flight = Flight(m600)
+    flight.start_mapping()
+
+    def motions() -> list[FakeGoal]:
+        return [goal for goal in flight.goals if not goal.done and goal.skill not in ("lidar_mapping", "zed_depthmap")]
+
+    def stop(label: str, **more: Any) -> None:
+        for goal in motions():
+            if goal.interrupts or label != "IT":
+                goal.end(label, **more)
+
+    for step in order:
+        match step:
+            case "pause":
+                flight.pausable.pause("for a test")
+            case "resume":
+                flight.pausable.resume()
+            case "take":
+                flight.interface.states["SDK_authority"] = "UNAVAILABLE"
+            case "give":
+                flight.interface.states["SDK_authority"] = "AVAILABLE"
+            case "wait":
+                flight.tick(later=1.0)
+            case "stop":
+                stop("IT")
+            case "arrive" if motions() and motions()[0].skill == "goto_straight" and not motions()[0].interrupts:
+                x, y, z = motions()[0].inputs["target"].values()
+                flight.be_at(x, y, z)
+                motions()[0].end("S_ARRIVED", success=True)
+            case _:
+                flight.tick()
+        assert len(motions()) <= 1
+        if step == "tick" and flight.interface.states["SDK_authority"] == "UNAVAILABLE":
+            assert all(goal.interrupts == 1 for goal in motions())
+    flight.interface.states["SDK_authority"] = "AVAILABLE"
+    flight.pausable.resume()
+    for _ in range(20):
+        flight.tick(later=CALM)
+        stop("IT")
+        if motions() and motions()[0].skill == "goto_straight":
+            x, y, z = motions()[0].inputs["target"].values()
+            flight.be_at(x, y, z)
+            motions()[0].end("S_ARRIVED", success=True)
+    assert flight.trees.progress().waypoint == 2
+    assert [goal.skill for goal in flight.goals].count("takeoff") == 1
 
 
 def test_when_the_pilot_takes_over_during_the_rescue_the_landing_is_left_to_him(flight: Flight) -> None:
@@ -324,7 +595,7 @@ def test_the_time_limit_ends_the_flight(flight: Flight) -> None:
     flight.time = 901.0
     flight.tick()
     assert flight.goal("goto_straight").interrupts == 1
-    assert flight.journal[-1][3] == "flight takes longer than 900 s"
+    assert flight.journal[-1][3] == "the flight takes longer than 900 s"
 
 
 # --- options ---------------------------------------------------------------------------------------------------------

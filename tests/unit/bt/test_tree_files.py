@@ -72,7 +72,7 @@ def test_options_are_ports_of_the_main_tree() -> None:
     flown = find_mission(str(MAPPING))
     options = flown.read_options({"speed": "1.5", "route": [["1", "2", "3"]]})
     trees = flown.build(grounded_context(M600), options)
-    legs = [leaf for leaf in trees.root.iterate() if isinstance(leaf, SkillAction) and leaf.skill == "goto"]
+    legs = [leaf for leaf in trees.root.iterate() if isinstance(leaf, SkillAction) and leaf.name == "goto"]
     assert [leg.inputs["speed"] for leg in legs] == [1.5]
     assert trees.progress().waypoints == 1
 

@@ -15,6 +15,10 @@ from skillwing.bt_missions.leaves.reaper import Reaper
 from skillwing.bt_missions.leaves.skills import Goal, Interface
 from skillwing.dsl.model import Skillset
 
+CALM = 0.2
+"""Robot seconds in which news of one event may come in from different processes, in any order. A guard that knows
+better than to go on has then had its say."""
+
 
 class Journal(Protocol):
     """Writes one mission record to the timeline and returns its id."""
@@ -51,6 +55,7 @@ class MissionContext:
         self.reaper = Reaper(interface, skillset)
         self.switches: list[Switch] = []
         self.failure: Incident | None = None
+        self.last_news = ""
         self._journal = journal
         self._cause: str | None = None
         self._live: list[Goal] = []
@@ -58,6 +63,7 @@ class MissionContext:
     def learn(self, text: str, record: str | None, *, failed: bool = False) -> None:
         """Take note of a change that a leaf has seen. failed: it made the leaf fail."""
         self._cause = record or self._cause
+        self.last_news = text
         if failed:
             self.failure = Incident(text, record)
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from typing import TypeAlias
 
+from skillwing.bt_missions.leaves.claims import needed_by, taken_by
 from skillwing.bt_missions.leaves.skills import Goal, Interface
-from skillwing.dsl.expressions import names_used
 from skillwing.dsl.model import Skillset
 from skillwing.services.protocol import Ending
 
@@ -58,27 +58,15 @@ class Reaper:
 
     def in_the_way_of(self, skill: str) -> tuple[Goal, ...]:
         """Unfinished goals of the same skill, and those that hold a resource which `skill` needs to start."""
-        needed = _needed_by(self._skillset, skill)
+        needed = needed_by(self._skillset, skill)
         return tuple(
             goal
             for goal in self.unfinished
-            if goal.skill == skill or needed & _taken_by(self._skillset, goal.skill).keys()
+            if goal.skill == skill or needed & taken_by(self._skillset, goal.skill).keys()
         )
 
     def _has_left(self, goal: Goal) -> bool:
         if goal.terminal is None or goal.terminal.ending is not Ending.LOST:
             return goal.done
-        taken = _taken_by(self._skillset, goal.skill)
+        taken = taken_by(self._skillset, goal.skill)
         return not any(self._interface.state(resource) == state for resource, state in taken.items())
-
-
-def _taken_by(skillset: Skillset, skill: str) -> dict[str, str]:
-    """Resources that a goal of `skill` brings into a state at its start, and brings back when it ends."""
-    model = skillset.skill(skill)
-    return dict(model.transitions(model.preconditions.success))
-
-
-def _needed_by(skillset: Skillset, skill: str) -> frozenset[str]:
-    """Resources whose states decide whether `skill` may start."""
-    checks = skillset.skill(skill).preconditions.checks
-    return frozenset[str]().union(*(names_used(check.expression, "resource") for check in checks))

@@ -5,11 +5,7 @@ from __future__ import annotations
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from skillwing.bt_missions.leaves.context import MissionContext
-
-CALM = 0.2
-"""Robot seconds in which news of one event may come in from different processes, in any order. A guard that knows
-better than to go on has then had its say."""
+from skillwing.bt_missions.leaves.context import CALM, MissionContext
 
 
 class NoteSwitch(Behaviour):

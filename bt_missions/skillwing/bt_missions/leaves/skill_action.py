@@ -1,7 +1,8 @@
 """The leaf that runs a skill.
 
 A tick never waits: it starts the skill, looks at what has become of it, and returns. Between two ticks the goal
-lives in its managers; `IDLE -> (WAITING ->) SENT -> RUNNING -> DONE`, or `CANCELLING -> DONE` once halted.
+lives in its managers; `IDLE -> (WAITING ->) SENT -> RUNNING -> DONE`, or `CANCELLING -> DONE` once halted. A leaf that
+is held (`HELD`) has its goal interrupted and stays RUNNING; when nothing holds it any more it begins again.
 """
 
 from __future__ import annotations
@@ -13,7 +14,8 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from skillwing.bt_missions.leaves.context import MissionContext
+from skillwing.bt_missions.leaves.context import CALM, MissionContext
+from skillwing.bt_missions.leaves.holds import HELD, Hold
 from skillwing.bt_missions.leaves.places import put_caller
 from skillwing.bt_missions.leaves.reaper import Mark
 from skillwing.bt_missions.leaves.skills import Goal
@@ -32,6 +34,7 @@ class Phase(StrEnum):
     WAITING = "waiting"
     SENT = "sent"
     RUNNING = "running"
+    HELD = "held"
     CANCELLING = "cancelling"
     DONE = "done"
 
@@ -42,8 +45,9 @@ class SkillAction(Behaviour):
     inputs: value of each input of the skill, or a function that gives it at the moment of the start.
     outcomes: what each terminal label (`S_ARRIVED`, `S_BLOCKED`, `RI`, `IT`, ...) means for the tree. Labels that are
     not named mean SUCCESS for a success result of the skill that held, and FAILURE for everything else. An interrupted
-    skill has not done its work: `IT` is never SUCCESS.
-    on_end: told how the goal ended, unless the leaf was halted before.
+    skill has not done its work: `IT` is never SUCCESS. A leaf that was held starts another goal as soon as it may, or,
+    if `outcomes` names `HELD`, ends with that.
+    on_end: told how the goal ended, unless the leaf was halted before; `IT` or `RI` for one that was held.
     patience: how long to wait for goals that are being cancelled and hold what this skill needs, in robot seconds.
 
     Halting (`terminate(INVALID)`) is immediate for the tree, also before the manager has answered, and may be
@@ -74,6 +78,10 @@ class SkillAction(Behaviour):
         self._sent_at: Mark = 0
         self._refused_at: Mark | None = None
         self._asked_at = 0.0
+        self._ending: str | None = None
+        self._holds: list[Hold] = []
+        self._held_goal: Goal | None = None
+        self._held_at = 0.0
         _refuse_bad_outcomes(name, self.outcomes)
 
     @property
@@ -92,18 +100,41 @@ class SkillAction(Behaviour):
         """How the latest goal ended, once it has."""
         return self._goal.terminal if self._goal else None
 
+    @property
+    def ending(self) -> str | None:
+        """How this leaf came to its end: the label of its goal, or `HELD`. None before that, and for a goal that was
+        never asked for."""
+        return self._ending
+
+    def obey(self, hold: Hold) -> None:
+        """From now on `hold` may keep this leaf from running. Whoever stands above it calls this when the tree is
+        built."""
+        self._holds.append(hold)
+
     def initialise(self) -> None:
+        self._begin()
+
+    def _begin(self) -> None:
         self._asked_at = self._context.now()
         self._refused_at = None
+        self._ending = None
         self._phase = Phase.WAITING
 
     def update(self) -> Status:
+        if self._phase is Phase.HELD:
+            return self._go_on_when_let_go()
         if self._phase is Phase.WAITING:
             return self._start_when_free()
         goal = self._goal
         assert goal is not None, "a leaf that has sent something has a goal"
         if goal.terminal is not None:
+            if any(hold.explains(self.skill, goal.terminal) for hold in self._holds):
+                return self._wait_while_held(goal, goal.terminal.reason)
             return self._conclude(goal, goal.terminal)
+        reason = self._kept()
+        if reason is not None:
+            self._context.cancel(goal)
+            return self._wait_while_held(goal, reason)
         if goal.state in (State.RUNNING, State.INTERRUPTING):
             self._phase = Phase.RUNNING
         self.feedback_message = str(self._phase)
@@ -116,15 +147,58 @@ class SkillAction(Behaviour):
             self._context.cancel(self._goal)
             self._phase = Phase.CANCELLING
             self.feedback_message = "halted; its goal is being interrupted"
-        elif self._phase is Phase.WAITING:
+        elif self._phase in (Phase.WAITING, Phase.HELD):
             self._phase = Phase.IDLE
             self.feedback_message = ""
         elif self._phase in (Phase.SENT, Phase.RUNNING):
             self._phase = Phase.DONE
             self.feedback_message = "halted just after its goal had ended"
 
+    def _kept(self) -> str | None:
+        """Why this leaf must not run now, if anything holds it."""
+        return next((reason for hold in self._holds if (reason := hold.keeps(self.skill)) is not None), None)
+
+    def _wait_while_held(self, goal: Goal | None, reason: str) -> Status:
+        """goal: what ran until now, and ends because of the hold."""
+        self._phase = Phase.HELD
+        self._held_goal = goal
+        self._held_at = self._context.now()
+        self.feedback_message = f"held: {reason}"
+        return Status.RUNNING
+
+    def _go_on_when_let_go(self) -> Status:
+        goal = self._held_goal
+        if goal is not None and goal.terminal is not None and not self._ended_for_the_hold(goal.terminal):
+            # It came to its own end before the hold could reach it.
+            return self._conclude(goal, goal.terminal)
+        reason = self._kept()
+        if reason is not None:
+            self.feedback_message = f"held: {reason}"
+            return Status.RUNNING
+        if self._context.now() - self._held_at < CALM:
+            return Status.RUNNING
+        if HELD not in self.outcomes:
+            self._begin()
+            return self._start_when_free()
+        self._ending = HELD
+        if self.on_end is not None:
+            ended = None if goal is None else goal.terminal
+            self.on_end(ended or Terminal(ending=Ending.INTERRUPTED, reason="held before it had begun"))
+        if self.outcomes[HELD] is Status.FAILURE:
+            return self._fail(f"{self.skill} was held and does not begin again", None)
+        self._phase = Phase.DONE
+        self.feedback_message = HELD
+        return Status.SUCCESS
+
+    def _ended_for_the_hold(self, terminal: Terminal) -> bool:
+        interrupted = terminal.ending is Ending.INTERRUPTED
+        return interrupted or any(hold.explains(self.skill, terminal) for hold in self._holds)
+
     def _start_when_free(self) -> Status:
         try:
+            reason = self._kept()
+            if reason is not None:
+                return self._wait_while_held(None, reason)
             holders = self._holders()
             if holders:
                 return self._wait_for(holders)
@@ -167,6 +241,7 @@ class SkillAction(Behaviour):
             return self._start_when_free()
         if terminal.ending is Ending.LOST:
             reaper.take(goal)
+        self._ending = terminal.label
         if self.on_end is not None:
             self.on_end(terminal)
         if self._status_of(terminal) is Status.FAILURE:

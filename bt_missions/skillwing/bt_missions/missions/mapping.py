@@ -11,34 +11,38 @@ from typing import Annotated
 
 import msgspec
 from py_trees.behaviour import Behaviour
+from py_trees.behaviours import Success
 from py_trees.common import Status
 from py_trees.decorators import SuccessIsFailure
 
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
+from skillwing.bt_missions.leaves.holds import HELD
 from skillwing.bt_missions.leaves.settling import NoteSwitch
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.planning.detour import Area, Position, RoutePlanner
 from skillwing.bt_missions.planning.waypoints import Route, RouteFulfilled, WaypointWriter
 from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
-from skillwing.bt_missions.subtrees.composites import alongside, first_that_works, guarded, in_order
+from skillwing.bt_missions.subtrees.composites import OnEnding, alongside, first_that_works, guarded, in_order
 from skillwing.bt_missions.subtrees.decorators import Deadline
+from skillwing.bt_missions.subtrees.flight import PILOT_PATIENCE, or_pause, take_off, unless_the_pilot_flies
 from skillwing.bt_missions.subtrees.landing import LANDED, land_where_it_is
 from skillwing.bt_missions.subtrees.loop import Until
 
 Speed = Annotated[float, msgspec.Meta(ge=0.1, le=5.0)]
 
-TAKEN_OFF = {"S_AT_ALTITUDE": Status.SUCCESS, "S_BLOCKED": Status.FAILURE, "S_ABORTED": Status.FAILURE}
 LEG_FLOWN = {
     "S_ARRIVED": Status.SUCCESS,
     # An obstacle on the way is no failure of the branch: the writer plans the next leg round it.
     "S_BLOCKED": Status.SUCCESS,
     "N_BLOCKED": Status.SUCCESS,
+    # Whoever held the drone may have flown it elsewhere: the writer plans on from there, to the same waypoint.
+    HELD: Status.SUCCESS,
     "S_ABORTED": Status.FAILURE,
 }
 NO_DEPTH_MAP = {"S_NO_DATA": Status.FAILURE}
 NO_MAP = {"S_DIVERGED": Status.FAILURE}
-ALIGNED = {"S_ALIGNED": Status.SUCCESS}
+ALIGNED = {"S_ALIGNED": Status.SUCCESS, HELD: Status.FAILURE}
 AT_HOME = {"S_ARRIVED": Status.SUCCESS, "S_ABORTED": Status.FAILURE}
 
 DEPTH_MAP_WAIT = 5.0
@@ -49,7 +53,8 @@ class MappingOptions(MissionOptions, frozen=True, kw_only=True):
     """route: waypoints (x, y, z) in ENU metres, home at the origin. height: of take-off, by default the first
     waypoint's. return_height: at which to begin the flight home; it climbs over what stands in its way. area: west,
     south, east, north border of the route and its detours, inside the robot's geofence; None for anywhere. time_limit:
-    robot seconds until the drone gives up and lands."""
+    robot seconds until the drone gives up and lands, pauses among them. pilot_patience: robot seconds for which the
+    safety pilot may have the drone before the mission ends."""
 
     route: Annotated[tuple[Position, ...], msgspec.Meta(min_length=1, max_length=1000)] = (
         (30.0, 0.0, 4.0),
@@ -62,6 +67,7 @@ class MappingOptions(MissionOptions, frozen=True, kw_only=True):
     speed: Speed = 2.0
     area: Area | None = (-11.0, -11.0, 41.0, 31.0)
     time_limit: Annotated[float, msgspec.Meta(gt=0.0)] = 900.0
+    pilot_patience: Annotated[float, msgspec.Meta(ge=0.0)] = PILOT_PATIENCE
 
     def __post_init__(self) -> None:
         if self.area is None:
@@ -105,21 +111,21 @@ class MappingMission(Mission):
 
 
 def _with_guards(context: MissionContext, route: Route, flight: Behaviour, options: MappingOptions) -> Behaviour:
-    """The flight below its guards. When the safety pilot takes over nothing is commanded any more, not even landing.
+    """The flight below its guards. While the safety pilot has the drone no motion is commanded, not even landing.
 
     A drone that is home again has not done its mission if it was kept from the waypoints by anything but obstacles.
     """
     land = SkillAction("land", context, "land", outcomes=LANDED)
-    in_good_time = Deadline("in good time", context, options.time_limit, flight)
+    in_good_time = Deadline("in good time", context, options.time_limit, or_pause(context, flight))
     charged = ResourceIs("battery?", context, "battery_status", "NORMAL", "LOW")
     failed = in_order(
         "flight failed",
         NoteSwitch("why", context, "mission", "flight", "landing where it is"),
         land_where_it_is(context),
     )
-    return guarded(
-        "mapping",
-        ResourceIs("may we fly?", context, "SDK_authority", "AVAILABLE"),
+    return unless_the_pilot_flies(
+        context,
+        options.pilot_patience,
         in_order(
             "fly, then judge",
             first_that_works(
@@ -137,7 +143,7 @@ def _flight(context: MissionContext, route: Route, options: MappingOptions) -> B
     height = options.height if options.height is not None else options.route[0][2]
     return in_order(
         "flight",
-        SkillAction("takeoff", context, "takeoff", {"height": height}, outcomes=TAKEN_OFF),
+        take_off(context, height),
         alongside(
             "map",
             SkillAction("lidar_mapping", context, "lidar_mapping", outcomes=NO_MAP),
@@ -199,6 +205,8 @@ def _by_lidar(context: MissionContext, route: Route, options: MappingOptions) ->
             until=fly_leg,
         ),
     )
+    # A nose that was held on its way round may have to turn elsewhere by now.
+    leg = OnEnding("leg, or another", leg, (HELD,), Success("plan again"))
     return in_order(
         "LiDAR branch",
         NoteSwitch("why", context, "navigation", "ZED", "LiDAR"),

@@ -235,7 +235,7 @@ class RoutePlanner:
     def next_target(self, position: Position) -> Position | None:
         """The end of the next straight leg from `position`; None when the route is done.
 
-        The same leg is given again until `arrived` or `blocked` is told, so that another branch can take over.
+        The same leg is given again until `arrived`, `blocked` or `carried` is told: another branch can take over.
         """
         while not self._legs and not self.done:
             waypoint = self.route[self._waypoint]
@@ -257,6 +257,10 @@ class RoutePlanner:
         del self._legs[0]
         if not self._legs:
             self._reach()
+
+    def carried(self) -> None:
+        """Somebody else may have flown the drone: plan the way to the same waypoint anew, from wherever it is."""
+        self._legs = []
 
     def blocked(self, position: Position, distance: float) -> None:
         """The leg asked for last ended at `position`, with an obstacle `distance` metres ahead on it."""

@@ -47,7 +47,7 @@ class Route:
 
     def write(self) -> bool | None:
         """Plan the next leg from where the robot is. False: the route is done; None: that place is not known."""
-        position, heading = self._position(), self._number("heading")
+        position, heading = fresh_position(self._context), self._number("heading")
         if position is None or heading is None:
             return None
         target = self.planner.next_target(position)
@@ -59,23 +59,21 @@ class Route:
         return True
 
     def leg_ended(self, terminal: Terminal) -> None:
-        """Take the end of a motion skill into account: arrived, or blocked by something to go round."""
+        """Take the end of a motion skill into account: arrived, blocked by something to go round, or held."""
         if terminal.result == "BLOCKED":
             output = terminal.output or {}
-            stopped = _position(output.get("stopped_at")) or self._position()
+            stopped = _position(output.get("stopped_at")) or fresh_position(self._context)
             if stopped is not None:
                 self.planner.blocked(stopped, float(output.get("obstacle_distance", MARGIN)))
         elif terminal.ending is Ending.SUCCEEDED and terminal.success:
             self.planner.arrived()
+        elif terminal.ending in (Ending.INTERRUPTED, Ending.INVARIANT_VIOLATED):
+            self.planner.carried()
 
     def _written(self) -> Leg:
         if self.leg is None:
             raise LookupError("No leg has been written; put a WaypointWriter before the motion.")
         return self.leg
-
-    def _position(self) -> Position | None:
-        reading = self._context.interface.reading("position")
-        return None if reading.stale else _position(reading.value)
 
     def _number(self, datum: str) -> float | None:
         reading = self._context.interface.reading(datum)
@@ -98,17 +96,44 @@ class WaypointWriter(Behaviour):
         written = self.route.write()
         planner = self.route.planner
         if written is None:
-            if self._context.now() - self._asked_at < POSITION_PATIENCE:
-                self.feedback_message = "waiting for a fresh position"
-                return Status.RUNNING
-            self.feedback_message = f"position or heading is not known for {POSITION_PATIENCE:g} s"
-            self._context.learn(self.feedback_message, None, failed=True)
-            return Status.FAILURE
+            return _wait_for_position(self, self._context, self._asked_at)
         if not written or self.route.leg is None:
             self.feedback_message = f"{planner.reached} of {len(planner.route)} waypoints reached, none left"
             return Status.FAILURE
         x, y, z = self.route.leg.target
         self.feedback_message = f"waypoint {planner.waypoint + 1} of {len(planner.route)}: to {x:.1f}, {y:.1f}, {z:.1f}"
+        return Status.SUCCESS
+
+
+class PointAbove(Behaviour):
+    """Writes the point at `height` (m, ENU) straight above the drone, or its own place if that is higher.
+
+    FAILURE when its position stays unknown.
+    """
+
+    def __init__(self, name: str, context: MissionContext, height: float) -> None:
+        super().__init__(name)
+        self.height = height
+        self._context = context
+        self._point: Position | None = None
+        self._asked_at = 0.0
+
+    def target(self) -> dict[str, float]:
+        """The point that was written last, as an input of a motion skill."""
+        if self._point is None:
+            raise LookupError("No point has been written; put a PointAbove before the motion.")
+        return dict(zip("xyz", self._point, strict=True))
+
+    def initialise(self) -> None:
+        self._asked_at = self._context.now()
+
+    def update(self) -> Status:
+        position = fresh_position(self._context)
+        if position is None:
+            return _wait_for_position(self, self._context, self._asked_at)
+        x, y, z = position
+        self._point = x, y, max(z, self.height)
+        self.feedback_message = f"to {self._point[2]:.1f} m"
         return Status.SUCCESS
 
 
@@ -127,6 +152,21 @@ class RouteFulfilled(Behaviour):
             return Status.SUCCESS
         self._context.learn(self.feedback_message, None, failed=True)
         return Status.FAILURE
+
+
+def fresh_position(context: MissionContext) -> Position | None:
+    """Where the robot is, None where that is not known just now."""
+    reading = context.interface.reading("position")
+    return None if reading.stale else _position(reading.value)
+
+
+def _wait_for_position(leaf: Behaviour, context: MissionContext, since: float) -> Status:
+    if context.now() - since < POSITION_PATIENCE:
+        leaf.feedback_message = "waiting for a fresh position"
+        return Status.RUNNING
+    leaf.feedback_message = f"position or heading is not known for {POSITION_PATIENCE:g} s"
+    context.learn(leaf.feedback_message, None, failed=True)
+    return Status.FAILURE
 
 
 def _position(value: object) -> Position | None:

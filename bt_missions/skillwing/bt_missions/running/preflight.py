@@ -7,10 +7,13 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from py_trees.behaviour import Behaviour
 
 from skillwing.bt_missions.leaves.conditions import DataCompare, ResourceIs
+from skillwing.bt_missions.leaves.holds import HELD
 from skillwing.bt_missions.leaves.places import place_of
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.running.mission import Misfit
 from skillwing.bt_missions.running.tree_check import shape_problems
+from skillwing.bt_missions.subtrees.composites import OnEnding
+from skillwing.bt_missions.subtrees.holding import WhileGranted
 from skillwing.dsl.model import Skill, Skillset, UnknownNameError
 from skillwing.services.core.values import fit_fields
 from skillwing.services.protocol import Ending
@@ -29,6 +32,9 @@ def preflight(
         found.extend(Misfit(f"The mission's needs: {problem}") for problem in problems)
     for root in trees:
         found.extend(Misfit(problem, place_of(node)) for node, problem in shape_problems(root, skillset))
+        for node in root.iterate():
+            problems = _structure_problems(node, skillset)
+            found.extend(Misfit(f"Node `{node.name}`: {problem}", place_of(node)) for problem in problems)
         for leaf in _leaves(root):
             problems = _leaf_problems(leaf, skillset)
             found.extend(Misfit(f"Leaf `{leaf.name}`: {problem}", place_of(leaf)) for problem in problems)
@@ -74,8 +80,7 @@ def _input_problems(leaf: SkillAction, skill: Skill) -> Iterator[str]:
 def _outcome_problems(leaf: SkillAction, skill: Skill) -> Iterator[str]:
     """Labels that the skill never ends with, and, where labels are mapped by hand, results that were forgotten."""
     results = [result.name for result in skill.results]
-    possible = [f"{ending}_{name}" for ending in (Ending.SUCCEEDED, Ending.NOT_HELD) for name in results]
-    possible += [ending for ending in Ending if ending not in (Ending.SUCCEEDED, Ending.NOT_HELD)]
+    possible = _possible_endings(skill)
     for label in leaf.outcomes:
         if label not in possible:
             yield str(UnknownNameError(f"ending of {skill.name}", label, possible))
@@ -83,6 +88,26 @@ def _outcome_problems(leaf: SkillAction, skill: Skill) -> Iterator[str]:
         for name in results:
             if f"S_{name}" not in leaf.outcomes:
                 yield f"{skill.name} can end S_{name}, and the leaf does not say what that means"
+
+
+def _possible_endings(skill: Skill) -> list[str]:
+    """What a leaf that runs this skill may end with."""
+    with_result = (Ending.SUCCEEDED, Ending.NOT_HELD)
+    named = [f"{ending}_{result.name}" for ending in with_result for result in skill.results]
+    return [*named, *(ending for ending in Ending if ending not in with_result), HELD]
+
+
+def _structure_problems(node: Behaviour, skillset: Skillset) -> Iterator[str]:
+    """What does not fit in a node that is no leaf."""
+    if isinstance(node, WhileGranted):
+        yield from _resource_problems(skillset, node.resource, node.states)
+        yield from _resource_problems(skillset, node.ended_by.resource, (node.ended_by.state,))
+    elif isinstance(node, OnEnding):
+        known = [skill for skill in skillset.skills if skill.name in node.skills]
+        possible = list(dict.fromkeys(label for skill in known for label in _possible_endings(skill)))
+        for label in node.endings:
+            if label not in possible:
+                yield str(UnknownNameError(f"ending below {node.name}", label, possible))
 
 
 def _resource_problems(skillset: Skillset, resource: str, states: tuple[str, ...]) -> Iterator[str]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from enum import StrEnum
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -20,6 +20,7 @@ from skillwing.bt_missions.running.library import find_mission
 from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees
 from skillwing.bt_missions.running.preflight import preflight
 from skillwing.bt_missions.running.tree_text import TreePortrait
+from skillwing.bt_missions.subtrees.holding import Pausable, WhileGranted
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Bus, Handle, Publisher, Request
@@ -32,8 +33,10 @@ from skillwing.services.protocol import (
     ErrorReply,
     Keys,
     MissionStatus,
+    PauseMission,
     ProtocolError,
     RecordKind,
+    ResumeMission,
     TreeSnapshot,
     decode,
     encode,
@@ -50,6 +53,8 @@ SETTLE_TIMEOUT = 15.0
 """How long to wait at the end for goals that do not stop, in seconds of wall time."""
 STILL_CLOCK_TIMEOUT = 15.0
 """How long robot time may stand still during a flight, in seconds of wall time."""
+
+H = TypeVar("H", Pausable, WhileGranted)
 
 
 class Stage(StrEnum):
@@ -68,6 +73,13 @@ class Phase(StrEnum):
     SUCCEEDED = "SUCCEEDED"
     FAILED = "FAILED"
     ABORTED = "ABORTED"
+    PAUSED = "PAUSED"
+    """The operator has paused the flight; it goes on when he resumes it."""
+    HELD = "HELD"
+    """The safety pilot has the drone; the flight goes on when he gives it back."""
+
+
+ENDED = frozenset({Phase.SUCCEEDED, Phase.FAILED, Phase.ABORTED})
 
 
 def make_mission(options: dict[str, Any]) -> MissionNode:
@@ -138,6 +150,8 @@ class MissionNode:
         self._tree_out: Publisher = bus.advertise(self._keys.mission_tree, events=True)
         self._handles = [
             bus.serve(self._keys.mission_abort, self._on_abort),
+            bus.serve(self._keys.mission_pause, self._on_pause),
+            bus.serve(self._keys.mission_resume, self._on_resume),
             self._interface.on_change(self._wake),
             bus.every(TICK_PERIOD, self._wake),
             bus.after(self._ready_timeout, self._give_up_waiting, wall=True),
@@ -162,6 +176,34 @@ class MissionNode:
             self._abort_reason = reason
             self._end(Phase.ABORTED, reason, rescue=self._stage is Stage.FLYING)
             self._wake()
+
+    def pause(self, reason: str = PauseMission().reason) -> str | None:
+        """Stop the motion and hold the place until `resume`. Returns a sentence that says what is against it.
+
+        Guards go on guarding: they may bring the drone home, or down, all the same.
+        """
+        if self._stage is not Stage.FLYING:
+            return f"The mission is {self._stage}, which cannot be paused."
+        pausable = self._standing(Pausable)
+        if pausable is None:
+            return "This part of the mission cannot be paused; it can be aborted."
+        if pausable.reason is None:
+            obstacle = pausable.pause(reason)
+            if obstacle is not None:
+                return f"The mission is not paused: {obstacle}."
+            self._change_phase()
+            self._wake()
+        return None
+
+    def resume(self, reason: str = ResumeMission().reason) -> str | None:
+        """Go on where the flight was paused. Returns a sentence that says what is against it."""
+        pausable = self._standing(Pausable)
+        if self._stage is not Stage.FLYING or pausable is None or pausable.reason is None:
+            return "The mission is not paused."
+        pausable.resume()
+        self._change_phase(reason)
+        self._wake()
+        return None
 
     # --- ticking ---------------------------------------------------------------------------------------------------
 
@@ -303,21 +345,64 @@ class MissionNode:
 
         self._clock_watch = self._bus.after(STILL_CLOCK_TIMEOUT, look, wall=True)
 
+    # --- standing still --------------------------------------------------------------------------------------------
+
+    def _standing(self, kind: type[H]) -> H | None:
+        """The running node of the tree that may hold the flight."""
+        running = (node for node in self._tree.iterate() if node.status is Status.RUNNING)
+        return next((node for node in running if isinstance(node, kind)), None)
+
+    def _phase_now(self) -> tuple[Phase, str, str | None]:
+        """The phase of a mission that flies, why, and the record of what made it so."""
+        grant, pausable = self._standing(WhileGranted), self._standing(Pausable)
+        if grant is not None and grant.reason is not None:
+            return Phase.HELD, grant.feedback_message, self._interface.change_record(grant.resource)
+        if pausable is not None and pausable.reason is not None:
+            return Phase.PAUSED, pausable.reason, None
+        return Phase.RUNNING, "", None
+
+    def _change_phase(self, reason: str = "") -> None:
+        """Tell that the flight is held, or goes on; what is done next is done for that."""
+        phase, text, cause = self._phase_now()
+        if self._stage is Stage.FLYING and phase != self.status.phase:
+            told = reason or text or self._context.last_news or "going on"
+            record = self._enter(phase, told, cause)
+            self._context.learn(told, record)
+
     # --- telling ---------------------------------------------------------------------------------------------------
 
     def _on_abort(self, request: Request) -> None:
-        try:
-            call = decode(request.payload, AbortMission)
-        except ProtocolError as error:
-            request.refuse(ErrorReply(code=ErrorCode.BAD_REQUEST, message=f"{error}.", help="Send an AbortMission."))
-            return
-        self.abort(call.reason)
-        request.reply(encode(self.status))
+        self._on_order(request, AbortMission, self.abort)
 
-    def _enter(self, phase: Phase, text: str) -> None:
-        cause = self._context.failure.record if phase is Phase.FAILED and self._context.failure else None
-        self._write_record(self.mission.name, self.status.phase, phase, text, cause)
+    def _on_pause(self, request: Request) -> None:
+        self._on_order(request, PauseMission, self.pause)
+
+    def _on_resume(self, request: Request) -> None:
+        self._on_order(request, ResumeMission, self.resume)
+
+    def _on_order(
+        self, request: Request, kind: type[AbortMission | PauseMission | ResumeMission], do: Callable[[str], str | None]
+    ) -> None:
+        """Do what the operator asks for, or say why not."""
+        try:
+            order = decode(request.payload, kind)
+        except ProtocolError as error:
+            help_ = f"Send the message `{kind.__name__}`."
+            request.refuse(ErrorReply(code=ErrorCode.BAD_REQUEST, message=f"{error}.", help=help_))
+            return
+        refusal = do(order.reason)
+        if refusal is None:
+            request.reply(encode(self.status))
+        else:
+            help_ = "`skillwing mission watch` shows what it does."
+            request.refuse(ErrorReply(code=ErrorCode.NOT_ALLOWED, message=refusal, help=help_))
+
+    def _enter(self, phase: Phase, text: str, cause: str | None = None) -> str:
+        if phase is Phase.FAILED and self._context.failure is not None:
+            cause = self._context.failure.record
+        record = self._write_record(self.mission.name, self.status.phase, phase, text, cause)
         self._publish_status(phase, text)
+        return record
 
     def _write_record(self, subject: str, before: str | None, after: str, text: str, cause: str | None) -> str:
         return self._timeline.record(RecordKind.MISSION, subject, before, after, text=text, cause=cause)
@@ -328,8 +413,13 @@ class MissionNode:
         if self._stage is Stage.RESCUING:
             text = f"{self._outcome[1]}; landing"
         progress = self._trees.progress()
+        phase = Phase.RUNNING
+        if self._stage is Stage.FLYING:
+            self._change_phase()
+            phase, reason, _ = self._phase_now()
+            text = reason or text
         if (text, progress.waypoint, progress.goal) != (self.status.text, self.status.waypoint, self.status.goal):
-            self._publish_status(Phase.RUNNING, text)
+            self._publish_status(phase, text)
 
     def _publish_status(self, phase: Phase, text: str) -> None:
         progress = self._trees.progress()

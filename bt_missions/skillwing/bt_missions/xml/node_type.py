@@ -121,6 +121,12 @@ class Call:
             raise PortError(f"`{port}` is `{text}`; {hint}")
         return text
 
+    def exactly(self, count: int) -> Sequence[Behaviour]:
+        """Its children, which have to be so many."""
+        if len(self.children) != count:
+            raise PortError(f"`{self.name}` has {len(self.children)} children; it takes {count}.")
+        return self.children
+
     def route(self, port: str) -> Route:
         """The route that a PlanRoute before this node has put into a cell."""
         value = self.value(port)

@@ -10,10 +10,11 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from skillwing.bt_missions.planning.detour import Area, Position, RoutePlanner
-from skillwing.bt_missions.planning.waypoints import Route, RouteFulfilled, WaypointWriter
+from skillwing.bt_missions.planning.waypoints import PointAbove, Route, RouteFulfilled, WaypointWriter
 from skillwing.bt_missions.subtrees.loop import Until
 from skillwing.bt_missions.xml.node_type import Call, Category, NodeType, Port, PortError
-from skillwing.bt_missions.xml.skills import CRAB, PLAN, TARGET
+from skillwing.bt_missions.xml.skills import CRAB, PLAN, TARGET, UP
+from skillwing.bt_missions.xml.values import written
 
 _PLAN_PORT = Port("plan", "the route under way", "Route")
 
@@ -66,6 +67,16 @@ def _describe_writer(node: Behaviour) -> Mapping[str, str] | None:
     return {"plan": PLAN, "target": TARGET, "crab": CRAB} if isinstance(node, WaypointWriter) else None
 
 
+def _make_point_above(call: Call) -> Behaviour:
+    above = PointAbove(call.name, call.context, call.number("height"))
+    call.output("target").source = above.target
+    return above
+
+
+def _describe_point_above(node: Behaviour) -> Mapping[str, str] | None:
+    return {"height": written(node.height), "target": UP} if isinstance(node, PointAbove) else None
+
+
 def _make_until(call: Call) -> Behaviour:
     route = call.route("plan")
     return Until(call.name, route.is_done, call.children[0])
@@ -100,6 +111,16 @@ PLANNING = (
             _PLAN_PORT,
             Port("target", "end of the next leg", "Position", TARGET, output=True),
             Port("crab", "heading that lays it into the plane of the LiDAR, rad", "double", CRAB, output=True),
+        ),
+    ),
+    NodeType(
+        "PointAbove",
+        Category.ACTION,
+        _make_point_above,
+        _describe_point_above,
+        (
+            Port("height", "height of a point straight above the drone, in m", "double"),
+            Port("target", "that point, or the drone's own place if it is higher", "Position", UP, output=True),
         ),
     ),
     NodeType("UntilRouteDone", Category.DECORATOR, _make_until, _describe_until, (_PLAN_PORT,)),

@@ -8,15 +8,15 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from skillwing.bt_missions.leaves.skill_action import DEFAULT_PATIENCE, SkillAction
-from skillwing.bt_missions.planning.waypoints import Route
+from skillwing.bt_missions.planning.waypoints import PointAbove, Route
 from skillwing.bt_missions.xml.node_type import Call, Category, NodeType, Port, PortError
 from skillwing.bt_missions.xml.scope import Cell
 from skillwing.bt_missions.xml.values import read, written
 from skillwing.dsl.model import ArrayType, Field, Skill, Skillset, Type
 from skillwing.services.core.values import type_text
 
-TARGET, CRAB, PLAN = "{target}", "{crab}", "{plan}"
-"""Where a written tree keeps what a WaypointWriter says."""
+TARGET, CRAB, PLAN, UP = "{target}", "{crab}", "{plan}", "{up}"
+"""Where a written tree keeps what a WaypointWriter and a PointAbove say."""
 _OWN_PORTS = (
     Port("success_on", "endings that are SUCCESS, as in `S_ARRIVED S_BLOCKED`; by default its successes", default=""),
     Port("failure_on", "endings that are FAILURE; by default all others", default=""),
@@ -116,7 +116,7 @@ def _source(node: SkillAction, name: str) -> str:
         return written(value)
     if isinstance(value, Cell):
         return f"{{{value.name}}}"
-    cell = {Route.target: TARGET, Route.crab: CRAB}.get(getattr(value, "__func__", None))
+    cell = {Route.target: TARGET, Route.crab: CRAB, PointAbove.target: UP}.get(getattr(value, "__func__", None))
     if cell is None:
         raise PortError(f"`{node.name}` takes `{name}` from Python code, which no tree file can say.")
     return cell

@@ -13,8 +13,9 @@ from py_trees.common import ParallelPolicy
 from py_trees.composites import Parallel, Selector, Sequence
 from py_trees.decorators import FailureIsSuccess, Inverter, Repeat, Retry, SuccessIsFailure, SuccessIsRunning
 
-from skillwing.bt_missions.subtrees.composites import alongside
+from skillwing.bt_missions.subtrees.composites import OnEnding, alongside
 from skillwing.bt_missions.subtrees.decorators import Deadline
+from skillwing.bt_missions.xml.holding import HOLDING
 from skillwing.bt_missions.xml.node_type import Call, Category, NodeType, Port, PortError
 
 SECOND = 1000.0
@@ -72,6 +73,11 @@ def _describe_alongside(node: Behaviour) -> Mapping[str, str] | None:
     return {} if list(node.policy.children) == node.children[-1:] else None
 
 
+def _make_on_ending(call: Call) -> Behaviour:
+    attempt, then = call.exactly(2)
+    return OnEnding(call.name, attempt, call.words("endings"), then)
+
+
 def _make_timeout(call: Call) -> Behaviour:
     return Deadline(call.name, call.context, call.number("msec") / SECOND, call.children[0])
 
@@ -108,6 +114,14 @@ STRUCTURE = (
     ),
     # A companion that succeeds does not end it, which no standard node says.
     NodeType("Alongside", Category.CONTROL, _make_alongside, _describe_alongside),
+    NodeType(
+        "OnEnding",
+        Category.CONTROL,
+        _make_on_ending,
+        lambda node: {"endings": " ".join(node.endings)} if isinstance(node, OnEnding) else None,
+        (Port("endings", "of a skill in the first child, as in `NR S_BLOCKED`, on which the second takes over"),),
+    ),
+    *HOLDING,
     _decorator("Inverter", Inverter),
     _decorator("ForceSuccess", FailureIsSuccess),
     _decorator("ForceFailure", SuccessIsFailure),

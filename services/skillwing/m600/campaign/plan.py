@@ -18,6 +18,9 @@ CRUISE_SPEED = 2.0
 OVERHEAD = 1.25
 """How much longer than its route a flight takes: it climbs, turns, brakes and goes round what stands in its way."""
 
+PILOT_PATIENCE = 30.0
+"""For how long missions wait for a drone that the safety pilot has taken [s of robot time]; he returns it within 15."""
+
 
 class Network(StrEnum):
     """What the processes of a flight live on: one process and virtual time, or real ones over Zenoh."""
@@ -79,7 +82,12 @@ class FlightPlan(msgspec.Struct, frozen=True, kw_only=True):
         site = self.site()
         match self.mission:
             case "mapping":
-                return {"route": site.route, "area": site.area, "return_height": site.return_height}
+                return {
+                    "route": site.route,
+                    "area": site.area,
+                    "return_height": site.return_height,
+                    "pilot_patience": PILOT_PATIENCE,
+                }
             case _:
                 return {}
 
