@@ -12,7 +12,7 @@ from typing import Any
 import msgspec
 
 from skillwing.dsl.model import Skillset
-from skillwing.services.bus import Answer, Answered, Bus, Node
+from skillwing.services.bus import Answer, Answered, Bus, Node, Topology
 from skillwing.services.bus.faulty import FaultyNetwork
 from skillwing.services.bus.inprocess import InProcessBus
 from skillwing.services.bus.zenoh_bus import ZenohBus
@@ -26,6 +26,7 @@ from skillwing.services.managers.skill_manager import SkillManagerNode
 from skillwing.services.mocking import MockRun, make_mock_skill
 from skillwing.services.mocking.script_file import load_scripts
 from skillwing.services.names import DATA_MANAGER, RESOURCE_MANAGER, skill_process
+from skillwing.services.processes.colocation import MANAGERS
 from skillwing.services.protocol import DirectMock, Keys, MockCall, ResetMock, encode
 from skillwing.services.testing import SkillsetProcesses
 from skillwing.services.testing.model import model_of
@@ -75,6 +76,8 @@ class PlannedHooks(SkillHooks[dict[str, Any], dict[str, Any], dict[str, Any]]):
 
 class InProcessStage:
     """Real managers in virtual time. mocked: mocks play the skills, instead of hooks that are written by hand."""
+
+    apart = True
 
     def __init__(self, *, mocked: bool) -> None:
         self.skillset: Skillset = model_of(WORKBENCH)
@@ -160,17 +163,25 @@ class InProcessStage:
 
 
 class ProcessStage:
-    """Mocks as processes over Zenoh, in wall time. One system serves all cases."""
+    """Mocks as processes over Zenoh, in wall time. One system serves all cases.
 
-    def __init__(self, run_dir: Path) -> None:
-        self._system = SkillsetProcesses(WORKBENCH, run_dir=run_dir, scripts=[SCRIPT])
+    layout: `own` process for each manager; `colocated`, all but the resource manager in one; `mesh`, own ones that talk
+    directly.
+    """
+
+    def __init__(self, run_dir: Path, layout: str = "own") -> None:
+        self._topology: Topology = "mesh" if layout == "mesh" else "router"
+        self.apart = layout != "colocated"
+        self._system = SkillsetProcesses(
+            WORKBENCH, run_dir=run_dir, scripts=[SCRIPT], colocate=not self.apart, topology=self._topology
+        )
         self.skillset = self._system.skillset
         self._frozen: set[str] = set()
         self._killed: set[str] = set()
         self._hung: set[str] = set()
 
     def bus(self, name: str) -> Bus:
-        return ZenohBus(name, self.skillset.name, self._system.launcher.endpoint)
+        return ZenohBus(name, self.skillset.name, self._system.launcher.endpoint, topology=self._topology)
 
     def plan(self, skill: str, run: MockRun) -> None:
         self._direct(skill, direction(run, "next"))
@@ -179,23 +190,27 @@ class ProcessStage:
         self._direct(skill, direction(MockRun(result=result, delay=0.0), "now"))
 
     def kill(self, process: str) -> None:
+        process = self._host(process)
         self._killed.add(process)
         self._system.kill(process)
 
     def restart(self, process: str) -> None:
+        process = self._host(process)
         self._killed.remove(process)
         self._system.restart(process)
 
     def freeze(self, process: str) -> None:
+        process = self._host(process)
         self._frozen.add(process)
         os.kill(self._system.launcher.pids[process], signal.SIGSTOP)
 
     def thaw(self, process: str) -> None:
+        process = self._host(process)
         self._frozen.remove(process)
         os.kill(self._system.launcher.pids[process], signal.SIGCONT)
 
     def hang(self, skill: str) -> None:
-        self._hung.add(skill_process(skill))
+        self._hung.add(self._host(skill_process(skill)))
         self._direct(skill, direction(MockRun(hang=True, delay=0.0), "now"))
 
     def tidy(self) -> None:
@@ -213,6 +228,11 @@ class ProcessStage:
         for process in tuple(self._frozen):
             self.thaw(process)
         self._system.close()
+
+    def _host(self, node: str) -> str:
+        """The process that a node lives in."""
+        shared = not self.apart and (node == DATA_MANAGER or node.startswith(skill_process("")))
+        return MANAGERS if shared else node
 
     def _direct(self, skill: str, call: MockCall) -> None:
         ask_mock(self._system.bus, Keys(self.skillset.name), skill, call)

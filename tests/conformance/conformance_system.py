@@ -55,6 +55,8 @@ class Stage(Protocol):
     """A system of the workbench, running, in the hands of the suite."""
 
     skillset: Skillset
+    apart: bool
+    """Each manager lives and dies for itself: none of them shares its process with another."""
 
     def bus(self, name: str) -> Bus:
         """Another client's connection."""
