@@ -62,6 +62,8 @@ class DepthCamera:
         self._rays_in_body = (directions / length).reshape(-1, 3)
         self._range_per_depth = length.ravel().astype(np.float32)
         self._infill = Infill(HEIGHT, WIDTH)
+        self._first_in_body = self._rays_in_body[self._infill.first]
+        self._first_range_per_depth = self._range_per_depth[self._infill.first]
         self._reach = REACH * float(length.max())
 
     def picture(self, motion: Motion) -> NDArray[np.float32]:
@@ -85,11 +87,15 @@ class DepthCamera:
         turn = rotations(np.array([motion.quaternion]))[0].astype(np.float32)
         origin = np.array(add(motion.position, to_world(motion.quaternion, ZED_MOUNT)), dtype=np.float32)
 
-        def cast(pixels: Pixels) -> NDArray[np.float32]:
-            ranges = self._rays.distances(origin, self._rays_in_body.take(pixels, axis=0) @ turn.T, self._reach)
-            return np.divide(self._range_per_depth.take(pixels), ranges, out=ranges, where=ranges > 0.0)
+        def cast(in_body: NDArray[np.float32], range_per_depth: NDArray[np.float32]) -> NDArray[np.float32]:
+            ranges = self._rays.distances(origin, in_body @ turn.T, self._reach)
+            return np.divide(range_per_depth, ranges, out=ranges, where=ranges > 0.0)
 
-        return self._infill.inverse_depths(cast)
+        def cast_between(pixels: Pixels) -> NDArray[np.float32]:
+            return cast(self._rays_in_body.take(pixels, axis=0), self._range_per_depth.take(pixels))
+
+        first = cast(self._first_in_body, self._first_range_per_depth)
+        return self._infill.inverse_depths(first, cast_between)
 
 
 def _inverted(inverse: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -100,12 +106,21 @@ def _unmatchable(disparity: NDArray[np.float32]) -> NDArray[np.bool_]:
     """Pixels that the second camera does not see, or sees too differently, from their disparities [px]."""
     column = np.arange(disparity.shape[1], dtype=np.float32) - disparity  # in the second camera's picture
     hidden = column < 0.0
-    nearest_on_the_right = np.minimum.accumulate(column[:, :0:-1], axis=1)[:, ::-1]
-    hidden[:, :-1] |= column[:, :-1] > nearest_on_the_right
-    steep_x = np.abs(np.diff(disparity, axis=1)) > _STEEPEST
+    # What hides a pixel is no farther to the right than its own disparity.
+    hidden[:, :-1] |= column[:, :-1] > _least_of_next(column[:, 1:], float(disparity.max()))
+    steep_x = np.abs(disparity[:, 1:] - disparity[:, :-1]) > _STEEPEST
     hidden[:, :-1] |= steep_x
     hidden[:, 1:] |= steep_x
-    steep_y = np.abs(np.diff(disparity, axis=0)) > _STEEPEST
+    steep_y = np.abs(disparity[1:] - disparity[:-1]) > _STEEPEST
     hidden[:-1] |= steep_y
     hidden[1:] |= steep_y
     return hidden
+
+
+def _least_of_next(rows: NDArray[np.float32], count: float) -> NDArray[np.float32]:
+    """The least of each value and at least `count` on its right, as far as there are so many."""
+    least, window = rows.copy(), 1
+    while window <= min(count, rows.shape[1] - 1):
+        least[:, :-window] = np.minimum(least[:, :-window], least[:, window:])
+        window *= 2
+    return least

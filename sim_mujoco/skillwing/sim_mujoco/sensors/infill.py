@@ -26,31 +26,28 @@ class Infill:
 
     def __init__(self, height: int, width: int) -> None:
         self._numbers = np.arange(height * width, dtype=np.intp).reshape(height, width)
-        self._first = self._numbers[::2, ::2].ravel()
-        self._between_columns = np.ascontiguousarray(self._numbers[::2, 1::2])
-        self._between_rows = np.ascontiguousarray(self._numbers[1::2].T)
+        self.first: Pixels = self._numbers[::2, ::2].ravel()
+        """The pixels that are cast in any case, always in this order."""
 
-    def inverse_depths(self, cast: Cast) -> Image:
-        """Inverse depths (height, width); 0 where there is no return."""
-        known = cast(self._first).reshape(self._between_columns.shape)
-        half = _fill(known, self._between_columns, cast)
-        return _fill(np.ascontiguousarray(half.T), self._between_rows, cast).T
+    def inverse_depths(self, first: Image, cast: Cast) -> Image:
+        """Inverse depths (height, width), 0 where there is no return, from those of the `first` pixels (n,)."""
+        image = np.empty(self._numbers.shape, dtype=np.float32)
+        image[::2, ::2] = first.reshape(image[::2, ::2].shape)
+        _fill(image[::2].T, self._numbers[::2].T, cast)
+        _fill(image, self._numbers, cast)
+        return image
 
 
-def _fill(known: Image, between: Pixels, cast: Cast) -> Image:
-    """Put a column after each column of `known` (n, m), whose pixels are `between` (n, m): (n, 2 m)."""
-    filled = np.empty((known.shape[0], 2 * known.shape[1]), dtype=np.float32)
-    filled[:, ::2] = known
-    step = known[:, 1:] - known[:, :-1]
-    middle = known[:, :-1] + np.float32(0.5) * step
-    bend = np.abs(step[:, 1:] - step[:, :-1])
+def _fill(image: Image, numbers: Pixels, cast: Cast) -> None:
+    """Compute every second row (n, m) of `image` (2 n, m), whose pixels are `numbers`, from the rows between."""
+    known = image[::2]
+    step = known[1:] - known[:-1]
+    middle = known[:-1] + np.float32(0.5) * step
+    bend = np.abs(step[1:] - step[:-1])
     allowed = _STRAIGHT * middle
-    bent = np.zeros(known.shape, dtype=bool)
-    bent[:, :-2] = bend > allowed[:, :-1]
-    bent[:, 1:-1] |= bend > allowed[:, 1:]
-    bent[:, -1] = True
-    filled[:, 1:-1:2] = middle
-    unknown = np.flatnonzero(bent)
-    places = filled[:, 1::2]
-    places[bent] = cast(between.ravel()[unknown])
-    return filled
+    bent = np.zeros_like(known, dtype=np.bool_)
+    bent[:-2] = bend > allowed[:-1]
+    bent[1:-1] |= bend > allowed[1:]
+    bent[-1] = True
+    image[1:-1:2] = middle
+    image[1::2][bent] = cast(numbers[1::2][bent])

@@ -21,14 +21,14 @@ class RayScene:
 
     def distances(self, origins: Floats, directions: Floats, reach: float) -> Floats:
         """Distances (N,) [m] along unit directions (N, 3) from origins (N, 3) or (3,); 0 where nothing is in reach."""
-        starts = np.ascontiguousarray(np.broadcast_to(origins, directions.shape), dtype=np.float32)
+        starts = np.broadcast_to(origins, directions.shape)
         hits = self._scene.run(starts, np.ascontiguousarray(directions), dists=reach, query="DISTANCE")
         hits[hits >= reach] = 0.0
         return hits
 
     def faces(self, origins: Floats, directions: Floats, reach: float) -> tuple[Floats, NDArray[np.int32]]:
         """Distances as above, and the number of the triangle that was hit; -1 for none."""
-        starts = np.ascontiguousarray(np.broadcast_to(origins, directions.shape), dtype=np.float32)
+        starts = np.broadcast_to(origins, directions.shape)
         found = self._scene.run(starts, np.ascontiguousarray(directions), dists=reach, output=True)
         distances, faces = found["tfar"], found["primID"].astype(np.int32)
         missed = (faces < 0) | (distances >= reach)
@@ -38,11 +38,17 @@ class RayScene:
     def hits(self, origins: Floats, directions: Floats, reach: float) -> tuple[Floats, Floats]:
         """Distances as above, and how squarely each surface was hit: the cosine of the incidence, 1 at a right angle,
         0 for a ray that grazes it or hits nothing."""
-        starts = np.ascontiguousarray(np.broadcast_to(origins, directions.shape), dtype=np.float32)
+        starts = np.broadcast_to(origins, directions.shape)
         found = self._scene.run(starts, np.ascontiguousarray(directions), dists=reach, output=True)
         distances, normals = found["tfar"], found["Ng"]
         missed = distances >= reach
-        along = np.abs(np.einsum("ij,ij->i", normals, directions))
-        lengths = np.sqrt(np.einsum("ij,ij->i", normals, normals))
+        along = np.abs(_dots(normals, directions))
+        lengths = np.sqrt(_dots(normals, normals))
         distances[missed], along[missed], lengths[missed] = 0.0, 0.0, 1.0
         return distances, along / lengths
+
+
+def _dots(one: Floats, other: Floats) -> Floats:
+    """Products (N,) of rows (N, 3); for so short ones faster than einsum."""
+    x, y, z = np.multiply(one, other).T
+    return x + y + z
