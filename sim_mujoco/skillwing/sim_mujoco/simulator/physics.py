@@ -27,6 +27,8 @@ class Physics:
         attach_to(spec, (*world.home, GEAR_HEIGHT + 0.005))
         self._model = spec.compile()
         self._data = mujoco.MjData(self._model)
+        self._scenery = frozenset(np.flatnonzero(self._model.geom_bodyid == 0).tolist())
+        self._ground = {geom for geom in self._scenery if self._model.geom(geom).name.startswith("terrain")}
         self._skids = {self._geom("skid-left"), self._geom("skid-right")}
         self._last_contact = -_SEPARATE
         self._shares: NDArray[np.float64] | None = None
@@ -91,15 +93,16 @@ class Physics:
 
     def _judge_contacts(self) -> None:
         now = self._data.time
-        if any(self._is_collision(int(c.geom1), int(c.geom2)) for c in self._data.contact):
+        pairs = self._data.contact.geom.tolist()
+        if any(self._is_collision(one, other) for one, other in pairs):
             if now - self._last_contact > _SEPARATE:
                 self.collisions += 1
             self._last_contact = now
 
     def _is_collision(self, one: int, other: int) -> bool:
         """Anything but a skid set down gently on the ground."""
-        fixed, moving = (one, other) if self._model.geom_bodyid[one] == 0 else (other, one)
-        on_ground = self._model.geom(fixed).name.startswith("terrain") and moving in self._skids
+        fixed, moving = (one, other) if one in self._scenery else (other, one)
+        on_ground = fixed in self._ground and moving in self._skids
         v = self._data.qvel
         return not on_ground or norm((float(v[0]), float(v[1]), float(v[2]))) > _HARD_LANDING
 
