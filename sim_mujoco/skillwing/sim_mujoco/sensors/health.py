@@ -135,5 +135,5 @@ class HealthMonitor:
         wrong = ~((data >= self._limits.low) & (data <= self._limits.high))
         if self._limits.zero_is_none:
             wrong &= data != 0
-        share = float(wrong.mean())
+        share = np.count_nonzero(wrong) / data.size
         return f"{100 * share:.0f} % impossible values" if share > LARGEST_BAD_SHARE else None
