@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from skillwing.sim_mujoco.sensors.directions import lidar_directions
 from skillwing.sim_mujoco.sensors.scans import OWN_BODY, LidarScan
 from skillwing.sim_mujoco.slam.propagation import Track
 from skillwing.sim_mujoco.slam.so3 import Floats
@@ -19,7 +21,10 @@ _FACTORS = np.array([2654435761, 2246822519, 3266489917], dtype=np.uint32)
 @dataclass(frozen=True, slots=True)
 class StillScan:
     """Returns (N, 3) in body axes at the end of the scan [m], their `ranges` (N,) as measured [m], and `sensor` (3,),
-    where the sensor was in the middle of the scan."""
+    where the sensor was in the middle of the scan.
+
+    Points lie in memory axis by axis, because arrays of threes are slow to compute with.
+    """
 
     points: NDArray[np.float32]
     ranges: NDArray[np.float32]
@@ -27,7 +32,7 @@ class StillScan:
 
     def within(self, reach: float) -> NDArray[np.float32]:
         """The points whose ranges were at most `reach` [m]."""
-        return self.points[self.ranges <= reach]
+        return self.points.T[:, self.ranges <= reach].T
 
 
 def deskew(scan: LidarScan, track: Track, reach: float) -> StillScan:
@@ -37,8 +42,7 @@ def deskew(scan: LidarScan, track: Track, reach: float) -> StillScan:
     than `reach` [m] and from the drone itself are left out.
     """
     header, columns = scan.header, scan.header.columns
-    steps = np.array([*(np.arange(columns) + 0.5) / columns, 0.5])
-    times = header.t0 + steps * (header.t1 - header.t0)
+    times = header.t0 + _shares(columns) * (header.t1 - header.t0)
     before = np.clip(np.searchsorted(track.times, times, side="right") - 1, 0, len(track.times) - 2)
     share = (times - track.times[before]) / (track.times[before + 1] - track.times[before])
     last_turn, last_position = track.turns[-1], track.positions[-1]
@@ -47,12 +51,17 @@ def deskew(scan: LidarScan, track: Track, reach: float) -> StillScan:
     turns = relative[before] + share[:, None, None] * (relative[before + 1] - relative[before])
     places = offsets[before] + share[:, None] * (offsets[before + 1] - offsets[before])
     mount = np.array(header.mount)
-    in_body = scan.in_body()
-    points = np.matmul(in_body, turns[:-1].transpose(0, 2, 1).astype(np.float32))
-    points += places[:-1, None].astype(np.float32)
+    in_body = _rays(columns, header.beams) * scan.ranges + mount[:, None, None].astype(np.float32)
     kept = (scan.ranges > 0.0) & (scan.ranges <= reach)
-    kept &= np.einsum("ijk,ijk->ij", in_body, in_body) > OWN_BODY**2
-    return StillScan(points[kept], scan.ranges[kept], places[-1] + turns[-1] @ mount)
+    kept &= np.einsum("ijk,ijk->jk", in_body, in_body) > OWN_BODY**2
+    numbers = np.flatnonzero(kept)
+    points = np.empty((3, len(numbers)), dtype=np.float32)
+    for axis in range(3):
+        row = turns[:-1, axis].T.astype(np.float32)[:, :, None]
+        moved = row[0] * in_body[0] + row[1] * in_body[1] + row[2] * in_body[2]
+        moved += places[:-1, axis, None].astype(np.float32)
+        points[axis] = moved.ravel()[numbers]
+    return StillScan(points.T, scan.ranges.ravel()[numbers], places[-1] + turns[-1] @ mount)
 
 
 def thinned(points: NDArray[np.float32], cell: float) -> NDArray[np.float32]:
@@ -60,10 +69,23 @@ def thinned(points: NDArray[np.float32], cell: float) -> NDArray[np.float32]:
 
     Cubes are found by a hash of their indices. Where two share a hash one loses its point, which does no harm.
     """
-    cells = np.floor(points.T * np.float32(1.0 / cell)).astype(np.int32).view(np.uint32)
+    across = np.ascontiguousarray(points.T)
+    cells = np.floor(across * np.float32(1.0 / cell)).astype(np.int32).view(np.uint32)
     x, y, z = _FACTORS
     hashes = (cells[0] * x + cells[1] * y + cells[2] * z) >> np.uint32(32 - _HASH_BITS)
     owners = np.empty(1 << _HASH_BITS, dtype=np.int32)
     numbers = np.arange(len(points), dtype=np.int32)
     owners[hashes] = numbers
-    return points[owners[hashes] == numbers]
+    return across[:, np.flatnonzero(owners[hashes] == numbers)].T
+
+
+@lru_cache(maxsize=2)
+def _shares(columns: int) -> Floats:
+    """What share of a scan is over in the middle of each column, and at last in its own middle."""
+    return np.append((np.arange(columns) + 0.5) / columns, 0.5)
+
+
+@lru_cache(maxsize=2)
+def _rays(columns: int, beams: int) -> NDArray[np.float32]:
+    """Directions (3, columns, beams) in body axes."""
+    return np.ascontiguousarray(lidar_directions(columns, beams).transpose(2, 0, 1), dtype=np.float32)

@@ -70,9 +70,9 @@ class Fix:
     def placed(self, reach: float) -> PlacedPoints:
         """The returns within `reach` of the sensor [m], in the world frame."""
         turn = self.state.turn.astype(np.float32)
-        points = self.scan.within(reach) @ turn.T + self.state.position.astype(np.float32)
+        points = turn @ self.scan.within(reach).T + self.state.position.astype(np.float32)[:, None]
         origin = self.state.position + self.state.turn @ self.scan.sensor
-        return PlacedPoints(self.t, self.state.turn, origin, points)
+        return PlacedPoints(self.t, self.state.turn, origin, points.T)
 
 
 class Odometry:
@@ -159,13 +159,13 @@ class Odometry:
             return None
         predicted = predict(state, self._covariance, measured, self._t, end, self._noise)
         still = deskew(scan, predicted.track, REACH)
-        registration = Registration(thinned(still.points, _MATCHED_CELL).astype(np.float64), (self._map,))
+        points = thinned(still.points, _INSERTED_CELL)
+        registration = Registration(thinned(points, _MATCHED_CELL).astype(np.float64), (self._map,))
         posterior, believed = self._weigh(predicted, registration)
         self._way += float(np.linalg.norm(posterior.state.position - state.position))
         self._t, self._state, self._covariance = end, posterior.state, posterior.covariance
         if believed:
-            points = thinned(still.points, _INSERTED_CELL)
-            self._map.insert(points @ posterior.state.turn.T + posterior.state.position)
+            self._map.insert(posterior.state.placed(points))
             self._empty = False
         if self._vigil.verdict:
             self._lose(self._vigil.verdict)

@@ -130,9 +130,12 @@ class PlaneMap:
 
     def _voxels_at(self, points: Floats) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
         """Flat indices of the points' voxels, and whether they lie in the box; others get index 0."""
-        cells = np.floor((points - self._low) * (1.0 / self._size)).astype(np.int64)
-        inside = np.all((cells >= 0) & (cells < self._shape), axis=1)
-        flat = (cells[:, 0] * self._shape[1] + cells[:, 1]) * self._shape[2] + cells[:, 2]
+        flat = np.zeros(len(points), dtype=np.int64)
+        inside = np.ones(len(points), dtype=np.bool_)
+        for values, low, count in zip(points.T, self._low, self._shape.tolist(), strict=True):
+            cells = np.floor((values - low) * (1.0 / self._size))
+            inside &= (cells >= 0.0) & (cells < count)
+            flat = flat * count + cells.astype(np.int64)
         return np.where(inside, flat, 0), inside
 
 

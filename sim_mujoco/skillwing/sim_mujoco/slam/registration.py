@@ -46,7 +46,7 @@ class Registration:
 
     def __call__(self, state: State, iteration: int) -> Evidence:
         """The evidence at a state; `agreement` tells afterwards how good it is."""
-        in_world = self._points @ state.turn.T + state.position
+        in_world = state.placed(self._points)
         open_ = np.ones(len(in_world), dtype=np.bool_)
         information, gradient = np.zeros((6, 6)), np.zeros(6)
         matched = close = 0
