@@ -116,7 +116,7 @@ def test_the_pilot_may_keep_the_drone_at_any_time_and_nothing_is_commanded_after
 
 
 @given(seed=seeds, moment=st.floats(1.0, LONGEST), kept=st.floats(0.01, 15.0))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=5, deadline=None)
 def test_a_drone_that_the_pilot_gives_back_flies_its_whole_route(seed: int, moment: float, kept: float) -> None:
     flight = Flight(seed=seed)
     flight.at(moment, lambda: flight.drone.set("SDK_authority", "UNAVAILABLE"))

@@ -12,8 +12,9 @@ from rich.console import Console
 
 from skillwing.bt_missions.running.library import find_mission, installed_missions
 from skillwing.bt_missions.running.option_words import parse_options
+from skillwing.bt_missions.running.phase import Phase
 from skillwing.bt_missions.running.rehearsal import grounded_context, rehearse
-from skillwing.bt_missions.running.runner import MissionNode, Phase
+from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.bt_missions.running.tree_text import render
 from skillwing.bt_missions.templates.template import write_template
 from skillwing.bt_missions.watching import MissionWatch, status_line, stay

@@ -6,7 +6,7 @@ from rich.console import Console, Group, RenderableType
 from rich.live import Live
 from rich.text import Text
 
-from skillwing.bt_missions.running.runner import ENDED, Phase
+from skillwing.bt_missions.running.phase import ENDED, Phase
 from skillwing.bt_missions.running.tree_text import render
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.commands.connection import System

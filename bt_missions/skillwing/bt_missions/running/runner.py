@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from enum import StrEnum
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -18,27 +18,25 @@ from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.running.library import find_mission
 from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees
+from skillwing.bt_missions.running.orders import serve_orders
+from skillwing.bt_missions.running.phase import Phase
 from skillwing.bt_missions.running.preflight import preflight
+from skillwing.bt_missions.running.standing import Holders, Standing
 from skillwing.bt_missions.running.tree_text import TreePortrait
-from skillwing.bt_missions.subtrees.holding import Pausable, WhileGranted
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
-from skillwing.services.bus import Bus, Handle, Publisher, Request
+from skillwing.services.bus import Bus, Handle, Publisher
 from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.options import required
 from skillwing.services.protocol import (
     AbortMission,
-    ErrorCode,
-    ErrorReply,
     Keys,
     MissionStatus,
     PauseMission,
-    ProtocolError,
     RecordKind,
     ResumeMission,
     TreeSnapshot,
-    decode,
     encode,
 )
 from skillwing.services.timeline import Timeline
@@ -54,8 +52,6 @@ SETTLE_TIMEOUT = 15.0
 STILL_CLOCK_TIMEOUT = 15.0
 """How long robot time may stand still during a flight, in seconds of wall time."""
 
-H = TypeVar("H", Pausable, WhileGranted)
-
 
 class Stage(StrEnum):
     WAITING = "waiting"
@@ -63,23 +59,6 @@ class Stage(StrEnum):
     RESCUING = "rescuing"
     SETTLING = "settling"
     OVER = "over"
-
-
-class Phase(StrEnum):
-    """Phases that `MissionStatus` and the timeline know."""
-
-    IDLE = "IDLE"
-    RUNNING = "RUNNING"
-    SUCCEEDED = "SUCCEEDED"
-    FAILED = "FAILED"
-    ABORTED = "ABORTED"
-    PAUSED = "PAUSED"
-    """The operator has paused the flight; it goes on when he resumes it."""
-    HELD = "HELD"
-    """The safety pilot has the drone; the flight goes on when he gives it back."""
-
-
-ENDED = frozenset({Phase.SUCCEEDED, Phase.FAILED, Phase.ABORTED})
 
 
 def make_mission(options: dict[str, Any]) -> MissionNode:
@@ -149,9 +128,7 @@ class MissionNode:
         self._status_out: Publisher = bus.advertise(self._keys.mission_status, events=True)
         self._tree_out: Publisher = bus.advertise(self._keys.mission_tree, events=True)
         self._handles = [
-            bus.serve(self._keys.mission_abort, self._on_abort),
-            bus.serve(self._keys.mission_pause, self._on_pause),
-            bus.serve(self._keys.mission_resume, self._on_resume),
+            *serve_orders(bus, self._keys, self),
             self._interface.on_change(self._wake),
             bus.every(TICK_PERIOD, self._wake),
             bus.after(self._ready_timeout, self._give_up_waiting, wall=True),
@@ -170,12 +147,13 @@ class MissionNode:
             self._end(Phase.ABORTED, self._abort_reason or "the mission's process was stopped", rescue=False)
             self._finish()
 
-    def abort(self, reason: str = AbortMission().reason) -> None:
+    def abort(self, reason: str = AbortMission().reason) -> str | None:
         """Interrupt everything, land, and end as ABORTED. Repeating it, or calling it at the end, changes nothing."""
         if self._stage in (Stage.WAITING, Stage.FLYING):
             self._abort_reason = reason
             self._end(Phase.ABORTED, reason, rescue=self._stage is Stage.FLYING)
             self._wake()
+        return None
 
     def pause(self, reason: str = PauseMission().reason) -> str | None:
         """Stop the motion and hold the place until `resume`. Returns a sentence that says what is against it.
@@ -183,25 +161,25 @@ class MissionNode:
         Guards go on guarding: they may bring the drone home, or down, all the same.
         """
         if self._stage is not Stage.FLYING:
-            return f"The mission is {self._stage}, which cannot be paused."
-        pausable = self._standing(Pausable)
+            return f"The mission is {self._stage}; only a flight can be paused."
+        pausable = self._holders.pausable
         if pausable is None:
             return "This part of the mission cannot be paused; it can be aborted."
         if pausable.reason is None:
             obstacle = pausable.pause(reason)
             if obstacle is not None:
                 return f"The mission is not paused: {obstacle}."
-            self._change_phase()
+            self._tell_standing()
             self._wake()
         return None
 
     def resume(self, reason: str = ResumeMission().reason) -> str | None:
         """Go on where the flight was paused. Returns a sentence that says what is against it."""
-        pausable = self._standing(Pausable)
+        pausable = self._holders.pausable
         if self._stage is not Stage.FLYING or pausable is None or pausable.reason is None:
             return "The mission is not paused."
         pausable.resume()
-        self._change_phase(reason)
+        self._tell_standing(reason)
         self._wake()
         return None
 
@@ -345,57 +323,15 @@ class MissionNode:
 
         self._clock_watch = self._bus.after(STILL_CLOCK_TIMEOUT, look, wall=True)
 
-    # --- standing still --------------------------------------------------------------------------------------------
-
-    def _standing(self, kind: type[H]) -> H | None:
-        """The running node of the tree that may hold the flight."""
-        running = (node for node in self._tree.iterate() if node.status is Status.RUNNING)
-        return next((node for node in running if isinstance(node, kind)), None)
-
-    def _phase_now(self) -> tuple[Phase, str, str | None]:
-        """The phase of a mission that flies, why, and the record of what made it so."""
-        grant, pausable = self._standing(WhileGranted), self._standing(Pausable)
-        if grant is not None and grant.reason is not None:
-            return Phase.HELD, grant.feedback_message, self._interface.change_record(grant.resource)
-        if pausable is not None and pausable.reason is not None:
-            return Phase.PAUSED, pausable.reason, None
-        return Phase.RUNNING, "", None
-
-    def _change_phase(self, reason: str = "") -> None:
-        """Tell that the flight is held, or goes on; what is done next is done for that."""
-        phase, text, cause = self._phase_now()
-        if self._stage is Stage.FLYING and phase != self.status.phase:
-            told = reason or text or self._context.last_news or "going on"
-            record = self._enter(phase, told, cause)
-            self._context.learn(told, record)
-
     # --- telling ---------------------------------------------------------------------------------------------------
 
-    def _on_abort(self, request: Request) -> None:
-        self._on_order(request, AbortMission, self.abort)
-
-    def _on_pause(self, request: Request) -> None:
-        self._on_order(request, PauseMission, self.pause)
-
-    def _on_resume(self, request: Request) -> None:
-        self._on_order(request, ResumeMission, self.resume)
-
-    def _on_order(
-        self, request: Request, kind: type[AbortMission | PauseMission | ResumeMission], do: Callable[[str], str | None]
-    ) -> None:
-        """Do what the operator asks for, or say why not."""
-        try:
-            order = decode(request.payload, kind)
-        except ProtocolError as error:
-            help_ = f"Send the message `{kind.__name__}`."
-            request.refuse(ErrorReply(code=ErrorCode.BAD_REQUEST, message=f"{error}.", help=help_))
-            return
-        refusal = do(order.reason)
-        if refusal is None:
-            request.reply(encode(self.status))
-        else:
-            help_ = "`skillwing mission watch` shows what it does."
-            request.refuse(ErrorReply(code=ErrorCode.NOT_ALLOWED, message=refusal, help=help_))
+    def _tell_standing(self, reason: str = "") -> Standing:
+        """Tell when the flight is held or goes on; what is done next is done for that."""
+        standing = self._holders.standing
+        if standing.phase != self.status.phase:
+            told = reason or standing.reason or self._context.last_news
+            self._context.learn(told, self._enter(standing.phase, told, standing.cause))
+        return standing
 
     def _enter(self, phase: Phase, text: str, cause: str | None = None) -> str:
         if phase is Phase.FAILED and self._context.failure is not None:
@@ -415,8 +351,7 @@ class MissionNode:
         progress = self._trees.progress()
         phase = Phase.RUNNING
         if self._stage is Stage.FLYING:
-            self._change_phase()
-            phase, reason, _ = self._phase_now()
+            phase, reason, _ = self._tell_standing()
             text = reason or text
         if (text, progress.waypoint, progress.goal) != (self.status.text, self.status.waypoint, self.status.goal):
             self._publish_status(phase, text)
@@ -439,6 +374,7 @@ class MissionNode:
         """This tree is flown from now on: the mission's own, or the one that brings the drone to safety."""
         self._tree = tree
         self._portrait = TreePortrait(tree)
+        self._holders = Holders(tree, self._interface)
 
     def _publish_tree(self) -> bool:
         """Publish the tree if it has changed; tells whether it has."""
