@@ -23,12 +23,15 @@ from skillwing.m600.command import sentences
 from skillwing.m600.demo.flight_deck import FlightDeck
 from skillwing.m600.demo.flight_watch import FlightWatch
 from skillwing.m600.robot import ROBOT
+from skillwing.services.bus import Topology
 from skillwing.services.bus.clock import FollowedClock
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.commands.exit_codes import FAILED, OK
 from skillwing.services.commands.output import make_console
 from skillwing.services.commands.pace import PaceOption
+from skillwing.services.commands.running import ColocateOption, TopologyOption
 from skillwing.services.errors import InvalidOptionError, SkillwingError
+from skillwing.services.processes.colocation import colocated, households
 from skillwing.services.processes.ending import Ending, ended_by_signals
 from skillwing.services.processes.launcher import ROUTER, Death, Launcher, StartError
 from skillwing.services.processes.run_state import announced, reserved
@@ -72,11 +75,17 @@ class Flight:
 
     @property
     def names(self) -> tuple[str, ...]:
-        return (ROUTER, *(spec.name for spec in self.processes))
+        """Of the processes, some of which may host several nodes."""
+        return (ROUTER, *(each.name for each in households(self.processes)))
 
     @property
     def essential(self) -> frozenset[str]:
-        return frozenset({ROUTER, *(spec.name for spec in self.processes if spec.essential)})
+        return frozenset({ROUTER, *(each.name for each in households(self.processes) if each.essential)})
+
+    @property
+    def hosts(self) -> dict[str, str]:
+        """Of each node that shares a process, the name of that."""
+        return {spec.name: spec.host for spec in self.processes if spec.host is not None}
 
     def entries(self) -> list[ProcessEntry]:
         """What became of each process."""
@@ -119,6 +128,8 @@ def demo(
     run_dir: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Where the run goes; default runs/TIME-mapping.")
     ] = None,
+    colocate: ColocateOption = False,
+    topology: TopologyOption = "router",
 ) -> None:
     """Fly the 3D-mapping mission in simulation; the depth camera fails on the way, and the LiDAR takes over.
 
@@ -140,7 +151,9 @@ def demo(
                         window = stack.enter_context(_viewer(directory, console))
                 if window is not None:
                     options["viewer_url"] = window.url
-                flight = _fly(options, directory, console, title, ending)
+                processes = colocated(_processes(options)) if colocate else _processes(options)
+                flight = Flight(processes)
+                _fly(flight, options["speed"], directory, console, title, topology, ending)
                 with ending.at_once():
                     code = _judge(flight, directory, seed, console)
                 goes_on = not flight.ended_by and not ending.told
@@ -217,15 +230,17 @@ def _processes(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
     return (*ROBOT.observers(options), *ROBOT.functional_layer(options), *ROBOT.managers(options), mission)
 
 
-def _fly(options: dict[str, Any], run_dir: Path, console: Console, title: str, ending: Ending) -> Flight:
+def _fly(
+    flight: Flight, speed: float, run_dir: Path, console: Console, title: str, topology: Topology, ending: Ending
+) -> None:
     """Start everything, follow the mission to its end, stop everything."""
-    flight = Flight(_processes(options))
     skillset = ROBOT.load_skillset()
     launcher = Launcher(
         ROBOT.name,
         skillset.name,
         run_dir,
         clock=ROBOT.clock,
+        topology=topology,
         restarts=True,
         ending=ending,
         on_death=flight.deaths.append,
@@ -233,12 +248,11 @@ def _fly(options: dict[str, Any], run_dir: Path, console: Console, title: str, e
     with _ending_well(flight), launcher:
         try:
             launcher.start_router()
-            with announced(ROBOT, launcher.endpoint, run_dir) as announcement:
+            with announced(ROBOT, launcher.endpoint, run_dir, topology=topology) as announcement:
                 launcher.on_change = lambda: announcement.update(launcher.states)
-                _follow(launcher, flight, skillset, console, title, options["speed"], ending)
+                _follow(launcher, flight, skillset, console, title, speed, ending)
         finally:
             flight.started = set(launcher.pids)
-    return flight
 
 
 def _follow(
@@ -254,13 +268,13 @@ def _follow(
     *robot, mission = flight.processes
     clock = FollowedClock()
     with closing(ZenohBus("demo", ROBOT.name, launcher.endpoint, clock)) as bus:
-        with _busy(console, f"Starting {len(flight.processes) + 1} processes ..."):
+        with _busy(console, f"Starting {len(flight.names)} processes ..."):
             launcher.start(robot)
         ending.wait(bus, clock.has_started, CLOCK_TIMEOUT)
         # Robot time began before anybody looked, and nothing has slowed it down by now.
         begun = time.monotonic() - (clock.now() / speed if speed > 0.0 else 0.0)
         deck = flight.deck = FlightDeck(bus, skillset, console, title)
-        watch = FlightWatch(bus, Keys(skillset.name), deck, flight.deaths, flight.essential, ending)
+        watch = FlightWatch(bus, Keys(skillset.name), deck, flight.deaths, flight.essential, ending, hosts=flight.hosts)
         with deck:
             launcher.start([mission])
             try:

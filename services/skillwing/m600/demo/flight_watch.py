@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 
 from skillwing.m600.demo.flight_deck import FlightDeck
 from skillwing.services.bus import Bus
@@ -25,7 +26,8 @@ class FlightWatch:
     """Follows the mission, and whether all live that it needs.
 
     deaths: grows on other threads while processes end. essential: names of those without which there is no flight.
-    ending: cuts the flight short with KeyboardInterrupt. wall: counts the seconds of patience.
+    ending: cuts the flight short with KeyboardInterrupt. wall: counts the seconds of patience. hosts: of each node that
+    shares a process, the name of that.
     """
 
     def __init__(
@@ -37,12 +39,14 @@ class FlightWatch:
         essential: frozenset[str],
         ending: Ending | None = None,
         wall: Callable[[], float] = time.monotonic,
+        hosts: Mapping[str, str] = MappingProxyType({}),
     ) -> None:
         self._bus = bus
         self._deck = deck
         self._deaths = deaths
         self._essential = essential
         self._ending = ending or Ending()
+        self._hosts = hosts
         self._prefix = keys.alive("")
         self._present: set[str] = set()
         self._silent: dict[str, float] = {}
@@ -68,7 +72,7 @@ class FlightWatch:
         name = key.removeprefix(self._prefix)
         if alive:
             self._present.add(name)
-            self._told.discard(name)
+            self._told.discard(self._process(name))
             self._silent.pop(name, None)
         else:
             self._present.discard(name)
@@ -88,7 +92,8 @@ class FlightWatch:
         down = {death.process for death in self._deaths if death.final}
         returning = {death.process for death in self._deaths if not death.final}
         now = self._wall()
-        for name, since in self._silent.items():
+        for node, since in self._silent.items():
+            name = self._process(node)
             if name in down or now - since < (RETURN if name in returning or ROUTER in returning else SILENCE):
                 continue
             if not self._present:
@@ -99,6 +104,9 @@ class FlightWatch:
                 self._told.add(name)
                 self._tell(f"{name} does not answer any more.")
         return ""
+
+    def _process(self, node: str) -> str:
+        return self._hosts.get(node, node)
 
     def _stalled(self) -> str:
         now = self._bus.now()
