@@ -11,6 +11,7 @@ import typer
 from rich.table import Table
 
 from skillwing.m600.command import sentences
+from skillwing.services.commands.completion import one_of
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.commands.output import make_console, print_json
 from skillwing.services.errors import InvalidOptionError, RefusedError, SkillwingError, UnansweredError
@@ -29,6 +30,9 @@ from skillwing.sim_mujoco.topics import (
 )
 
 LINK = "link"
+FALLIBLE = ("zed", "lidar", "imu", "range", "gnss", "camera", LINK, *(f"rotor/{number}" for number in range(1, 7)))
+KINDS = ("blackout", "freeze", "noise", "bias", "dropout", "slow", "stopped", "weak", "cut", "narrow")
+"""What the simulator's own lists hold, for who asks while it does not run."""
 _USUAL_KIND = {"rotor": "stopped", LINK: "cut"}
 """What fails in another way than by a blackout, unless somebody says how."""
 
@@ -44,19 +48,24 @@ def fault(
     sensor: Annotated[
         str | None,
         typer.Argument(
-            metavar="NAME", help="Zed, lidar, imu, range, gnss, camera, link, or a rotor: rotor/1 to rotor/6."
+            metavar="NAME",
+            help="One of zed, lidar, imu, range, gnss, camera, link, and the rotors: rotor/1 to rotor/6.",
+            autocompletion=one_of(lambda: FALLIBLE),
         ),
     ] = None,
     kind: Annotated[
         str | None,
         typer.Option(
             "--kind",
-            help="Blackout, freeze, noise, bias, dropout, slow. Rotors: stopped, weak. Link: cut, narrow.",
+            metavar="KIND",
+            help="A blackout, freeze, noise, bias, dropout, slow. Rotors: stopped, weak. Link: cut, narrow.",
+            autocompletion=one_of(lambda: KINDS),
         ),
     ] = None,
     off: Annotated[bool, typer.Option("--off", help="End the fault instead.")] = False,
     magnitude: Annotated[
-        float | None, typer.Option("--magnitude", help="How badly, in the fault's own unit; it has a default.")
+        float | None,
+        typer.Option("--magnitude", metavar="X", help="How badly, in the fault's own unit; it has a default."),
     ] = None,
     tell: Annotated[bool, typer.Option("--list", help="Show what can fail, and what does.")] = False,
     robot: RobotOption = None,
@@ -101,7 +110,9 @@ def _tell_faults(robot: str | None, as_json: bool) -> None:
 
 
 def pilot(
-    handover: Annotated[Handover, typer.Argument(help="Take the authority from the computer, or give it back.")],
+    handover: Annotated[
+        Handover, typer.Argument(help="Take the authority from the computer, or give it back.", metavar="take|give")
+    ],
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:

@@ -23,6 +23,7 @@ from skillwing.m600.campaign.ledger import Ledger
 from skillwing.m600.campaign.outcomes import outcome_table, outcomes
 from skillwing.m600.campaign.plan import FlightPlan, Network
 from skillwing.m600.campaign.result import FlightResult
+from skillwing.services.commands.completion import missions
 from skillwing.services.commands.exit_codes import FAILED, OK
 from skillwing.services.commands.output import make_console, print_json
 from skillwing.services.errors import InvalidOptionError
@@ -44,7 +45,9 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def campaign(
-    mission: Annotated[str, typer.Argument(metavar="MISSION", help="Mission to fly.", show_default=False)],
+    mission: Annotated[
+        str, typer.Argument(metavar="MISSION", help="Mission to fly.", show_default=False, autocompletion=missions)
+    ],
     seeds: Annotated[
         str, typer.Option(metavar="A:B", help="Seeds from A up to, and without, B; or one seed.")
     ] = "0:10",

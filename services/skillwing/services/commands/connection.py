@@ -16,6 +16,7 @@ import typer
 from skillwing.dsl import UnknownNameError
 from skillwing.services.client.connection import Connection, find_target, open_connection
 from skillwing.services.client.interface import SkillsetInterface
+from skillwing.services.commands.completion import running
 from skillwing.services.errors import RefusedError, UnansweredError
 from skillwing.services.names import CLIENT
 from skillwing.services.processes.process_state import ProcessState
@@ -25,7 +26,14 @@ from skillwing.services.protocol import ErrorCode, GoalStatus, QueryGoal, QueryS
 from skillwing.services.robot import find_robot
 
 RobotOption = Annotated[
-    str | None, typer.Option("--robot", "-r", metavar="NAME", help="Which running robot; needed if there are several.")
+    str | None,
+    typer.Option(
+        "--robot",
+        "-r",
+        metavar="NAME",
+        help="Which running robot; needed if there are several.",
+        autocompletion=running,
+    ),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 

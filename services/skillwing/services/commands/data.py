@@ -7,13 +7,16 @@ from typing import Annotated
 import typer
 from rich.text import Text
 
+from skillwing.services.commands.completion import data as data_names
 from skillwing.services.commands.connection import JsonOption, RobotOption, connect
 from skillwing.services.commands.output import make_console, print_json, print_table, value_text
 from skillwing.services.protocol import DataReading, QueryData
 
 
 def data(
-    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="One datum; all if left out.")] = None,
+    name: Annotated[
+        str | None, typer.Argument(metavar="NAME", help="One datum; all if left out.", autocompletion=data_names)
+    ] = None,
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:

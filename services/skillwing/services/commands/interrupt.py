@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from skillwing.dsl import UnknownNameError
+from skillwing.services.commands.completion import skills
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.commands.exit_codes import FAILED, OK
 from skillwing.services.commands.output import end_text, make_console, print_json
@@ -18,7 +19,10 @@ MARGIN = 5.0
 
 
 def interrupt(
-    which: Annotated[str, typer.Argument(metavar="SKILL|GOAL", help="Skill, or id of a goal.", show_default=False)],
+    which: Annotated[
+        str,
+        typer.Argument(metavar="SKILL|GOAL", help="Skill, or id of a goal.", show_default=False, autocompletion=skills),
+    ],
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:

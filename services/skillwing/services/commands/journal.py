@@ -28,9 +28,7 @@ OUTCOMES = 10
 def journal(
     where: Annotated[
         Path | None,
-        typer.Argument(
-            metavar="[RUN|FILE]", help="A run's directory or a journal file; default: the running system's."
-        ),
+        typer.Argument(metavar="RUN|FILE", help="A run's directory or a journal file; default: the running system's."),
     ] = None,
     last: Annotated[int, typer.Option("--last", "-n", metavar="N", min=0, help="How many changes to show.")] = 20,
     as_json: JsonOption = False,

@@ -18,7 +18,7 @@ from skillwing.services.wire.schema import channels_of, json_schema
 
 def protocol(
     file: Annotated[
-        Path | None, typer.Argument(metavar="[FILE]", help="Skillset whose keys and schema hash to print.")
+        Path | None, typer.Argument(metavar="FILE", help="Skillset whose keys and schema hash to print.")
     ] = None,
     schema: Annotated[bool, typer.Option("--json-schema", help="Print all messages and keys as JSON Schema.")] = False,
     as_json: JsonOption = False,

@@ -10,6 +10,7 @@ import typer
 from rich.console import Console
 
 from skillwing.dsl import UnknownNameError
+from skillwing.services.commands.completion import skills_and_data
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.commands.output import make_console, print_json, print_table, value_text
 from skillwing.services.errors import InvalidOptionError, RefusedError, SkillwingError, UnansweredError
@@ -32,7 +33,10 @@ When = Literal["now", "next", "always"]
 
 def script(
     name: Annotated[
-        str | None, typer.Argument(metavar="SKILL|DATUM", help="What to show or to change; all if left out.")
+        str | None,
+        typer.Argument(
+            metavar="SKILL|DATUM", help="What to show or to change; all if left out.", autocompletion=skills_and_data
+        ),
     ] = None,
     words: Annotated[
         list[str] | None,

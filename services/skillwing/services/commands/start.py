@@ -13,6 +13,7 @@ from rich.console import Console
 from skillwing.services.bus import Bus
 from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.client.interface import SkillsetInterface
+from skillwing.services.commands import completion
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.commands.exit_codes import OK, exit_code_of_end
 from skillwing.services.commands.inputs import parse_inputs
@@ -29,10 +30,17 @@ ACCEPTED = (State.RUNNING, State.INTERRUPTING, State.TERMINATED)
 
 
 def start(
-    skill: Annotated[str, typer.Argument(metavar="SKILL", help="Skill to start.", show_default=False)],
+    skill: Annotated[
+        str,
+        typer.Argument(metavar="SKILL", help="Skill to start.", show_default=False, autocompletion=completion.skills),
+    ],
     inputs: Annotated[
         list[str] | None,
-        typer.Argument(metavar="[NAME=VALUE]...", help="Inputs, as in height=5 target=10,5,4 target.x=10."),
+        typer.Argument(
+            metavar="NAME=VALUE",
+            help="Inputs, as in height=5 target=10,5,4 target.x=10.",
+            autocompletion=completion.inputs,
+        ),
     ] = None,
     follow: Annotated[
         bool, typer.Option("--follow", "-f", help="Show progress until the end; Ctrl-C interrupts the goal.")

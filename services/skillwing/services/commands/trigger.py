@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from skillwing.dsl import UnknownNameError
+from skillwing.services.commands.completion import resources, states
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.commands.output import print_json
 from skillwing.services.errors import RefusedError
@@ -19,8 +20,12 @@ READ_PERIOD = 0.1
 
 
 def trigger(
-    resource: Annotated[str, typer.Argument(metavar="RESOURCE", help="Resource.", show_default=False)],
-    state: Annotated[str, typer.Argument(metavar="STATE", help="State to bring it to.", show_default=False)],
+    resource: Annotated[
+        str, typer.Argument(metavar="RESOURCE", help="Resource.", show_default=False, autocompletion=resources)
+    ],
+    state: Annotated[
+        str, typer.Argument(metavar="STATE", help="State to bring it to.", show_default=False, autocompletion=states)
+    ],
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from skillwing.services.commands.completion import robots, skills
 from skillwing.services.commands.journal_options import (
     DurableOption,
     ResumeOption,
@@ -38,10 +39,18 @@ WORLD_SEED = 1
 
 def up(
     mocked: Annotated[
-        list[str] | None, typer.Argument(metavar="SKILL", help="With --mock: the skills to mock, default all.")
+        list[str] | None,
+        typer.Argument(metavar="SKILL", help="With --mock: the skills to mock, default all.", autocompletion=skills),
     ] = None,
     robot: Annotated[
-        str, typer.Option("--robot", "-r", metavar="NAME", help="Robot to run: its name or its package's folder.")
+        str,
+        typer.Option(
+            "--robot",
+            "-r",
+            metavar="NAME",
+            help="Robot to run: its name or its package's folder.",
+            autocompletion=robots,
+        ),
     ] = "m600",
     speed: PaceOption = 1.0,
     seed: Annotated[

@@ -19,7 +19,7 @@ SCENE, PICTURE = ".xml", ".png"
 
 def world(
     kind: Annotated[
-        str | None, typer.Argument(metavar="[KIND]", help="Kind of world; without it, lists those there are.")
+        str | None, typer.Argument(metavar="KIND", help="Kind of world; without it, lists those there are.")
     ] = None,
     seed: Annotated[int, typer.Option(metavar="N", min=0, max=LARGEST_SEED, help="The same seed, the same world.")] = 1,
     scale: Annotated[float, typer.Option(metavar="FACTOR", help="Its size, where its kind has several.")] = 1.0,

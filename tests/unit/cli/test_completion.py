@@ -1,0 +1,62 @@
+"""What a shell is told when somebody presses TAB, where no system runs: the names of the robot that `up` starts."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from skillwing.m600.robot import ROBOT
+from skillwing.services import cli
+
+SKILLSET = ROBOT.load_skillset()
+SKILLS = {skill.name for skill in SKILLSET.skills}
+DATA = {datum.name for datum in SKILLSET.data}
+RESOURCES = {resource.name for resource in SKILLSET.resources}
+
+
+@pytest.fixture(autouse=True)
+def nothing_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+
+
+def offered(line: str, shell: str = "bash") -> set[str]:
+    """What comes for the last word of the line."""
+    words = {"COMP_WORDS": line, "COMP_CWORD": str(len(line.split(" ")) - 1), "_TYPER_COMPLETE_ARGS": line}
+    result = CliRunner().invoke(
+        cli.app, [], prog_name="skillwing", env={"_SKILLWING_COMPLETE": f"complete_{shell}", **words}
+    )
+    return set(result.stdout.split())
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("skillwing tim", {"timeline"}),
+        ("skillwing start ", SKILLS),
+        ("skillwing start tak", {"takeoff"}),
+        ("skillwing start takeoff h", {"height="}),
+        ("skillwing start takeoff height=3 ", {"speed="}),
+        ("skillwing interrupt goto_", {"goto_straight"}),
+        ("skillwing data ", DATA),
+        ("skillwing trigger ", RESOURCES),
+        ("skillwing trigger SDK_authority ", {"AVAILABLE", "UNAVAILABLE"}),
+        ("skillwing trigger axes_authority ", set[str]()),
+        ("skillwing script ", SKILLS | DATA),
+        ("skillwing up --mock hov", {"hover"}),
+        ("skillwing up --robot m", {"m600"}),
+        ("skillwing campaign ma", {"mapping"}),
+        ("skillwing fault l", {"lidar", "link"}),
+        ("skillwing fault rotor/", {f"rotor/{number}" for number in range(1, 7)}),
+        ("skillwing pilot ", {"take", "give"}),
+        ("skillwing start --robot nobody ", set[str]()),
+    ],
+)
+def test_names_are_offered(line: str, expected: set[str]) -> None:
+    assert offered(line) == expected
+
+
+def test_zsh_gets_the_same() -> None:
+    (answer,) = [word for word in offered("skillwing start tak", "zsh") if "takeoff" in word]
+    assert answer == ':(("takeoff"))\''
