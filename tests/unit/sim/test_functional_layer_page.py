@@ -1,0 +1,133 @@
+"""The table of topics is complete, the page is made from it, and what the page says in prose is so."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+from typer.testing import CliRunner
+
+from skillwing.m600.bridge.battery_level import CRITICAL_BELOW, HYSTERESIS, LOW_BELOW
+from skillwing.m600.bridge.link_level import DEGRADED_BELOW, LOST_BELOW, SILENCE
+from skillwing.m600.bridge.node import FLIGHT_SILENCE, RESEND_PERIOD
+from skillwing.m600.robot import ROBOT
+from skillwing.m600.skills import depthmap, guidance_client, lidar_mapping, stream, takeoff
+from skillwing.services.cli import app
+from skillwing.services.protocol import Message
+from skillwing.sim_mujoco import topics
+from skillwing.sim_mujoco.interface.page import interface_page, interface_schema
+from skillwing.sim_mujoco.interface.table import TOPICS
+from skillwing.sim_mujoco.interface.topic import Kind, Topic
+
+ROOT = Path(__file__).parents[3]
+PAGE = (ROOT / "docs" / "functional-layer.md").read_text(encoding="utf-8")
+SKILLSET = ROBOT.load_skillset()
+
+
+def test_the_page_is_what_the_code_says() -> None:
+    assert interface_page() == PAGE, "run `skillwing functional-layer > docs/functional-layer.md`"
+
+
+def test_every_key_is_in_the_table_once() -> None:
+    spelt = {value for name, value in vars(topics).items() if name.isupper() and isinstance(value, str)}
+    assert sorted(topic.key for topic in TOPICS) == sorted(spelt)
+
+
+def test_every_message_is_on_the_page() -> None:
+    defined = {
+        name
+        for name, value in vars(topics).items()
+        if isinstance(value, type) and issubclass(value, Message) and value is not Message
+    }
+    assert {name for name in defined if f"\n### {name}\n" not in PAGE} == set()
+
+
+@pytest.mark.parametrize("topic", TOPICS, ids=lambda topic: topic.key)
+def test_a_row_says_what_its_kind_calls_for(topic: Topic) -> None:
+    query = topic.kind is Kind.QUERY
+    assert (topic.reply is not None) == query
+    assert bool(topic.array) or topic.kind is not Kind.ARRAYS
+    assert query or not topic.refusals
+    assert query == (topic.rate is None and not topic.when)
+    assert topic.meaning.endswith(".") and topic.without.endswith(".")
+
+
+@pytest.mark.parametrize(
+    "sentence",
+    [
+        f"LOW below {LOW_BELOW:g} %, CRITICAL below {CRITICAL_BELOW:g} %, better with {HYSTERESIS:g} % more",
+        f"DEGRADED below {DEGRADED_BELOW:g} Mbit/s, LOST below {LOST_BELOW:g}",
+        f"silent for {SILENCE:g} s is LOST",
+        f"UNAVAILABLE also after {FLIGHT_SILENCE:g} s of silence",
+        f"elsewhere comes back within {RESEND_PERIOD:g} s",
+        f"stamped less than {guidance_client.UNDER_WAY:g} s after its command was taken",
+        f"After {guidance_client.SILENCE_LIMIT:g} s a goal that flies fails",
+        f"ends NO_DATA after {depthmap.PATIENCE:g} s",
+        f"`lidar_mapping` fails after {lidar_mapping.PATIENCE:g} s",
+        f"`stream` fails after {stream.PATIENCE:g} s",
+        f"({takeoff.TOLERANCE:g} m), straight above where it stood ({takeoff.MAX_DRIFT:g} m)",
+    ],
+)
+def test_figures_of_those_who_use_it_are_theirs(sentence: str) -> None:
+    assert sentence in " ".join(PAGE.split())
+
+
+def test_everything_that_the_robot_gets_from_outside_is_accounted_for() -> None:
+    above = PAGE.partition("## What becomes of it above")[2].partition("\n## ")[0]
+    extern = {
+        resource.name
+        for resource in SKILLSET.resources
+        if any(transition.extern for transition in resource.transitions)
+    }
+    untold = {name for name in (*extern, *(datum.name for datum in SKILLSET.data)) if f"`{name}`" not in above}
+    assert untold == {"slam_status"}, "told by a skill's manager, not by the bridge"
+
+
+# --- frames ----------------------------------------------------------------------------------------------------------
+
+FORMULAS: dict[str, Any] = {}
+exec(re.search(r"```py\n(.*?)```", PAGE, re.DOTALL)[1], FORMULAS)  # type: ignore[index]
+NUMBERS = st.floats(-100.0, 100.0)
+VECTORS = st.tuples(NUMBERS, NUMBERS, NUMBERS)
+
+
+@given(st.tuples(*[st.floats(0.1, 1.0)] * 2, *[st.floats(-1.0, 1.0)] * 2), VECTORS)
+def test_an_attitude_turns_the_same_vector_into_the_same_vector(
+    parts: tuple[float, ...], seen: tuple[float, ...]
+) -> None:
+    w, x, y, z = (part / math.hypot(*parts) for part in parts)
+    in_ned = Rotation.from_quat([x, y, z, w]).apply(seen)
+    a, b, c, d = FORMULAS["attitude"](w, x, y, z)
+    in_enu = Rotation.from_quat([b, c, d, a]).apply(FORMULAS["flu"](seen))
+    assert np.allclose(in_enu, FORMULAS["enu"](in_ned), atol=1e-9)
+
+
+@given(st.floats(-7.0, 7.0))
+def test_a_heading_is_where_the_nose_points(from_north: float) -> None:
+    nose = FORMULAS["enu"]((math.cos(from_north), math.sin(from_north), 0.0))
+    heading = FORMULAS["heading"](from_north)
+    assert (math.cos(heading), math.sin(heading)) == pytest.approx(nose[:2], abs=1e-9)
+    level = FORMULAS["attitude"](math.cos(from_north / 2.0), 0.0, 0.0, math.sin(from_north / 2.0))
+    assert abs(math.remainder(2.0 * math.atan2(level[3], level[0]) - heading, math.tau)) < 1e-9
+
+
+# --- for programs ----------------------------------------------------------------------------------------------------
+
+
+def test_the_command_prints_page_and_schema() -> None:
+    run = CliRunner()
+    assert run.invoke(app, ["functional-layer"]).stdout == PAGE
+    printed = json.loads(run.invoke(app, ["functional-layer", "--json-schema"]).stdout)
+    assert printed == json.loads(json.dumps(interface_schema()))
+    rows = {row["key"]: row for row in printed["topics"]}
+    assert rows["fl/navigation"]["rate"] == 50.0
+    assert rows["fl/guidance/command"]["refusals"][0] == "BAD_REQUEST"
+    assert {row["message"] for row in rows.values()} <= printed["$defs"].keys()
