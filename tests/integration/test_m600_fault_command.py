@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from skillwing.m600.commands import Handover, fault, pilot
+from skillwing.m600.commands import FALLIBLE, KINDS, Handover, fault, pilot
 from skillwing.m600.robot import ROBOT, functional_layer
 from skillwing.services.commands.exit_codes import NO_SYSTEM, USAGE, exit_code_of
 from skillwing.services.errors import InvalidOptionError, SkillwingError
@@ -20,9 +20,9 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def endpoint(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    sim = [spec for spec in functional_layer({"seed": 3}) if spec.name == "sim"]
+    simulated = [spec for spec in functional_layer({"seed": 3}) if spec.name in ("sim", "link")]
     with Launcher(ROBOT.name, ROBOT.skillset.stem, tmp_path_factory.mktemp("run"), clock=ROBOT.clock) as launcher:
-        launcher.start(sim)
+        launcher.start(simulated)
         yield launcher.endpoint
 
 
@@ -47,15 +47,20 @@ def test_switches_a_fault_on_and_off(capsys: pytest.CaptureFixture[str]) -> None
 def test_shows_what_can_fail_and_what_does(capsys: pytest.CaptureFixture[str]) -> None:
     fault("range", kind="slow")
     fault("rotor/2", kind="weak", magnitude=0.9)
+    fault("link", kind="narrow")
     capsys.readouterr()
     fault(tell=True, as_json=True)
     told = {each["name"]: each for each in json.loads(capsys.readouterr().out)}
     assert told["range"]["active"] == ["slow"]
     assert "freeze" in told["gnss"]["kinds"]
+    assert set(told) == set(FALLIBLE)
+    assert {kind for each in told.values() for kind in each["kinds"]} == set(KINDS)
+    assert told["link"]["active"] == ["narrow"]
     assert told["zed"]["status"] in {"UNKNOWN", "OK", "FAILED"}
     assert (told["rotor/2"]["active"], told["rotor/2"]["status"]) == (["weak"], None)
     fault(tell=True)
     assert any(line.split()[0] == "rotor/2" and "weak" in line for line in capsys.readouterr().out.splitlines())
+    fault("link", kind="narrow", off=True)
     fault("range", kind="slow", off=True)
     fault("rotor/2", kind="weak", off=True)
 

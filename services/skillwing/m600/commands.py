@@ -6,11 +6,11 @@ import math
 from enum import StrEnum
 from typing import Annotated
 
-import msgspec
 import typer
 from rich.table import Table
 
 from skillwing.m600.command import sentences
+from skillwing.services.bus.reading import message_reader
 from skillwing.services.commands.completion import one_of
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.commands.output import make_console, print_json
@@ -20,10 +20,13 @@ from skillwing.sim_mujoco.topics import (
     FAULT,
     FAULTS,
     LINK_FAULT,
+    LINK_STATUS,
     PILOT,
     Done,
     Empty,
     Faults,
+    FaultState,
+    LinkStatus,
     SetFault,
     SetLinkFault,
     SetPilot,
@@ -31,8 +34,11 @@ from skillwing.sim_mujoco.topics import (
 
 LINK = "link"
 FALLIBLE = ("zed", "lidar", "imu", "range", "gnss", "camera", LINK, *(f"rotor/{number}" for number in range(1, 7)))
-KINDS = ("blackout", "freeze", "noise", "bias", "dropout", "slow", "stopped", "weak", "cut", "narrow")
+LINK_KINDS = ("narrow", "cut")
+KINDS = ("blackout", "freeze", "noise", "bias", "dropout", "slow", "stopped", "weak", *LINK_KINDS)
 """What the simulator's own lists hold, for who asks while it does not run."""
+LINK_PATIENCE = 3.0
+"""Wall time in seconds for the radio link, which tells of itself once a second."""
 _USUAL_KIND = {"rotor": "stopped", LINK: "cut"}
 """What fails in another way than by a blackout, unless somebody says how."""
 
@@ -98,15 +104,24 @@ def fault(
 
 def _tell_faults(robot: str | None, as_json: bool) -> None:
     with connect(robot) as system:
-        faults = _ask_simulator(system, "fault", FAULTS, Empty(), Faults)
+        told = [*_ask_simulator(system, "fault", FAULTS, Empty(), Faults).of, *_link_faults(system)]
     if as_json:
-        print_json(msgspec.to_builtins(faults.of))
+        print_json(told)
         return
     table = Table("name", "says of itself", "fails now by", "can fail by", box=None, pad_edge=False)
-    for each in faults.of:
+    for each in told:
         status = "" if each.status is None else each.status.value
         table.add_row(each.name, status, ", ".join(each.active), ", ".join(each.kinds))
     make_console().print(table)
+
+
+def _link_faults(system: System) -> list[FaultState]:
+    """What the radio link says of itself, if there is one."""
+    heard: list[LinkStatus] = []
+    listening = system.bus.subscribe(LINK_STATUS, message_reader(LinkStatus, heard.append), latest_only=True)
+    system.bus.run_until(lambda: bool(heard), LINK_PATIENCE)
+    listening.cancel()
+    return [FaultState(name=LINK, kinds=LINK_KINDS, active=status.faults) for status in heard[-1:]]
 
 
 def pilot(

@@ -501,7 +501,8 @@ class VideoShown(Message, frozen=True, kw_only=True):
 class LinkStatus(Message, frozen=True, kw_only=True):
     """What the modem on board knows: the `bandwidth` [bit/s] of its present modulation, delay and share of packets lost
     on the air, how long what it holds will take to be sent [s], what it has sent in the last second [bit/s], and how
-    many packets it had no room for since it was switched on."""
+    many packets it had no room for since it was switched on. `faults` are the kinds that the simulation has switched
+    on, for who looks on."""
 
     t: Time
     bandwidth: float
@@ -510,6 +511,7 @@ class LinkStatus(Message, frozen=True, kw_only=True):
     queued: float
     sent: float
     dropped: int
+    faults: tuple[str, ...] = ()
 
 
 class SetLinkFault(Message, frozen=True, kw_only=True):

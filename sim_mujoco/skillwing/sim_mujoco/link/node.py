@@ -120,6 +120,7 @@ class LinkNode:
             queued=8.0 * self._down.held / max(conditions.bandwidth, 1.0),
             sent=8.0 * sum(size for _, size in self._sent) / _AVERAGED,
             dropped=self._down.dropped,
+            faults=self._radio.faults(now),
         )
         self._status.put(encode(status))
 

@@ -110,11 +110,20 @@ class Radio:
             found = _worst(found, _inside(open_air, zone, zone.depth(position)))
         return self._spoilt(t, found)
 
-    def _spoilt(self, t: float, conditions: Conditions) -> Conditions:
+    def faults(self, t: float) -> tuple[str, ...]:
+        """The kinds of fault that are on at robot time `t` [s]."""
+        return tuple(kind for kind in FAULTS if kind in self._active(t))
+
+    def _active(self, t: float) -> dict[str, float | None]:
+        """The magnitude of each fault that is on."""
         faults = dict(self._faults)
         for fault in self._options.faults:
             if fault.at <= t and (fault.duration is None or t < fault.at + fault.duration):
                 faults[fault.kind] = fault.magnitude
+        return faults
+
+    def _spoilt(self, t: float, conditions: Conditions) -> Conditions:
+        faults = self._active(t)
         if CUT in faults:
             return replace(conditions, bandwidth=0.0, loss=1.0)
         if NARROW in faults:
