@@ -17,6 +17,7 @@ from skillwing.services.bus import (
     Refused,
     Request,
     Sample,
+    Topology,
     Unanswered,
 )
 from skillwing.services.bus.inprocess import InProcessNetwork
@@ -48,12 +49,13 @@ class InProcessWorld:
 class ZenohWorld:
     """Sessions round one router, all run by the test's thread in turn."""
 
-    def __init__(self) -> None:
+    def __init__(self, topology: Topology) -> None:
+        self._topology: Topology = topology
         self._router, self._endpoint = start_router()
         self._buses: list[ZenohBus] = []
 
     def bus(self, name: str, robot: str = "r1") -> Bus:
-        bus = ZenohBus(name, robot, self._endpoint)
+        bus = ZenohBus(name, robot, self._endpoint, topology=self._topology)
         self._buses.append(bus)
         return bus
 
@@ -72,12 +74,12 @@ class ZenohWorld:
         self._router.close()
 
 
-@pytest.fixture(params=["in process", "zenoh"])
+@pytest.fixture(params=["in process", "router", "mesh"])
 def world(request: pytest.FixtureRequest) -> Iterator[World]:
     if request.param == "in process":
         yield InProcessWorld()
     else:
-        zenoh_world = ZenohWorld()
+        zenoh_world = ZenohWorld("mesh" if request.param == "mesh" else "router")
         yield zenoh_world
         zenoh_world.close()
 

@@ -164,3 +164,13 @@ def test_every_finding_says_what_is_wrong_and_what_to_do_in_a_sentence_each() ->
 def test_no_rule_is_forgotten() -> None:
     written = {rule for rule in vars(findings).values() if inspect.isgeneratorfunction(rule)}
     assert written == {*RULES, *SYSTEM_RULES}
+
+
+def test_a_node_that_hangs_is_found_also_where_it_shares_a_process() -> None:
+    state = ProcessState(name="managers", pid=7, nodes=("skill/goto", "skill/hover"))
+    hangs, away = Probe("skill/goto", ()), Probe("skill/hover", ())
+    missing = frozenset({"skill/hover"})
+    shared = replace(WELL, entries=(Entry(state, Condition.SILENT, USED, missing),), probes=(hangs, away))
+    found = [finding for finding in diagnose(Evidence(system=shared)) if finding.about == "process_hangs"]
+    assert [finding.what.partition(" ")[0] for finding in found] == ["skill/goto"]
+    assert "kill -9 7" in found[0].remedy

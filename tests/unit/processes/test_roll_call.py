@@ -30,6 +30,10 @@ HERE = {"a"}
         (ProcessState(name="a", pid=1, life="given up"), None, set(), Condition.DOWN),
         # The process id of one that is given up may belong to somebody else by now.
         (ProcessState(name="a", pid=1, life="given up"), OLD, set(), Condition.DOWN),
+        # Nodes share it: it runs when all of them do.
+        (ProcessState(name="house", pid=1, nodes=("a",)), OLD, HERE, Condition.RUNS),
+        (ProcessState(name="house", pid=1, nodes=("a", "b")), OLD, HERE, Condition.SILENT),
+        (ProcessState(name="house", pid=1, nodes=("a", "b")), YOUNG, HERE, Condition.STARTS),
         (ProcessState(name="a"), None, HERE, Condition.RUNS),
         (ProcessState(name="a"), None, None, Condition.DOWN),
     ],
@@ -98,3 +102,35 @@ def test_a_slow_first_start_is_no_return() -> None:
 def test_states_travel_in_the_run_state() -> None:
     state = ProcessState(name="a", pid=3, life="waits", restarts=2, last_words="It ended.")
     assert msgspec.json.decode(msgspec.json.encode(state), type=ProcessState) == state
+
+
+HOUSE = ProcessState(name="house", pid=1, nodes=("a", "b"))
+
+
+def entry_of(state: ProcessState, used: Usage | None, alive: set[str] | None) -> Entry:
+    missing = None if alive is None else frozenset(state.tokens) - alive
+    return Entry(state, condition(state, used, alive), used, missing)
+
+
+@pytest.mark.parametrize(
+    ("used", "alive", "a", "b"),
+    [
+        (OLD, {"a", "b"}, Condition.RUNS, Condition.RUNS),
+        (OLD, {"a"}, Condition.RUNS, Condition.SILENT),
+        (YOUNG, {"b"}, Condition.STARTS, Condition.RUNS),
+        # A stopped process keeps its tokens for the length of a lease.
+        (STOPPED, {"a", "b"}, Condition.SILENT, Condition.SILENT),
+        (None, {"a", "b"}, Condition.DOWN, Condition.DOWN),
+        (OLD, None, Condition.RUNS, Condition.RUNS),
+    ],
+)
+def test_how_the_nodes_of_a_process_are(used: Usage | None, alive: set[str] | None, a: Condition, b: Condition) -> None:
+    assert entry_of(HOUSE, used, alive).nodes == {"a": a, "b": b}
+
+
+@pytest.mark.parametrize(("alive", "who"), [({"a"}, "b in house"), (set[str](), "house")])
+def test_of_a_process_that_nodes_share_the_silent_ones_are_named(alive: set[str], who: str) -> None:
+    roll_call = RollCall()
+    silent = entry_of(HOUSE, OLD, alive)
+    told = roll_call.look([silent], 0.0) + roll_call.look([silent], SILENCE)
+    assert told == [f"{who} does not answer any more: it is stopped, hangs or is cut off."]

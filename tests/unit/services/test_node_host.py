@@ -57,3 +57,33 @@ def test_a_process_that_is_started_again_has_the_time_of_the_others(monkeypatch:
     before = make_clock(node, "wall", {}, offset).now()
     monkeypatch.setattr("time.time", lambda: 0.0)
     assert make_clock(node, "wall", {}, offset).now() >= before > 1e9
+
+
+@pytest.mark.parametrize(
+    ("words", "problem"),
+    [
+        (["--process", "a", "--process", "a"], "each node of a process has a name of its own"),
+        (["--name", "a", "--factory", "x:y", "--name", "b"], "--factory is given 1 times for 2 nodes"),
+        (["--process", "a", "--process", "b", "--alive", "k"], "--alive is given 1 times for 2 nodes"),
+        (["--process", "a", "--topology", "ring"], "the topology is `router` or `mesh`, not `ring`"),
+        (["--process", "a", "--name", "b", "--factory", "x:y"], "either --process, or --name and --factory"),
+    ],
+)
+def test_words_that_do_not_go_together_are_refused(
+    words: list[str], problem: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        node_host.main([*words, "--connect", "tcp/127.0.0.1:1", "--robot", "r"])
+    assert problem in capsys.readouterr().err
+
+
+def test_of_several_nodes_the_one_that_cannot_be_made_is_named(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(node_host, "Lifetime", lambda parent_pipe: None)
+    factories = {"good": lambda options: ResourceManagerNode(parse("skillset s { resource r { initial A } }", "s"))}
+    monkeypatch.setattr(node_host, "imported", lambda options, name: factories.get(options["factory"], picky))
+    words = ["--name", "first", "--factory", "good", "--options", "{}"]
+    words += ["--name", "second", "--factory", "picky", "--options", '{"seed": -1}']
+    assert node_host.main([*words, "--connect", "tcp/127.0.0.1:1", "--robot", "r"]) == EXIT_CONFIGURATION
+    assert capsys.readouterr().err.startswith("second: ")
