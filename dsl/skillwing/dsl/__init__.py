@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from pathlib import Path
 
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic, SkillsetError
@@ -19,8 +20,12 @@ def load(path: str | Path) -> Skillset:
     return parse(file.read_text(encoding="utf-8"), str(file))
 
 
+@lru_cache(maxsize=8)
 def parse(text: str, file: str = "<text>") -> Skillset:
-    """Turn source text into a skillset; `file` is the name shown in diagnostics. Raises SkillsetError on errors."""
+    """Turn source text into a skillset; `file` is the name shown in diagnostics. Raises SkillsetError on errors.
+
+    The same text is parsed once: of a robot's managers in one process each asks for its skillset.
+    """
     from skillwing.dsl.checking.checker import check  # noqa: PLC0415 - who only needs the model does not pay for the parser
 
     checked = check(text, file)

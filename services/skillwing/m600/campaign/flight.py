@@ -17,7 +17,7 @@ from skillwing.m600.campaign.course import in_process, over_zenoh
 from skillwing.m600.campaign.plan import FlightPlan, Network
 from skillwing.m600.campaign.result import FlightResult
 from skillwing.m600.campaign.witness import Witness
-from skillwing.m600.judge.evaluation import evaluate, judge_map
+from skillwing.m600.judge.map_coverage import judge_map
 from skillwing.m600.robot import ROBOT
 from skillwing.services.commands.pace import AS_FAST_AS_POSSIBLE
 from skillwing.services.robot import ProcessSpec
@@ -80,6 +80,8 @@ def _coverage(plan: FlightPlan, witness: Witness, run_dir: Path | None) -> float
     With a run directory the report is written as well.
     """
     if run_dir is not None:
+        from skillwing.m600.judge.evaluation import evaluate  # noqa: PLC0415 - loads what draws pictures
+
         report = evaluate(run_dir, ROBOT.load_skillset(), mission=plan.mission, seed=plan.seed, world=plan.world)
         return report.coverage.all
     if witness.map is None or not witness.over:

@@ -13,15 +13,15 @@ import numpy as np
 
 from skillwing.dsl.model import Skillset
 from skillwing.m600.judge.flight_log import SavedMap, read_flight, read_map
+from skillwing.m600.judge.map_coverage import judge_map
 from skillwing.services.telemetry.history import History
 from skillwing.services.telemetry.journal import read_goals, read_records
 from skillwing.services.telemetry.report import Coverage, ProcessEntry, Report, make_report, write_report
 from skillwing.services.telemetry.timeline_picture import draw_timeline
-from skillwing.sim_mujoco.judge.coverage import Judge
 from skillwing.sim_mujoco.judge.map_picture import Flown, MapScene, draw_map
 from skillwing.sim_mujoco.judge.ply import write_ply
 from skillwing.sim_mujoco.topics import Truth, Vector3
-from skillwing.sim_mujoco.world.world import World, make_world
+from skillwing.sim_mujoco.world.world import make_world
 
 TIMELINE_PICTURE = "timeline.png"
 MAP_PICTURE = "map.png"
@@ -82,14 +82,6 @@ def read_history(run_dir: Path, skillset: Skillset) -> History:
     return History.of(read_records(run_dir), read_goals(run_dir), initial)
 
 
-def judge_map(world: World, route: Sequence[Vector3], saved: SavedMap | None) -> Coverage:
-    """How much of what could be seen from the route is in the map."""
-    if saved is None:
-        return Coverage()
-    judged = Judge(world, route).coverage(saved.centres, saved.voxel_size)
-    return Coverage(all=_rounded(judged.all), buildings=_rounded(judged.buildings), terrain=_rounded(judged.terrain))
-
-
 def map_scene(route: Sequence[Vector3], history: History, flight: Sequence[Truth], saved: SavedMap | None) -> MapScene:
     """What the picture of the map shows. The flown path is cut where another sensor takes over the depth map."""
     positions = np.array([truth.position for truth in flight]).reshape(-1, 3)
@@ -125,7 +117,3 @@ def _notes(saved: SavedMap | None) -> list[str]:
         "within 25 m of the planned route that lies in, or next to, an occupied voxel; it does not depend on what was "
         "flown. Collisions and clearance come from the simulator's ground truth, which the robot never sees."
     ]
-
-
-def _rounded(share: float | None) -> float | None:
-    return None if share is None else round(share, 4)

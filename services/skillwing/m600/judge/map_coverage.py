@@ -1,0 +1,23 @@
+"""How much of the true world a flight's map holds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from skillwing.m600.judge.flight_log import SavedMap
+from skillwing.services.telemetry.report import Coverage
+from skillwing.sim_mujoco.judge.coverage import Judge
+from skillwing.sim_mujoco.topics import Vector3
+from skillwing.sim_mujoco.world.world import World
+
+
+def judge_map(world: World, route: Sequence[Vector3], saved: SavedMap | None) -> Coverage:
+    """How much of what could be seen from the route is in the map."""
+    if saved is None:
+        return Coverage()
+    judged = Judge(world, route).coverage(saved.centres, saved.voxel_size)
+    return Coverage(all=_rounded(judged.all), buildings=_rounded(judged.buildings), terrain=_rounded(judged.terrain))
+
+
+def _rounded(share: float | None) -> float | None:
+    return None if share is None else round(share, 4)
