@@ -59,6 +59,7 @@ class FakeGoal:
         self.state: State | None = None
         self.terminal: Terminal | None = None
         self.record: str | None = None
+        self.progress: dict[str, Any] | None = None
         self.interrupts = 0
         self.interrupt_cause: str | None = None
 

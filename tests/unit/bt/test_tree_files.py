@@ -19,9 +19,9 @@ from skillwing.bt_missions.commands import mission as mission_command
 from skillwing.bt_missions.leaves.conditions import SIGNS, DataCompare, ResourceIs
 from skillwing.bt_missions.leaves.settling import NoteSwitch, Settled
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.missions.mapping import MISSION, MappingOptions
+from skillwing.bt_missions.missions import inspection, mapping
 from skillwing.bt_missions.running.library import find_mission
-from skillwing.bt_missions.running.mission import MissionTrees, Progress
+from skillwing.bt_missions.running.mission import Mission, MissionTrees, Progress
 from skillwing.bt_missions.running.rehearsal import grounded_context, rehearse
 from skillwing.bt_missions.subtrees.composites import alongside
 from skillwing.bt_missions.subtrees.decorators import Deadline
@@ -34,7 +34,8 @@ from skillwing.dsl import load
 
 ROOT = next(folder for folder in Path(__file__).parents if (folder / "pyproject.toml").exists())
 M600 = load(ROOT / "services/skillwing/m600/m600.skillset")
-MAPPING = ROOT / "bt_missions/skillwing/bt_missions/missions/mapping.xml"
+MISSIONS = ROOT / "bt_missions/skillwing/bt_missions/missions"
+MAPPING = MISSIONS / "mapping.xml"
 FILE = Path("mission.xml")
 RESCUE = '<BehaviorTree ID="rescue"><AlwaysSuccess/></BehaviorTree>'
 
@@ -59,13 +60,15 @@ def problems_of(text: str) -> list[str]:
     return [str(misfit).removeprefix(f"{FILE}:") for misfit in misfits]
 
 
-def test_the_mapping_mission_of_the_library_is_the_one_written_in_python() -> None:
+@pytest.mark.parametrize("mission", [mapping.MISSION, inspection.MISSION], ids=lambda mission: mission.name)
+def test_the_tree_files_of_the_library_are_the_missions_written_in_python(mission: Mission) -> None:
     context = grounded_context(M600)
-    flown = find_mission(str(MAPPING))
+    flown = find_mission(str(MISSIONS / f"{mission.name}.xml"))
     by_file = flown.build(context, flown.Options())
-    by_python = MISSION.build(context, MappingOptions())
-    assert write_mission("mapping", by_file, M600) == write_mission("mapping", by_python, M600)
-    assert flown.needs == dict(MISSION.needs)
+    by_python = mission.build(context, mission.Options())
+    assert write_mission(mission.name, by_file, M600) == write_mission(mission.name, by_python, M600)
+    assert flown.needs == dict(mission.needs)
+    assert rehearse(flown, M600, flown.Options()) == []
 
 
 def test_options_are_ports_of_the_main_tree() -> None:

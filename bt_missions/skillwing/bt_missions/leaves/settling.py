@@ -22,6 +22,24 @@ class NoteSwitch(Behaviour):
         return Status.SUCCESS
 
 
+class NeverSwitched(Behaviour):
+    """FAILURE, with the reason, if the mission has gone over to another branch of `subject`: it came to its end, but not
+    as it was meant to."""
+
+    def __init__(self, name: str, context: MissionContext, subject: str) -> None:
+        super().__init__(name)
+        self._context = context
+        self.subject = subject
+
+    def update(self) -> Status:
+        switch = next((each for each in self._context.switches if each.subject == self.subject), None)
+        if switch is None:
+            return Status.SUCCESS
+        self.feedback_message = f"{switch.before} -> {switch.after}, for {switch.reason}"
+        self._context.learn(self.feedback_message, None, failed=True)
+        return Status.FAILURE
+
+
 class Settled(Behaviour):
     """RUNNING while cancelled goals are still stopping, and for `CALM` seconds at least; then SUCCESS.
 

@@ -48,6 +48,8 @@ class SkillAction(Behaviour):
     skill has not done its work: `IT` is never SUCCESS. A leaf that was held starts another goal as soon as it may, or,
     if `outcomes` names `HELD`, ends with that.
     on_end: told how the goal ended, unless the leaf was halted before; `IT` or `RI` for one that was held.
+    done: inputs of which a goal that is held has done a part, each with the feedback that says how much: the goal that
+    goes on is asked for the rest, `{"laps": "laps_done"}`.
     patience: how long to wait for goals that are being cancelled and hold what this skill needs, in robot seconds.
 
     Halting (`terminate(INVALID)`) is immediate for the tree, also before the manager has answered, and may be
@@ -63,6 +65,7 @@ class SkillAction(Behaviour):
         *,
         outcomes: Mapping[str, Status] | None = None,
         on_end: Callable[[Terminal], None] | None = None,
+        done: Mapping[str, str] | None = None,
         patience: float = DEFAULT_PATIENCE,
     ) -> None:
         super().__init__(name)
@@ -73,6 +76,7 @@ class SkillAction(Behaviour):
         self._phase = Phase.IDLE
         self._context = context
         self.on_end = on_end
+        self.done = dict(done or {})
         self.patience = patience
         self._goal: Goal | None = None
         self._sent_at: Mark = 0
@@ -82,6 +86,7 @@ class SkillAction(Behaviour):
         self._holds: list[Hold] = []
         self._held_goal: Goal | None = None
         self._held_at = 0.0
+        self._done_so_far: dict[str, float] = {}
         _refuse_bad_outcomes(name, self.outcomes)
 
     @property
@@ -112,6 +117,7 @@ class SkillAction(Behaviour):
         self._holds.append(hold)
 
     def initialise(self) -> None:
+        self._done_so_far = dict.fromkeys(self.done, 0.0)
         self._begin()
 
     def _begin(self) -> None:
@@ -178,6 +184,7 @@ class SkillAction(Behaviour):
         if self._context.now() - self._held_at < CALM:
             return Status.RUNNING
         if HELD not in self.outcomes:
+            self._count_what_is_done(goal)
             self._begin()
             return self._start_when_free()
         self._ending = HELD
@@ -228,7 +235,18 @@ class SkillAction(Behaviour):
         return self._context.now() - self._asked_at <= self.patience
 
     def _input_values(self) -> dict[str, Any]:
-        return {name: value() if callable(value) else value for name, value in self.inputs.items()}
+        values = {name: value() if callable(value) else value for name, value in self.inputs.items()}
+        for name, done in self._done_so_far.items():
+            if done > 0.0:
+                wanted = self._context.skillset.skill(self.skill).input(name)
+                rest = values.get(name, wanted.default) - done
+                values[name] = rest if wanted.low is None else max(rest, wanted.low)
+        return values
+
+    def _count_what_is_done(self, goal: Goal | None) -> None:
+        told = {} if goal is None else goal.progress or {}
+        for name, feedback in self.done.items():
+            self._done_so_far[name] += float(told.get(feedback, 0.0))
 
     def _conclude(self, goal: Goal, terminal: Terminal) -> Status:
         refused = terminal.ending in (Ending.NOT_READY, Ending.BUSY)

@@ -12,7 +12,8 @@ from skillwing.services.protocol import DataReading, State, Terminal
 
 
 class Goal(Protocol):
-    """A goal as its client sees it. `state` is None until the skill's manager has answered."""
+    """A goal as its client sees it. `state` is None until the skill's manager has answered; `progress` is its latest
+    feedback."""
 
     @property
     def goal_id(self) -> str: ...
@@ -22,6 +23,8 @@ class Goal(Protocol):
     def state(self) -> State | None: ...
     @property
     def terminal(self) -> Terminal | None: ...
+    @property
+    def progress(self) -> Mapping[str, Any] | None: ...
     @property
     def record(self) -> str | None: ...
     @property

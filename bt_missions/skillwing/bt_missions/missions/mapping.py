@@ -25,7 +25,7 @@ from skillwing.bt_missions.planning.waypoints import Route, RouteFulfilled, Wayp
 from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside, first_that_works, guarded, in_order
 from skillwing.bt_missions.subtrees.decorators import Deadline
-from skillwing.bt_missions.subtrees.flight import PILOT_PATIENCE, or_pause, take_off, unless_the_pilot_flies
+from skillwing.bt_missions.subtrees.flight import PILOT_PATIENCE, or_pause, rescue, take_off, unless_the_pilot_flies
 from skillwing.bt_missions.subtrees.landing import LANDED, land_where_it_is
 from skillwing.bt_missions.subtrees.loop import Until
 
@@ -101,11 +101,7 @@ class MappingMission(Mission):
         route = Route(context, planner)
         return MissionTrees(
             root=_with_guards(context, route, _flight(context, route, options), options),
-            rescue=guarded(
-                "rescue",
-                ResourceIs("may we fly?", context, "SDK_authority", "AVAILABLE"),
-                land_where_it_is(context),
-            ),
+            rescue=rescue(context),
             progress=lambda: Progress.of(planner),
         )
 

@@ -65,6 +65,11 @@ def _skill_problems(leaf: SkillAction, skillset: Skillset) -> Iterator[str]:
     skill = skillset.skill(leaf.skill)
     yield from _input_problems(leaf, skill)
     yield from _outcome_problems(leaf, skill)
+    feedback = [field.name for field in skill.feedback]
+    for name, told_by in leaf.done.items():
+        yield from _unknown(lambda name=name: skill.input(name))
+        if told_by not in feedback:
+            yield str(UnknownNameError(f"feedback of {skill.name}", told_by, feedback))
 
 
 def _input_problems(leaf: SkillAction, skill: Skill) -> Iterator[str]:

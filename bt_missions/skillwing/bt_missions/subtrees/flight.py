@@ -9,8 +9,9 @@ from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.planning.waypoints import PointAbove
-from skillwing.bt_missions.subtrees.composites import OnEnding, in_order
+from skillwing.bt_missions.subtrees.composites import OnEnding, guarded, in_order
 from skillwing.bt_missions.subtrees.holding import Change, Pausable, WhileGranted
+from skillwing.bt_missions.subtrees.landing import land_where_it_is
 
 PILOT_PATIENCE = 120.0
 """Robot seconds for which the safety pilot may have the drone before the mission ends."""
@@ -62,3 +63,9 @@ def unless_the_pilot_flies(context: MissionContext, patience: float, mission: Be
         patience=patience,
         ended_by=Change("flight_status", "ON_GROUND"),
     )
+
+
+def rescue(context: MissionContext) -> Behaviour:
+    """What to do when somebody aborts the mission, or a leaf raises: land, unless the safety pilot has the drone."""
+    may_fly = ResourceIs("may we fly?", context, "SDK_authority", "AVAILABLE")
+    return guarded("rescue", may_fly, land_where_it_is(context))

@@ -9,7 +9,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.behaviours import Failure, Success
 
 from skillwing.bt_missions.leaves.conditions import SIGNS, DataCompare, ResourceIs, Sign
-from skillwing.bt_missions.leaves.settling import NoteSwitch, Settled
+from skillwing.bt_missions.leaves.settling import NeverSwitched, NoteSwitch, Settled
 from skillwing.bt_missions.xml.node_type import TRUTHS, Call, Category, NodeType, Port
 from skillwing.bt_missions.xml.values import written
 
@@ -97,6 +97,13 @@ LOOKING = (
             Port("before", "from what"),
             Port("after", "to what"),
         ),
+    ),
+    NodeType(
+        "NeverSwitched",
+        Category.CONDITION,
+        make=lambda call: NeverSwitched(call.name, call.context, call.text("subject")),
+        describe=lambda node: {"subject": node.subject} if isinstance(node, NeverSwitched) else None,
+        ports=(Port("subject", "what must not have gone over to something else"),),
     ),
     NodeType(
         "Settled",

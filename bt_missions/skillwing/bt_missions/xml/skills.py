@@ -22,6 +22,11 @@ _OWN_PORTS = (
     Port("failure_on", "endings that are FAILURE; by default all others", default=""),
     Port("patience", "robot seconds to wait for resources that are being freed", "double", written(DEFAULT_PATIENCE)),
     Port("leg_of", "the plan that is told how this leg ended", default=""),
+    Port(
+        "done",
+        "inputs of which a held goal has done a part, and the feedback that tells it: `laps=laps_done`",
+        default="",
+    ),
 )
 _RESERVED = ("name", "ID", *(port.name for port in _OWN_PORTS))
 
@@ -86,10 +91,19 @@ def _make(skill: Skill, call: Call) -> Behaviour:
             inputs,
             outcomes=outcomes,
             on_end=call.route("leg_of").leg_ended if call.ports["leg_of"] else None,
+            done=_pairs(call, "done"),
             patience=call.number("patience"),
         )
     except ValueError as error:
         raise PortError(str(error)) from error
+
+
+def _pairs(call: Call, port: str) -> dict[str, str]:
+    """`a=b c=d` as a mapping."""
+    pairs = [word.partition("=") for word in call.words(port)]
+    if not all(name and equals and value for name, equals, value in pairs):
+        raise PortError(f"`{port}` is `{call.ports[port]}`; it takes pairs like `laps=laps_done`.")
+    return {name: value for name, _, value in pairs}
 
 
 def _describe(skill: Skill, node: Behaviour) -> Mapping[str, str] | None:
@@ -102,6 +116,8 @@ def _describe(skill: Skill, node: Behaviour) -> Mapping[str, str] | None:
             attributes[port] = " ".join(labels)
     if node.patience != DEFAULT_PATIENCE:
         attributes["patience"] = written(node.patience)
+    if node.done:
+        attributes["done"] = " ".join(f"{name}={feedback}" for name, feedback in node.done.items())
     if node.on_end is not None:
         if getattr(node.on_end, "__func__", None) is not Route.leg_ended:
             raise PortError(f"`{node.name}` calls Python code when it ends, which no tree file can say.")

@@ -1,0 +1,159 @@
+"""The inspection mission of the paper (Sections 2.1 and 6.2): round a building out of sight, as long as there is video.
+
+Who flies beyond the pilot's sight needs live video all the way. When the link can carry it no longer, the drone stops,
+hovers for some seconds, and lands where it is.
+"""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+from typing import Annotated
+
+import msgspec
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+from py_trees.decorators import SuccessIsFailure
+
+from skillwing.bt_missions.leaves.conditions import ResourceIs
+from skillwing.bt_missions.leaves.context import MissionContext
+from skillwing.bt_missions.leaves.settling import NeverSwitched, NoteSwitch
+from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.planning.detour import Position
+from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
+from skillwing.bt_missions.subtrees.composites import alongside, first_that_works, guarded, in_order
+from skillwing.bt_missions.subtrees.decorators import Deadline
+from skillwing.bt_missions.subtrees.flight import PILOT_PATIENCE, or_pause, rescue, take_off, unless_the_pilot_flies
+from skillwing.bt_missions.subtrees.landing import LANDED, land_where_it_is
+
+INSPECTED = {"S_COMPLETED": Status.SUCCESS, "S_BLOCKED": Status.FAILURE, "S_ABORTED": Status.FAILURE}
+NO_VIDEO = {"S_FPS_LOST": Status.FAILURE}
+NO_DEPTH_MAP = {"S_NO_DATA": Status.FAILURE}
+AT_HOME = {"S_ARRIVED": Status.SUCCESS, "S_ABORTED": Status.FAILURE}
+HOVERED = {"S_DONE": Status.SUCCESS}
+
+DEPTH_MAP_WAIT = 5.0
+"""How long the depth map may take to come up before the drone lands, in seconds of robot time."""
+
+
+class InspectionOptions(MissionOptions, frozen=True, kw_only=True):
+    """center: of the building, ENU metres, home at the origin. radius, height: of the circle around it; height is also
+    that of the take-off. laps: how often. return_height: at which to begin the flight home; it climbs over what stands
+    in its way. min_fps, min_quality: of the video; the picture's quality is its SSIM, 1 is perfect. hover: seconds
+    between the loss of the video and the landing. time_limit: robot seconds until the drone gives up and lands, pauses
+    among them. pilot_patience: robot seconds for which the safety pilot may have the drone before the mission ends."""
+
+    center: Position = (28.0, 0.0, 0.0)
+    radius: Annotated[float, msgspec.Meta(ge=2.0, le=100.0)] = 20.0
+    height: Annotated[float, msgspec.Meta(ge=1.0, le=50.0)] = 12.0
+    laps: Annotated[float, msgspec.Meta(ge=0.1, le=20.0)] = 1.0
+    speed: Annotated[float, msgspec.Meta(ge=0.1, le=5.0)] = 2.0
+    return_height: Annotated[float, msgspec.Meta(ge=1.0, le=50.0)] = 12.0
+    min_fps: Annotated[float, msgspec.Meta(ge=1.0, le=25.0)] = 10.0
+    min_quality: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.7
+    hover: Annotated[float, msgspec.Meta(ge=0.0, le=3600.0)] = 4.0
+    time_limit: Annotated[float, msgspec.Meta(gt=0.0)] = 900.0
+    pilot_patience: Annotated[float, msgspec.Meta(ge=0.0)] = PILOT_PATIENCE
+
+
+class InspectionMission(Mission):
+    name = "inspection"
+    summary = "Fly round a building with live video; hover and land when the link can carry it no longer."
+    needs = MappingProxyType(
+        {
+            "SDK_authority": ("AVAILABLE",),
+            "homepoint_status": ("VALID",),
+            "flight_status": ("ON_GROUND",),
+            "axes_authority": ("AVAILABLE",),
+            "heading_authority": ("AVAILABLE",),
+            "lidar_status": ("OK",),
+            "link_status": ("GOOD",),
+            "battery_status": ("NORMAL",),
+        }
+    )
+    Options = InspectionOptions
+
+    def build(self, context: MissionContext, options: InspectionOptions) -> MissionTrees:
+        return MissionTrees(root=_with_guards(context, options), rescue=rescue(context), progress=Progress)
+
+
+def _with_guards(context: MissionContext, options: InspectionOptions) -> Behaviour:
+    """The flight below its guards: safety pilot, battery, time. A drone that is home again has not done its mission if
+    it went home, or down, before the last lap was flown."""
+    land = SkillAction("land", context, "land", outcomes=LANDED)
+    charged = ResourceIs("battery?", context, "battery_status", "NORMAL", "LOW")
+    in_good_time = Deadline("in good time", context, options.time_limit, or_pause(context, _flight(context, options)))
+    failed = in_order(
+        "flight failed",
+        NoteSwitch("why", context, "mission", "flight", "landing where it is"),
+        land_where_it_is(context),
+    )
+    return unless_the_pilot_flies(
+        context,
+        options.pilot_patience,
+        in_order(
+            "fly, then judge",
+            first_that_works(
+                "fly or land",
+                in_order("fly and land", guarded("while the battery lasts", charged, in_good_time), land),
+                SuccessIsFailure("landed, but not done", failed),
+            ),
+            NeverSwitched("as planned?", context, "inspection"),
+        ),
+    )
+
+
+def _flight(context: MissionContext, options: InspectionOptions) -> Behaviour:
+    """Section 2.1: Selector(Parallel(stream, inspect) ; hover, land); the landing is that of any flight."""
+    return in_order(
+        "flight",
+        take_off(context, options.height),
+        first_that_works(
+            "inspect or stop",
+            _with_video(context, options),
+            in_order(
+                "hover, then land",
+                NoteSwitch("why", context, "inspection", "flying with video", "landing where it is"),
+                SkillAction("hover", context, "hover", {"duration": options.hover}, outcomes=HOVERED),
+            ),
+        ),
+    )
+
+
+def _with_video(context: MissionContext, options: InspectionOptions) -> Behaviour:
+    """Round the building and home, with live video. The LiDAR's ring looks along the circle, for the nose is on the
+    building."""
+    demands = {"min_fps": options.min_fps, "min_quality": options.min_quality}
+    way_home = {"height": options.return_height, "speed": options.speed}
+    return alongside(
+        "with video",
+        SkillAction("lidar_depthmap", context, "lidar_depthmap", outcomes=NO_DEPTH_MAP),
+        SkillAction("stream", context, "stream", demands, outcomes=NO_VIDEO),
+        until=in_order(
+            "inspect and come home",
+            ResourceIs("looking along", context, "depthmap_source", "LIDAR", wait=DEPTH_MAP_WAIT),
+            first_that_works(
+                "inspect or turn back",
+                guarded(
+                    "while there is charge",
+                    ResourceIs("charged?", context, "battery_status", "NORMAL"),
+                    _round(context, options),
+                ),
+                NoteSwitch("why", context, "inspection", "inspecting", "coming home early"),
+            ),
+            SkillAction("return_home", context, "return_home", way_home, outcomes=AT_HOME),
+        ),
+    )
+
+
+def _round(context: MissionContext, options: InspectionOptions) -> SkillAction:
+    circle = {
+        "center": dict(zip("xyz", options.center, strict=True)),
+        "radius": options.radius,
+        "height": options.height,
+        "laps": options.laps,
+        "speed": options.speed,
+    }
+    return SkillAction("inspect", context, "inspect", circle, outcomes=INSPECTED, done={"laps": "laps_done"})
+
+
+MISSION = InspectionMission()
