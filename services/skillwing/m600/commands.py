@@ -7,13 +7,12 @@ from enum import StrEnum
 from typing import Annotated
 
 import typer
-from rich.table import Table
 
 from skillwing.m600.command import sentences
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.commands.completion import one_of
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
-from skillwing.services.commands.output import make_console, print_json
+from skillwing.services.commands.output import make_console, print_json, print_table
 from skillwing.services.errors import InvalidOptionError, RefusedError, SkillwingError, UnansweredError
 from skillwing.services.protocol import ErrorCode, M, Message
 from skillwing.sim_mujoco.topics import (
@@ -108,11 +107,11 @@ def _tell_faults(robot: str | None, as_json: bool) -> None:
     if as_json:
         print_json(told)
         return
-    table = Table("name", "says of itself", "fails now by", "can fail by", box=None, pad_edge=False)
-    for each in told:
-        status = "" if each.status is None else each.status.value
-        table.add_row(each.name, status, ", ".join(each.active), ", ".join(each.kinds))
-    make_console().print(table)
+    rows = [
+        (each.name, "" if each.status is None else each.status.value, ", ".join(each.active), ", ".join(each.kinds))
+        for each in told
+    ]
+    print_table(make_console(), ("NAME", "SAYS OF ITSELF", "FAILS NOW BY", "CAN FAIL BY"), rows)
 
 
 def _link_faults(system: System) -> list[FaultState]:

@@ -70,6 +70,13 @@ def test_the_detached_process_mocks_the_same_skills(launched: Any, tmp_path: Pat
     assert given["seed"] is None
 
 
+def test_the_detached_process_has_the_same_scenario(launched: Any, tmp_path: Path) -> None:
+    scenario = tmp_path / "gusts.toml"
+    scenario.touch()
+    command = launched("up", "-d", "--scenario", str(scenario), "--run-dir", str(tmp_path / "run"))
+    assert up_options(command[command.index("skillwing.services.cli") + 2 :])["scenario"] == scenario
+
+
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
@@ -77,9 +84,11 @@ def test_the_detached_process_mocks_the_same_skills(launched: Any, tmp_path: Pat
         (["--mock", "gotoo"], "did you mean `goto`?"),
         (["--script", "x.toml"], "Write `up --mock --script FILE`."),
         (["--mock", "--script", "no_such.toml"], "`no_such.toml` cannot be used"),
+        (["--scenario", "no_such.toml"], "There is no scenario file no_such.toml."),
+        (["--mock", "--scenario", "x.toml"], "Mock some skills only"),
     ],
 )
-def test_a_slip_in_what_to_mock_starts_nothing(
+def test_a_slip_in_what_is_to_run_starts_nothing(
     words: list[str], sentence: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr("sys.argv", ["skillwing", "up", *words])

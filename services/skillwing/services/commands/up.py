@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -64,6 +64,10 @@ def up(
         Path | None,
         typer.Option(metavar="FILE", help="What mocks do, besides what NAME.mock.toml beside the skillset says."),
     ] = None,
+    scenario: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="What befalls a simulated robot: faults, wind and more (docs/sensors.md)."),
+    ] = None,
     detach: DetachOption = False,
     colocate: ColocateOption = False,
     topology: TopologyOption = "router",
@@ -85,6 +89,7 @@ def up(
     table = find_robot(robot)
     skills = tuple(dict.fromkeys(mocked or ()))
     _check_mocks(table, mock, skills, script)
+    _check_scenario(scenario, robotless=mock and not skills)
     require_not_running(table.name)
     directory = make_run_dir(run_dir, "up")
     if detach:
@@ -93,6 +98,7 @@ def up(
         words += [] if seed is None else ["--seed", str(seed)]
         words += ["--mock"] if mock else []
         words += [] if script is None else ["--script", str(script.absolute())]
+        words += [] if scenario is None else ["--scenario", str(scenario.absolute())]
         words += layout_words(topology=topology, colocate=colocate)
         words += journal_words(resume=resume, durable=durable)
         run_detached(table.name, words, directory)
@@ -100,7 +106,9 @@ def up(
     make_room_for_journal(directory, resume=resume)
     everything = mock and not skills
     world = WORLD_SEED if seed is None else seed
-    run = {"seed": world, "speed": speed, "run_dir": str(directory), "durable": durable}
+    run: dict[str, Any] = {"seed": world, "speed": speed, "run_dir": str(directory), "durable": durable}
+    if scenario is not None:
+        run["scenario"] = str(scenario.absolute())
     layer = () if everything else table.functional_layer(run)
     managers = (
         mock_processes(table, scripts=scripts_for(table.skillset, script), seed=seed, skills=skills or None, run=run)
@@ -110,6 +118,21 @@ def up(
     clock = "wall" if everything else table.clock
     setting = Setting(clock=clock, listen=listen, mock=everything, topology=topology, colocate=colocate)
     raise typer.Exit(run_system(table, (*layer, *managers), directory, setting))
+
+
+def _check_scenario(scenario: Path | None, *, robotless: bool) -> None:
+    """What is in it, the simulator knows best, which says so when it starts."""
+    if scenario is None:
+        return
+    if robotless:
+        text = (
+            "A scenario is for a simulated robot, and `--mock` runs without one. Mock some skills only, by their names."
+        )
+        raise InvalidOptionError("scenario", text)
+    if not scenario.is_file():
+        raise InvalidOptionError(
+            "scenario", f"There is no scenario file {scenario}. docs/sensors.md tells how one is written."
+        )
 
 
 def _check_mocks(table: Robot, mock: bool, skills: tuple[str, ...], script: Path | None) -> None:
