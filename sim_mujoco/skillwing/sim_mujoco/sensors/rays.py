@@ -45,7 +45,7 @@ class RayScene:
         along = np.abs(_dots(normals, directions))
         lengths = np.sqrt(_dots(normals, normals))
         distances[missed], along[missed], lengths[missed] = 0.0, 0.0, 1.0
-        return distances, along / lengths
+        return distances, np.divide(along, lengths)
 
 
 def _dots(one: Floats, other: Floats) -> Floats:
