@@ -2,237 +2,182 @@
 
     python tests/mutation/mutation_run.py --seconds 1200 --write docs/reliability.md
 
-mutmut makes the mutants and judges them by the cores' unit tests. What survives is judged a second time, by whole
-managers in one process and a hundred runs of the simulation. Both go on where they were interrupted, in a workspace of
-their own: mutmut derives a module's name from its path, so that it wants to see `src/skillwing/...`.
+mutmut makes the mutants, and `bench.py` judges them: by unit tests first; what survives these by whole managers in one
+process and a hundred runs of the simulation. It goes on where it was interrupted, those functions first in which a rule
+stands, and judges a function anew when it has changed.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import platform
-import shutil
-import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from itertools import islice
 from pathlib import Path
 
+import msgspec
+from mutants import WORKSPACE, function_of, make_mutants, module_of
 from rules import RULES
 
-ROOT = Path(__file__).parents[2]
-WORKSPACE = ROOT / "runs" / "mutation"
-SERVICES = "src/skillwing/services"
-MUTATED = (
-    "core/*",
-    "managers/lease_watch.py",
-    "managers/presence.py",
-    "managers/resource_manager.py",
-    "managers/standing.py",
-    "client/asking.py",
-    "client/goal_pursuit.py",
+UNIT_TESTS = (
+    "tests/unit/services/test_data_core.py",
+    "tests/unit/services/test_going_on.py",
+    "tests/unit/services/test_heirs.py",
+    "tests/unit/services/test_laws.py",
+    "tests/unit/services/test_leases.py",
+    "tests/unit/services/test_resource_core.py",
+    "tests/unit/services/test_skill_core.py",
+    "tests/unit/services/test_standing.py",
+    "tests/unit/services/test_value_sentences.py",
+    "tests/unit/services/test_what_a_client_is_told.py",
+    "tests/unit/services/test_what_is_on_record.py",
 )
-"""The cores, and what of the rules stands outside of them."""
-JUDGES = (
-    "unit/services/test_resource_core.py",
-    "unit/services/test_skill_core.py",
-    "unit/services/test_laws.py",
-    "unit/services/test_leases.py",
-    "unit/services/test_data_core.py",
-    "unit/services/test_value_sentences.py",
-    "unit/services/test_what_a_client_is_told.py",
-    "unit/services/test_what_is_on_record.py",
+WHOLE_MANAGERS = (
+    "tests/integration/test_managers_in_process.py",
+    "tests/integration/test_leases_and_owners.py",
+    "tests/integration/test_resource_manager_restart.py",
+    "tests/simulation/test_simulation.py::test_promises_are_kept[0]",
+    "tests/simulation/test_simulation.py::test_what_was_found_stays_mended",
 )
-"""What mutmut runs for a mutant: those of these tests that come by its function, the fastest first."""
-COPIED = ("conftest.py", "unit/services", "integration", "simulation")
+BENCHES = (UNIT_TESTS, WHOLE_MANAGERS)
+BATCH = 50
+"""Mutants that are judged before it is looked at the time, and written down what came of them."""
 BEGIN, END = "<!-- mutation: begin -->", "<!-- mutation: end -->"
-NOT_JUDGED, SURVIVED, NO_TEST = None, 0, 33
-"""mutmut's exit codes of a mutant; any other is a way of being killed."""
+COLUMNS = ("unit tests", "managers", "simulation", "survives", "not judged")
 
 
-def prepare() -> None:
-    """Bring the workspace up to date; what mutmut has found out about functions that are the same stays."""
-    for source, target in (
-        (ROOT / "services" / "skillwing" / "services", WORKSPACE / "src" / "skillwing" / "services"),
-        *((ROOT / "tests" / name, WORKSPACE / "tests" / name) for name in COPIED),
-    ):
-        if source.is_dir():
-            shutil.rmtree(target, ignore_errors=True)
-            shutil.copytree(source, target, ignore=shutil.ignore_patterns("__pycache__"))
-        else:
-            target.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy(source, target)
-    selection = json.dumps([f"tests/{judge}" for judge in JUDGES])
-    (WORKSPACE / "pyproject.toml").write_text(
-        f"""
-[tool.pytest.ini_options]
-testpaths = ["tests"]
-timeout = 300
-markers = ["slow: real processes or long simulations"]
+class Judgement(msgspec.Struct):
+    """What came of a mutant. fingerprint: of its function; killers: a test for each bench that it met, "" for none."""
 
-[tool.mutmut]
-source_paths = ["src"]
-only_mutate = {json.dumps([f"{SERVICES}/{each}" for each in MUTATED])}
-do_not_mutate = ["*/__init__.py"]
-pytest_add_cli_args = ["-p", "no:cacheprovider", "-q"]
-pytest_add_cli_args_test_selection = {selection}
-track_dependencies = false
-use_git_change_detection = false
-"""
-    )
+    fingerprint: str
+    killers: list[str] = []
+
+    @property
+    def fate(self) -> str:
+        killer = next((killer for killer in self.killers if killer), None)
+        if killer is None:
+            return "survives" if len(self.killers) == len(BENCHES) else "not judged"
+        if self.killers.index(killer) == 0:
+            return "unit tests"
+        return "simulation" if "tests/simulation" in killer else "managers"
 
 
-def make_and_judge(jobs: int, seconds: float, names: Sequence[str] = ()) -> None:
-    """Have mutmut judge what it has not judged yet, or these mutants once more."""
-    command = [sys.executable, "-m", "mutmut", "run", "--max-children", str(jobs), *names]
-    with (WORKSPACE / "mutmut.log").open("wb") as log:
-        run = subprocess.Popen(command, cwd=WORKSPACE, stdout=log, stderr=subprocess.STDOUT)
-        try:
-            run.wait(timeout=seconds)
-        except subprocess.TimeoutExpired:
-            run.send_signal(signal.SIGINT)
-            run.wait()
-        else:
-            if run.returncode != 0:
-                raise SystemExit(
-                    f"mutmut could not begin. {log.name} says why: the tests have to pass without mutants."
-                )
+# --- judging ---------------------------------------------------------------------------------------------------------
 
 
-def of_rules(codes: Mapping[str, int | None]) -> list[str]:
-    """The mutants of rules that have not been judged yet; patterns of all of them before anything is known."""
-    functions = [function for each in RULES.values() for function in each]
-    if codes:
-        return [name for name, code in codes.items() if code is NOT_JUDGED and function_of(name) in functions]
-    return [f"*.{mangled(function)}__mutmut_*" for function in functions]
+class Judgements:
+    """Of all mutants there are, by name; kept in a file, where those of functions that have changed are not known."""
+
+    def __init__(self, mutants: Mapping[str, str], path: Path) -> None:
+        self._path = path
+        known = msgspec.json.decode(path.read_bytes(), type=dict[str, Judgement]) if path.exists() else {}
+        self.by_name = {
+            name: known[name] if name in known and known[name].fingerprint == fingerprint else Judgement(fingerprint)
+            for name, fingerprint in mutants.items()
+        }
+
+    def forget_survivors(self) -> None:
+        """Have them judged once more."""
+        for judgement in self.by_name.values():
+            if not any(judgement.killers):
+                judgement.killers = []
+
+    def write(self) -> None:
+        self._path.write_bytes(msgspec.json.encode(self.by_name))
+
+    def waiting_for(self, bench: int) -> list[str]:
+        """Those that have survived the benches before this one; where rules stand first."""
+        of_rules = {function for functions in RULES.values() for function in functions}
+        names = [
+            name
+            for name, judgement in self.by_name.items()
+            if len(judgement.killers) == bench and not any(judgement.killers)
+        ]
+        return sorted(names, key=lambda name: function_of(name) not in of_rules)
+
+    def judge(self, bench: int, *, jobs: int, deadline: float) -> None:
+        """Have all judged that wait for this bench, until a moment of the wall's time in seconds."""
+        waiting = self.waiting_for(bench)
+        with ThreadPoolExecutor(jobs) as pool:
+            for part in pool.map(lambda job: self._judge_part(bench, waiting[job::jobs], deadline), range(jobs)):
+                del part
+
+    def _judge_part(self, bench: int, names: Sequence[str], deadline: float) -> None:
+        if not names or time.monotonic() > deadline:
+            return
+        rest = iter(names)
+        command = [sys.executable, str(Path(__file__).with_name("bench.py")), *BENCHES[bench]]
+        environment = os.environ | {"PYTHONPATH": f"{WORKSPACE / 'src'}:{WORKSPACE / 'tests'}"}
+        pipe = subprocess.PIPE
+        with subprocess.Popen(command, cwd=WORKSPACE, env=environment, stdin=pipe, stdout=pipe, text=True) as judge:
+            assert judge.stdin is not None
+            assert judge.stdout is not None
+            while (batch := list(islice(rest, BATCH))) and time.monotonic() < deadline:
+                judge.stdin.write("".join(f"{name}\n" for name in batch))
+                judge.stdin.flush()
+                for name, killer in _told(judge.stdout, len(batch)):
+                    self.by_name[name].killers.append(killer)
+                self.write()
+            judge.stdin.close()
+        if judge.returncode:
+            raise SystemExit("The bench has failed; its tests have to pass without mutants.")
 
 
-def exit_codes() -> dict[str, int | None]:
-    """mutmut's verdict on each mutant."""
-    codes: dict[str, int | None] = {}
-    for meta in sorted((WORKSPACE / "mutants" / SERVICES).rglob("*.meta")):
-        codes |= json.loads(meta.read_text())["exit_code_by_key"]
-    return codes
-
-
-class SecondOpinions:
-    """What killed the mutants that the unit tests did not; "" for a survivor. Kept in a file."""
-
-    def __init__(self) -> None:
-        self._path = WORKSPACE / "second_bench.json"
-        self.by_name: dict[str, str] = json.loads(self._path.read_text()) if self._path.exists() else {}
-
-    def forget(self, names: Iterable[str]) -> None:
-        """Have these judged once more."""
-        for name in names:
-            self.by_name.pop(name, None)
-
-    def ask(self, names: Iterable[str], seconds: float) -> None:
-        """Judge those that have not been judged yet, for at most so long."""
-        unknown = [name for name in names if name not in self.by_name]
-        environment = os.environ | {"PYTHONPATH": f"{WORKSPACE / 'mutants' / 'src'}:{WORKSPACE / 'tests'}"}
-        command = [sys.executable, str(Path(__file__).with_name("second_bench.py"))]
-        (WORKSPACE / "asked").write_text("".join(f"{name}\n" for name in unknown))
-        deadline = time.monotonic() + seconds
-        with (
-            (WORKSPACE / "asked").open() as asked,
-            subprocess.Popen(
-                command, cwd=WORKSPACE, env=environment, stdin=asked, stdout=subprocess.PIPE, text=True
-            ) as bench,
-        ):
-            assert bench.stdout is not None
-            for line in bench.stdout:
-                name, killer = line.rstrip("\n").split("\t")
-                self.by_name[name] = killer
-                self._path.write_text(json.dumps(self.by_name, indent=0))
-                if time.monotonic() > deadline:
-                    bench.terminate()
-                    break
+def _told(lines: Iterator[str], count: int) -> Iterator[tuple[str, str]]:
+    for line in islice(lines, count):
+        name, _, killer = line.rstrip("\n").partition("\t")
+        yield name, killer
 
 
 # --- what came of it -------------------------------------------------------------------------------------------------
 
 
-def mangled(function: str) -> str:
-    """mutmut's name of a function or method."""
-    return f"xǁ{function.replace('.', 'ǁ')}" if "." in function else f"x_{function}"
+def section(judgements: Mapping[str, Judgement]) -> str:
+    """Tables for the documentation: what is known, and how much is not."""
+    names = list(judgements)
+
+    def row(label: str, those: Sequence[str]) -> str:
+        fates = [judgements[name].fate for name in those]
+        return f"| {label} | {len(those)} | {' | '.join(str(fates.count(each)) for each in COLUMNS)} |"
+
+    head = "mutants | killed by unit tests | by managers in one process | by simulation | survive | not judged |"
+    lines = [_summary(judgements), "", f"| of | {head}", "|---|---|---|---|---|---|---|"]
+    for module in sorted({module_of(name) for name in names}):
+        lines.append(row(f"`{module}.py`", [name for name in names if module_of(name) == module]))
+    lines += [row("all", names), "", f"| rule | {head}", "|---|---|---|---|---|---|---|"]
+    for rule, functions in RULES.items():
+        lines.append(row(rule, [name for name in names if function_of(name) in functions]))
+    return "\n".join([*lines, *_told_survivors(judgements)])
 
 
-def function_of(name: str) -> str:
-    """`SkillCore.start` for `skillwing.services.core.skill_core.xǁSkillCoreǁstart__mutmut_3`."""
-    told = name.rsplit(".", 1)[1].split("__mutmut_", maxsplit=1)[0]
-    return told.removeprefix("xǁ").replace("ǁ", ".") if "ǁ" in told else told.removeprefix("x_")
+def _summary(judgements: Mapping[str, Judgement]) -> str:
+    fates = [each.fate for each in judgements.values()]
+    judged = len(fates) - fates.count("not judged")
+    where = f"{platform.machine()}, Python {platform.python_version()}, {time.strftime('%Y-%m-%d')}"
+    told = f"{judged:,} of {len(fates):,} mutants are judged, {fates.count('survives')} survive; {where}."
+    if judged == len(fates):
+        return told
+    waiting = sum(len(each.killers) == 1 and each.fate == "not judged" for each in judgements.values())
+    return f"{told} **The run is not over: {waiting} more have outlived the unit tests, and wait for whole managers.**"
 
 
-def module_of(name: str) -> str:
-    return name.rsplit(".", 2)[1]
+def _told_survivors(judgements: Mapping[str, Judgement]) -> list[str]:
+    """A line for each function with survivors, by their numbers."""
+    numbers: dict[str, list[str]] = {}
+    for name in survivors(judgements):
+        of = f"`{module_of(name)}.py`, `{function_of(name)}`"
+        numbers.setdefault(of, []).append(name.rpartition("__mutmut_")[2])
+    lines = [f"- {of}: {', '.join(each)}" for of, each in numbers.items()]
+    return ["", "Survivors, by function and mutmut's numbers:", "", *lines] if lines else []
 
 
-class Verdicts:
-    """All mutants, by what came of them."""
-
-    def __init__(self, codes: dict[str, int | None], second: dict[str, str]) -> None:
-        self._codes = codes
-        self._second = second
-
-    def fate(self, name: str) -> str:
-        code = self._codes[name]
-        if code is NOT_JUDGED:
-            return "not judged"
-        if code not in (SURVIVED, NO_TEST):
-            return "unit tests"
-        killer = self._second.get(name)
-        if killer is None:
-            return "not judged"
-        if not killer:
-            return "survives"
-        if killer.startswith("tests/unit/"):
-            return "unit tests"
-        return "simulation" if "test_promises_are_kept" in killer else "managers"
-
-    def row(self, label: str, names: Sequence[str]) -> str:
-        fates = [self.fate(name) for name in names]
-        columns = ("unit tests", "managers", "simulation", "survives", "not judged")
-        return f"| {label} | {len(names)} | {' | '.join(str(fates.count(each)) for each in columns)} |"
-
-    def section(self) -> str:
-        """Tables for the documentation: what is known, and how much is not."""
-        names = list(self._codes)
-        head = "mutants | killed by unit tests | by managers in one process | by simulation | survive | not judged |"
-        lines = [self._summary(), "", f"| of | {head}", "|---|---|---|---|---|---|---|"]
-        for module in sorted({module_of(name) for name in names}):
-            lines.append(self.row(f"`{module}.py`", [name for name in names if module_of(name) == module]))
-        lines += [self.row("all", names), "", f"| rule | {head}", "|---|---|---|---|---|---|---|"]
-        for rule, functions in RULES.items():
-            lines.append(self.row(rule, [name for name in names if function_of(name) in functions]))
-        return "\n".join([*lines, *self._told_survivors()])
-
-    def _summary(self) -> str:
-        fates = [self.fate(name) for name in self._codes]
-        judged = len(fates) - fates.count("not judged")
-        where = f"{platform.machine()}, Python {platform.python_version()}, {time.strftime('%Y-%m-%d')}"
-        told = f"{judged:,} of {len(fates):,} mutants are judged, {fates.count('survives')} survive; {where}."
-        if judged == len(fates):
-            return told
-        waiting = sum(self.fate(name) == "not judged" for name in unjudged(self._codes))
-        return (
-            f"{told} **The run is not over: {waiting} more have outlived the unit tests, and wait for whole managers.**"
-        )
-
-    def _told_survivors(self) -> list[str]:
-        """A line for each function with survivors, by their numbers."""
-        numbers: dict[str, list[str]] = {}
-        for name in self.survivors():
-            of = f"`{module_of(name)}.py`, `{function_of(name)}`"
-            numbers.setdefault(of, []).append(name.rpartition("__mutmut_")[2])
-        lines = [f"- {of}: {', '.join(each)}" for of, each in numbers.items()]
-        return ["", "Survivors, by function and mutmut's numbers:", "", *lines] if lines else []
-
-    def survivors(self) -> list[str]:
-        return [name for name in self._codes if self.fate(name) == "survives"]
+def survivors(judgements: Mapping[str, Judgement]) -> list[str]:
+    return [name for name, judgement in judgements.items() if judgement.fate == "survives"]
 
 
 def page_with_place(path: str) -> Path:
@@ -249,19 +194,15 @@ def page_with_place(path: str) -> Path:
     return page
 
 
-def write_section(page: Path, section: str) -> None:
+def write_section(page: Path, text: str) -> None:
     """Put the tables between their marks."""
     head, rest = page.read_text(encoding="utf-8").split(BEGIN)
-    page.write_text(f"{head}{BEGIN}\n{section}\n{END}{rest.split(END)[1]}", encoding="utf-8")
-
-
-def unjudged(codes: dict[str, int | None]) -> list[str]:
-    return [name for name, code in codes.items() if code in (SURVIVED, NO_TEST)]
+    page.write_text(f"{head}{BEGIN}\n{text}\n{END}{rest.split(END)[1]}", encoding="utf-8")
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seconds", type=float, default=3600.0, help="wall time for each of the two benches")
+    parser.add_argument("--seconds", type=float, default=7200.0, help="wall time after which it stops")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument(
         "--again", action="store_true", help="judge once more what has survived, for there are new tests"
@@ -269,21 +210,16 @@ def main() -> int:
     parser.add_argument("--report", action="store_true", help="only tell what is known")
     parser.add_argument("--write", type=page_with_place, help="write the tables into this page of the documentation")
     arguments = parser.parse_args()
-    second = SecondOpinions()
-    if not arguments.report:
-        prepare()
-        deadline = time.monotonic() + arguments.seconds
-        survivors = Verdicts(exit_codes(), second.by_name).survivors() if arguments.again else []
-        second.forget(survivors)
-        for names in (survivors or of_rules(exit_codes()), ()):
-            if time.monotonic() < deadline and names != []:
-                make_and_judge(arguments.jobs, deadline - time.monotonic(), names)
-        second.ask(unjudged(exit_codes()), arguments.seconds)
-    verdicts = Verdicts(exit_codes(), second.by_name)
-    section = verdicts.section()
-    sys.stdout.write(section + "\n\n" + "\n".join(verdicts.survivors()) + "\n")
+    deadline = time.monotonic() + arguments.seconds
+    judgements = Judgements(make_mutants(), WORKSPACE / "judgements.json")
+    if arguments.again:
+        judgements.forget_survivors()
+    for bench in () if arguments.report else range(len(BENCHES)):
+        judgements.judge(bench, jobs=arguments.jobs, deadline=deadline)
+    text = section(judgements.by_name)
+    sys.stdout.write(text + "\n\n" + "\n".join(survivors(judgements.by_name)) + "\n")
     if arguments.write is not None:
-        write_section(arguments.write, section)
+        write_section(arguments.write, text)
     return 0
 
 

@@ -3,16 +3,25 @@
 from __future__ import annotations
 
 import argparse
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
-from mutation_run import BEGIN, END, NO_TEST, NOT_JUDGED, SURVIVED, Verdicts, page_with_place, write_section
+from mutants import function_of
+from mutation_run import BEGIN, END, Judgement, Judgements, page_with_place, section, write_section
 from rules import RULES
 
 from skillwing.services import client, core, managers
 
 BEGIN_GOAL = "skillwing.services.core.resource_core.xǁResourceCoreǁbegin__mutmut_"
-CODES = {f"{BEGIN_GOAL}1": 1, f"{BEGIN_GOAL}2": SURVIVED, f"{BEGIN_GOAL}3": NO_TEST, f"{BEGIN_GOAL}4": NOT_JUDGED}
+SEED = "tests/simulation/test_simulation.py::test_promises_are_kept[0]"
+JUDGED = {
+    f"{BEGIN_GOAL}1": Judgement("f", ["tests/unit/services/test_laws.py::TestManagers::runTest"]),
+    f"{BEGIN_GOAL}2": Judgement("f", ["", ""]),
+    f"{BEGIN_GOAL}3": Judgement("f", [""]),
+    f"{BEGIN_GOAL}4": Judgement("f", []),
+}
 
 
 def test_a_page_without_marks_is_refused_before_anything_runs(tmp_path: Path) -> None:
@@ -27,7 +36,7 @@ def test_a_page_without_marks_is_refused_before_anything_runs(tmp_path: Path) ->
 def test_what_is_known_so_far_says_so_and_names_survivors(tmp_path: Path) -> None:
     page = tmp_path / "page.md"
     page.write_text(f"a\n{BEGIN}\nold\n{END}\nz\n", encoding="utf-8")
-    write_section(page_with_place(str(page)), Verdicts(CODES, {f"{BEGIN_GOAL}2": ""}).section())
+    write_section(page_with_place(str(page)), section(JUDGED))
     text = page.read_text(encoding="utf-8")
     assert text.startswith("a\n")
     assert text.endswith("z\n")
@@ -39,11 +48,64 @@ def test_what_is_known_so_far_says_so_and_names_survivors(tmp_path: Path) -> Non
 
 
 def test_a_run_that_is_over_does_not_excuse_itself() -> None:
-    second = {f"{BEGIN_GOAL}2": "tests/simulation/test_simulation.py::test_promises_are_kept[0]", f"{BEGIN_GOAL}3": ""}
-    told = Verdicts({name: code for name, code in CODES.items() if code is not NOT_JUDGED}, second).section()
-    assert "3 of 3 mutants are judged, 1 survive" in told
+    told = section({f"{BEGIN_GOAL}1": Judgement("f", ["", SEED]), f"{BEGIN_GOAL}2": Judgement("f", ["", ""])})
+    assert "2 of 2 mutants are judged, 1 survive" in told
     assert "not over" not in told
-    assert "| `resource_core.py` | 3 | 1 | 0 | 1 | 1 | 0 |" in told
+    assert "| `resource_core.py` | 2 | 0 | 0 | 1 | 1 | 0 |" in told
+
+
+def test_a_function_that_has_changed_is_judged_anew_and_survivors_on_demand(tmp_path: Path) -> None:
+    file = tmp_path / "judgements.json"
+    mutants = {f"{BEGIN_GOAL}1": "as it was", f"{BEGIN_GOAL}2": "as it was", "skillwing.m.x_other__mutmut_1": "new"}
+    first = Judgements(mutants, file)
+    for judgement in first.by_name.values():
+        judgement.killers = ["", ""]
+    first.by_name[f"{BEGIN_GOAL}2"].killers = ["a test"]
+    first.write()
+    second = Judgements(mutants | {f"{BEGIN_GOAL}1": "is now"}, file)
+    assert second.waiting_for(0) == [f"{BEGIN_GOAL}1"]
+    second.forget_survivors()
+    assert second.waiting_for(0) == [f"{BEGIN_GOAL}1", "skillwing.m.x_other__mutmut_1"], "where rules stand first"
+
+
+TRAMPOLINED = """
+from mutmut.mutation.trampoline import wrap_in_trampoline
+mutants = {}
+@wrap_in_trampoline(mutants)
+def x_double(x): return 2 * x
+def right(x): return 2 * x
+def wrong(x): return 3 * x
+mutants |= {"_mutmut_orig": right, "x_double__mutmut_1": wrong, "x_double__mutmut_2": right}
+right.__name__ = "x_double__mutmut_orig"
+"""
+TESTS = """
+from subject import x_double
+def test_of_something_else(): assert True
+def test_zero(): assert x_double(0) == 0
+def test_one(): assert x_double(1) == 2
+"""
+
+
+def test_the_bench_tells_which_test_kills_a_mutant(tmp_path: Path) -> None:
+    (tmp_path / "subject.py").write_text(TRAMPOLINED, encoding="utf-8")
+    (tmp_path / "test_subject.py").write_text(TESTS, encoding="utf-8")
+    (tmp_path / "pyproject.toml").write_text("[tool.pytest.ini_options]\n", encoding="utf-8")
+    names = [f"subject.x_double__mutmut_{number}" for number in (1, 2)] + ["subject.x_unknown__mutmut_1"]
+    bench = [sys.executable, str(Path(__file__).with_name("bench.py")), "test_subject.py"]
+    told = subprocess.run(bench, cwd=tmp_path, input="\n".join(names), capture_output=True, text=True, check=True)
+    assert told.stdout.splitlines() == [
+        f"{names[0]}\ttest_subject.py::test_one",
+        f"{names[1]}\t",
+        f"{names[2]}\t",
+    ]
+
+
+def test_a_bench_whose_tests_fail_without_mutants_judges_nothing(tmp_path: Path) -> None:
+    (tmp_path / "test_subject.py").write_text("def test_wrong(): assert False", encoding="utf-8")
+    bench = [sys.executable, str(Path(__file__).with_name("bench.py")), "test_subject.py"]
+    told = subprocess.run(bench, cwd=tmp_path, input="a.x_b__mutmut_1\n", capture_output=True, text=True, check=False)
+    assert told.returncode != 0
+    assert told.stdout == ""
 
 
 def test_rules_name_functions_that_exist() -> None:
@@ -57,3 +119,8 @@ def test_rules_name_functions_that_exist() -> None:
             name = function.rpartition(".")[2]
             assert f"def {name}(" in code, function
             assert f"class {function.rpartition('.')[0]}" in code or "." not in function, function
+
+
+def test_names_of_mutants_tell_their_function() -> None:
+    assert function_of(f"{BEGIN_GOAL}1") == "ResourceCore.begin"
+    assert function_of("skillwing.services.core.grants.x_check_fence__mutmut_2") == "check_fence"

@@ -1,0 +1,89 @@
+"""Mutants of the managers in a workspace of their own, made by mutmut."""
+
+from __future__ import annotations
+
+import shutil
+from contextlib import chdir
+from hashlib import sha256
+from pathlib import Path
+
+import msgspec
+from mutmut.mutation.file_mutation import mutate_file_contents
+
+ROOT = Path(__file__).parents[2]
+WORKSPACE = ROOT / "runs" / "mutation"
+SERVICES = "skillwing/services"
+MUTATED = (
+    "core/*.py",
+    "managers/lease_watch.py",
+    "managers/presence.py",
+    "managers/resource_manager.py",
+    "managers/standing.py",
+    "client/asking.py",
+    "client/goal_pursuit.py",
+)
+"""The cores, and what of the rules stands outside of them."""
+COPIED = ("conftest.py", "unit/services", "integration", "simulation")
+
+
+def make_mutants() -> dict[str, str]:
+    """Write a workspace in which each function holds its mutants, and the name of one in the environment wakes it.
+
+    Returns all mutants by name, with a fingerprint of the function that each is made of.
+    """
+    source, target = ROOT / "services" / SERVICES, WORKSPACE / "src" / SERVICES
+    _copy(source, target)
+    for name in COPIED:
+        _copy(ROOT / "tests" / name, WORKSPACE / "tests" / name)
+    (WORKSPACE / "pyproject.toml").write_text(
+        '[tool.pytest.ini_options]\nmarkers = ["slow: real processes or long simulations"]\n'
+        '[tool.mutmut]\nsource_paths = ["src"]\n'
+    )
+    mutants: dict[str, str] = {}
+    for file in sorted(file for pattern in MUTATED for file in source.glob(pattern)):
+        place = file.relative_to(source)
+        module = ".".join((*Path(SERVICES).parts, *place.with_suffix("").parts))
+        made = _mutated(file.read_text(encoding="utf-8"))
+        (target / place).write_text(made.code, encoding="utf-8")
+        mutants |= {f"{module}.{mutant}": fingerprint for mutant, fingerprint in made.mutants.items()}
+    return mutants
+
+
+class Mutated(msgspec.Struct):
+    """A file with its mutants. mutants: by their name in the module, with the fingerprint of their function."""
+
+    code: str
+    mutants: dict[str, str]
+
+
+def _mutated(source: str) -> Mutated:
+    """The mutants of a file, remembered: they take a second for each hundred."""
+    memory = WORKSPACE / "made" / f"{sha256(source.encode()).hexdigest()}.json"
+    if memory.exists():
+        return msgspec.json.decode(memory.read_bytes(), type=Mutated)
+    with chdir(WORKSPACE):  # where mutmut looks for its settings
+        file = mutate_file_contents("", source)
+    hashes = file.hash_by_function_name
+    made = Mutated(file.code, {mutant: hashes[mutant.partition("__mutmut_")[0]] for mutant in file.mutant_names})
+    memory.parent.mkdir(exist_ok=True)
+    memory.write_bytes(msgspec.json.encode(made))
+    return made
+
+
+def function_of(mutant: str) -> str:
+    """`SkillCore.start` for `skillwing.services.core.skill_core.xǁSkillCoreǁstart__mutmut_3`."""
+    told = mutant.rsplit(".", 1)[1].split("__mutmut_", maxsplit=1)[0]
+    return told.removeprefix("xǁ").replace("ǁ", ".") if "ǁ" in told else told.removeprefix("x_")
+
+
+def module_of(mutant: str) -> str:
+    return mutant.rsplit(".", 2)[1]
+
+
+def _copy(source: Path, target: Path) -> None:
+    if source.is_dir():
+        shutil.rmtree(target, ignore_errors=True)
+        shutil.copytree(source, target, ignore=shutil.ignore_patterns("__pycache__"))
+    else:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(source, target)
