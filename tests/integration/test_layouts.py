@@ -1,0 +1,107 @@
+"""Other layouts than a process for each manager round one router: what holds there, with real processes."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import psutil
+import pytest
+
+from skillwing.services.names import DATA_MANAGER, RESOURCE_MANAGER
+from skillwing.services.processes.colocation import MANAGERS
+from skillwing.services.processes.launcher import ROUTER
+from skillwing.services.processes.lifetime import EXIT_OK
+from skillwing.services.testing import SkillsetProcesses
+
+pytestmark = pytest.mark.slow
+
+SKILLSET = """
+skillset pump {
+    data { pressure: float64 [Pa] period=0.2 }
+    resource valve { initial SHUT  SHUT -> OPEN  OPEN -> SHUT }
+    skill fill {
+        effect { open: valve -> OPEN  shut: valve -> SHUT }
+        precondition { shut: resource=(valve == SHUT)  success open }
+        interrupt { apply=shut }
+        result { success FULL: apply=shut }
+    }
+    skill drain { result { success EMPTY } }
+}
+"""
+SCRIPT = "[skill.fill]\ndelay = 3600.0\n[skill.drain]\ndelay = 3600.0\n"
+"""Skills run until they are interrupted."""
+LEASE_AND_MORE = 20.0
+POLL = 0.02
+
+Make = Callable[..., SkillsetProcesses]
+
+
+@pytest.fixture
+def pumps(tmp_path: Path) -> Iterator[Make]:
+    """Makes running pumps; when the test is over, none of their processes is left."""
+    skillset, script = tmp_path / "pump.skillset", tmp_path / "pump.toml"
+    skillset.write_text(SKILLSET, encoding="utf-8")
+    script.write_text(SCRIPT, encoding="utf-8")
+    made: list[SkillsetProcesses] = []
+
+    def make(**layout: object) -> SkillsetProcesses:
+        pump = SkillsetProcesses(skillset, run_dir=tmp_path / "run", scripts=[script], **layout)  # pyright: ignore[reportArgumentType]
+        made.append(pump)
+        return pump
+
+    yield make
+    for pump in made:
+        processes = [psutil.Process(pid) for pid in pump.launcher.pids.values() if psutil.pid_exists(pid)]
+        pump.close()
+        assert psutil.wait_procs(processes, timeout=0)[1] == []
+
+
+def test_managers_that_share_a_process_die_and_come_back_together(pumps: Make, tmp_path: Path) -> None:
+    pump = pumps(colocate=True)
+    assert set(pump.launcher.pids) == {ROUTER, RESOURCE_MANAGER, MANAGERS}
+    shared = next(state for state in pump.launcher.states if state.name == MANAGERS)
+    assert shared.nodes == (DATA_MANAGER, "skill/fill", "skill/drain")
+
+    goal = pump.start_skill("fill")
+    pump.assert_states(valve="OPEN")
+    pump.kill(MANAGERS)
+    goal.assert_ended("LOST")
+    pump.assert_states(valve="SHUT", within=LEASE_AND_MORE)
+
+    pump.restart(MANAGERS)
+    pump.start_skill("drain").interrupt().assert_ended("IT")
+    again = pump.start_skill("fill")
+    pump.assert_states(valve="OPEN")
+    again.interrupt().assert_ended("IT")
+
+    earlier = len(pump.launcher.deaths)
+    psutil.Process(pump.launcher.pids[MANAGERS]).terminate()
+    # Nothing on the bus tells that a process has been reaped.
+    while len(pump.launcher.deaths) == earlier:
+        pump.run(POLL)
+    assert pump.launcher.deaths[-1].exit_code == EXIT_OK
+    log = (tmp_path / "run" / "logs" / f"{MANAGERS}.log").read_text(encoding="utf-8")
+    assert all(f"[{node}] skillwing.node_host: {node} ended" in log for node in shared.nodes)
+
+
+def test_peers_need_the_router_only_to_meet(pumps: Make) -> None:
+    """Without it goals run, and whoever dies or freezes is noticed by the others."""
+    pump = pumps(topology="mesh")
+    pump.kill(ROUTER)
+    assert pump.bus.connected
+    pump.start_skill("fill").interrupt().assert_ended("IT")
+    goal, other = pump.start_skill("fill"), pump.start_skill("drain")
+    pump.assert_states(valve="OPEN")
+    pump.kill("skill/fill")
+    goal.assert_ended("LOST")
+    pump.assert_states(valve="SHUT", within=LEASE_AND_MORE)
+
+    frozen = pump.launcher.pids["skill/drain"]
+    os.kill(frozen, signal.SIGSTOP)
+    try:
+        other.assert_ended("LOST")
+    finally:
+        os.kill(frozen, signal.SIGCONT)
