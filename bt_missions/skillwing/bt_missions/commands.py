@@ -20,6 +20,7 @@ from skillwing.bt_missions.templates.template import write_template
 from skillwing.bt_missions.watching import MissionWatch, status_line, stay
 from skillwing.bt_missions.xml.writer import write_mission, write_models
 from skillwing.dsl import load
+from skillwing.services.commands.completion import missions
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.commands.exit_codes import FAILED, OK
 from skillwing.services.commands.output import make_console, print_json, print_table
@@ -29,7 +30,7 @@ from skillwing.services.robot import find_robot
 
 OptionWords = Annotated[
     list[str] | None,
-    typer.Argument(metavar="[OPTION=VALUE]...", help='Options, as in speed=1.5 "route=30,0,4; 30,20,4; 0,0,4".'),
+    typer.Argument(metavar="OPTION=VALUE", help='Options, as in speed=1.5 "route=30,0,4; 30,20,4; 0,0,4".'),
 ]
 OutputOption = Annotated[
     Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write there instead of to the terminal.")
@@ -47,7 +48,9 @@ FIRST_LOOK = 2.0
 SECOND_LOOK = 0.5
 """Wall seconds for what skills and managers have published."""
 
-mission = typer.Typer(no_args_is_help=True, help="Begin, check, fly, pause, watch and list missions.")
+mission = typer.Typer(
+    no_args_is_help=True, add_completion=False, help="Begin, check, fly, pause, watch and list missions."
+)
 
 
 @mission.command("list")
@@ -65,7 +68,12 @@ def list_missions(as_json: JsonOption = False) -> None:
 
 @mission.command()
 def run(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="Mission to fly, or tree file.", show_default=False)],
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="NAME", help="Mission to fly, or tree file.", show_default=False, autocompletion=missions
+        ),
+    ],
     options: OptionWords = None,
     robot: RobotOption = None,
     as_json: JsonOption = False,
@@ -141,7 +149,9 @@ def abort(reason: ReasonOption = None, robot: RobotOption = None, as_json: JsonO
 
 @mission.command()
 def check(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="Mission, or tree file.", show_default=False)],
+    name: Annotated[
+        str, typer.Argument(metavar="NAME", help="Mission, or tree file.", show_default=False, autocompletion=missions)
+    ],
     options: OptionWords = None,
     robot: RobotTableOption = "m600",
     skillset: SkillsetOption = None,
@@ -180,7 +190,9 @@ def new(
 
 @mission.command()
 def export(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="Mission to write.", show_default=False)],
+    name: Annotated[
+        str, typer.Argument(metavar="NAME", help="Mission to write.", show_default=False, autocompletion=missions)
+    ],
     options: OptionWords = None,
     output: OutputOption = None,
     robot: RobotTableOption = "m600",

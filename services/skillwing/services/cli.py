@@ -8,6 +8,7 @@ all commands none: what they do is read from their sources.
 from __future__ import annotations
 
 import ast
+import inspect
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -114,7 +115,17 @@ def _command(entry: EntryPoint) -> Any:
         single.command(entry.name, context_settings=settings)(target)
         command = get_command(single)
     command.name = entry.name
+    _reflow(command)
     return command
+
+
+def _reflow(command: Any) -> None:
+    """Let paragraphs of the help fill the terminal's width, not that of the source."""
+    if command.help:
+        paragraphs = inspect.cleandoc(command.help).split("\n\n")
+        command.help = "\n\n".join(" ".join(each.split()) for each in paragraphs)
+    for each in getattr(command, "commands", {}).values():
+        _reflow(each)
 
 
 def _unavailable(name: str, error: ImportError) -> Any:

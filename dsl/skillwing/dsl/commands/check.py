@@ -32,7 +32,7 @@ class Format(StrEnum):
 def check(
     files: Annotated[
         list[Path] | None,
-        typer.Argument(metavar="FILE...", help="Skillset files; `-` for standard input.", show_default=False),
+        typer.Argument(metavar="FILE", help="Skillset files; `-` for standard input.", show_default=False),
     ] = None,
     strict: Annotated[bool, typer.Option("--strict", help="Let warnings fail, too.")] = False,
     form: Annotated[Format, typer.Option("--format", help="How to print the problems.")] = Format.TEXT,

@@ -15,7 +15,8 @@ from skillwing.dsl.printing.reference.page import reference_page
 def docs(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Skillset file.", show_default=False)],
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="File to write instead of printing.", show_default=False)
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE", help="File to write instead of printing.", show_default=False),
     ] = None,
     check: Annotated[bool, typer.Option("--check", help="Write nothing; fail if -o is not up to date.")] = False,
 ) -> None:

@@ -17,7 +17,7 @@ _COLOURS = {"+": "green", "-": "red", "@": "cyan"}
 def fmt(
     files: Annotated[
         list[Path],
-        typer.Argument(metavar="FILE...", help="Skillset files; `-` is standard input.", show_default=False),
+        typer.Argument(metavar="FILE", help="Skillset files; `-` is standard input.", show_default=False),
     ],
     check: Annotated[bool, typer.Option("--check", help="Write nothing; fail if a file is not in the style.")] = False,
     diff: Annotated[bool, typer.Option("--diff", help="Write nothing; show what would change.")] = False,

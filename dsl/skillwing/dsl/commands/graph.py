@@ -32,8 +32,12 @@ _EXTENSION = {Format.SVG: "svg", Format.DOT: "dot", Format.MERMAID: "mmd"}
 
 def graph(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Skillset file.", show_default=False)],
-    resource: Annotated[str | None, typer.Option(help="Draw the state machine of this resource.")] = None,
-    skill: Annotated[str | None, typer.Option(help="Draw the machine of this skill, with its own names.")] = None,
+    resource: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Draw the state machine of this resource.")
+    ] = None,
+    skill: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Draw the machine of this skill, with its own names.")
+    ] = None,
     everything: Annotated[
         bool, typer.Option("--all", help="Draw all pictures, each into a file of the directory that -o names.")
     ] = False,
@@ -41,7 +45,10 @@ def graph(
         Format | None, typer.Option("--format", help="What to write; the extension of -o decides, or else svg.")
     ] = None,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="File to write, or directory with --all.", show_default=False)
+        Path | None,
+        typer.Option(
+            "--output", "-o", metavar="PATH", help="File to write, or directory with --all.", show_default=False
+        ),
     ] = None,
 ) -> None:
     """Draw a skillset: which skill uses which resource, or one of its resources or skills."""
