@@ -14,9 +14,12 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from observed_network import ObservedNetwork
+from skill_needs import seen, told
 
 from skillwing.m600.robot import ROBOT as M600
 from skillwing.services.bus import Bus
+from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.client.goal_handle import GoalHandle
@@ -26,7 +29,9 @@ from skillwing.services.processes.in_process import RobotInProcess
 from skillwing.services.processes.launcher import Launcher
 from skillwing.services.protocol import Terminal, encode
 from skillwing.services.robot import ProcessSpec, Robot, find_robot
+from skillwing.sim_mujoco.interface.table import TOPICS
 from skillwing.sim_mujoco.topics import (
+    AUTOPILOT_SETPOINT,
     FLIGHT,
     NAVIGATION,
     PILOT,
@@ -42,6 +47,7 @@ TABLE: Robot = find_robot(str(FOLDER))
 SKILLSET = TABLE.load_skillset()
 FAR = {"x": 20.0, "y": 0.0, "z": 3.0}
 PATIENCE = 60.0
+(SETPOINTS,) = (topic for topic in TOPICS if topic.key == AUTOPILOT_SETPOINT)
 
 
 class Client:
@@ -94,9 +100,9 @@ def specs(*skills: str) -> tuple[ProcessSpec, ...]:
 
 
 @contextmanager
-def in_process(*skills: str) -> Iterator[tuple[RobotInProcess, Client]]:
+def in_process(*skills: str, network: InProcessNetwork | None = None) -> Iterator[tuple[RobotInProcess, Client]]:
     """The robot in virtual time, and its client."""
-    with RobotInProcess(TABLE) as drone:
+    with RobotInProcess(TABLE, network) as drone:
         drone.start(specs(*skills))
         yield drone, Client(drone.network.bus("client", TABLE.name))
 
@@ -112,7 +118,8 @@ def test_it_has_the_managers_of_the_m600_and_nothing_of_its_simulator() -> None:
 
 
 def test_every_skill_flies_or_says_which_sensor_is_missing() -> None:
-    with in_process(*TABLE.hooks) as (_, client):
+    network = ObservedNetwork()
+    with in_process(*TABLE.hooks, network=network) as (_, client):
         assert client.fly("takeoff", height=3.0, speed=2.0).label == "S_AT_ALTITUDE"
         assert client.fly("goto_straight", target={"x": 5.0, "y": 3.0, "z": 4.0}).label == "S_ARRIVED"
         assert client.at(5.0, 3.0, 4.0) < 0.5
@@ -122,7 +129,9 @@ def test_every_skill_flies_or_says_which_sensor_is_missing() -> None:
         assert client.navigation is not None and abs(client.navigation.heading - 2.0) < 0.1
         client.robot.interrupt(lock)
         assert client.end_of(lock).label == "IT"
-        assert client.fly("hover", duration=1.0).label == "S_DONE"
+        hover = client.robot.start("hover", {"duration": 2.2})
+        assert network.rates(2.0)[AUTOPILOT_SETPOINT] == pytest.approx(SETPOINTS.rate, abs=1.0)
+        assert client.end_of(hover).label == "S_DONE"
         round_home = {"center": {"x": 0.0, "y": 0.0, "z": 0.0}, "radius": 5.0, "height": 5.0, "laps": 0.2}
         assert client.fly("inspect", **round_home).label == "S_COMPLETED"
         assert client.fly("return_home", height=5.0).label == "S_ARRIVED"
@@ -130,6 +139,9 @@ def test_every_skill_flies_or_says_which_sensor_is_missing() -> None:
         assert client.at(0.0, 0.0, 0.0) < 0.5
         client.until(lambda: client.state("flight_status") == "ON_GROUND")
         blind = ("zed_depthmap", "lidar_depthmap", "lidar_mapping", "stream")
+        needs = told()
+        flying = [skill for skill in TABLE.hooks if skill not in blind]
+        assert seen(network, flying) == {skill: needs[skill] for skill in flying}
         missing = {skill: client.fly(skill).failing for skill in blind}
         assert missing == dict(zip(blind, (("zed_ok",), ("lidar_ok",), ("lidar_ok",), ("bandwidth",)), strict=True))
 

@@ -1,0 +1,36 @@
+"""What docs/functional-layer.md says that skills ask and follow, and what they were seen to."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from pathlib import Path
+
+from observed_network import ObservedNetwork
+
+from skillwing.services.names import skill_process
+
+PAGE = Path(__file__).parents[2] / "docs" / "functional-layer.md"
+Needs = dict[str, tuple[set[str], set[str]]]
+"""For each skill the keys that it asks, and those that it follows."""
+
+
+def told() -> Needs:
+    """The table of the page."""
+    chapter = PAGE.read_text(encoding="utf-8").partition("## What each skill needs")[2].partition("\n## ")[0]
+    rows = re.findall(r"^\| `(\w+)` \| (.*) \| (.*) \|$", chapter, re.MULTILINE)
+    return {
+        skill: (set(re.findall(r"fl/[\w/]+", asks)), set(re.findall(r"fl/[\w/]+", follows)))
+        for skill, asks, follows in rows
+    }
+
+
+def seen(network: ObservedNetwork, skills: Iterable[str]) -> Needs:
+    """The same, of what has happened."""
+    return {
+        skill: (
+            {key for key, who in network.asks.items() if key.startswith("fl/") and skill_process(skill) in who},
+            {key for key, who in network.uses.items() if key.startswith("fl/") and skill_process(skill) in who},
+        )
+        for skill in skills
+    }
