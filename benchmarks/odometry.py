@@ -265,6 +265,7 @@ def report(results: Sequence[Result], seeds: str) -> str:
             f"Seeds {seeds}, {len(results)} flights by the whole simulator; median of the flights, least and largest "
             f"in brackets. {machine()}.",
             table(heads, lines),
+            seed_table(results),
             f"A scan takes {np.median(times):.1f} ms of processor time (99 % below {np.quantile(times, 0.99):.1f} ms), "
             f"and {np.median(map_times):.1f} ms ({np.quantile(map_times, 0.99):.1f} ms) to be put into the map.",
             f"In {scans / 36000:.2f} hours of good flight {doubted} of {scans} scans were doubted, and {lost} of "
@@ -281,6 +282,17 @@ def report(results: Sequence[Result], seeds: str) -> str:
 
 def spread(values: Sequence[float]) -> str:
     return f"{median(values):.2f} ({min(values):.2f} to {max(values):.2f})" if values else "-"
+
+
+def seed_table(results: Sequence[Result]) -> str:
+    """Drift of each flight."""
+    drifted = {(r.seed, r.across): f"{r.drift:.2f}" + (", lost" if r.lost else "") for r in results}
+    seeds = sorted({r.seed for r in results})
+    lines = [
+        (name, *(drifted.get((seed, across), "-") for seed in seeds))
+        for name, across in (("nose along the track", False), ("nose across it", True))
+    ]
+    return table(("drift, RMS [m], of seed", *map(str, seeds)), lines)
 
 
 def map_table(both: Sequence[tuple[str, Sequence[Result]]]) -> str:
