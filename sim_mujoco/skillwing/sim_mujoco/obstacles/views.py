@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from skillwing.sim_mujoco.frames.vectors import Vector
 from skillwing.sim_mujoco.sensors.directions import LIDAR_HALF_FAN
-from skillwing.sim_mujoco.sensors.scans import DepthPicture, LidarScan, nearest_but_one
+from skillwing.sim_mujoco.sensors.scans import DepthPicture, LidarScan
 
 Points = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -73,7 +73,7 @@ class CameraView:
     @staticmethod
     def of(picture: DepthPicture) -> CameraView:
         header = picture.header
-        depth = nearest_but_one(picture.depth)
+        depth = picture.in_blocks
         known = np.where((depth > 0.0) & (depth < 60.0), depth, np.float32(np.inf))
         return CameraView(header.width / 2 / header.fx, header.height / 2 / header.fy, _least_around(known, wrap=False))
 
@@ -162,7 +162,13 @@ def view_of(measurement: LidarScan | DepthPicture) -> View:
 
 def _least_around(image: Image, *, wrap: bool) -> Image:
     """The least of each value and its eight neighbours; rows are a circle if `wrap`."""
-    padded = np.pad(image, ((1, 1), (0, 0)), mode="wrap" if wrap else "edge")
-    rows = np.minimum(np.minimum(padded[:-2], padded[1:-1]), padded[2:])
-    padded = np.pad(rows, ((0, 0), (1, 1)), mode="edge")
-    return np.minimum(np.minimum(padded[:, :-2], padded[:, 1:-1]), padded[:, 2:])
+    least = image.copy()
+    least[1:] = np.minimum(least[1:], image[:-1])
+    least[:-1] = np.minimum(least[:-1], image[1:])
+    if wrap:
+        least[0] = np.minimum(least[0], image[-1])
+        least[-1] = np.minimum(least[-1], image[0])
+    rows = least.copy()
+    least[:, 1:] = np.minimum(least[:, 1:], rows[:, :-1])
+    least[:, :-1] = np.minimum(least[:, :-1], rows[:, 1:])
+    return least

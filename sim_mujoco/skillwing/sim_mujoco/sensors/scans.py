@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import msgspec
 import numpy as np
@@ -77,7 +77,7 @@ class LidarScan:
         return PlacedPoints(header.t1, turns[-1], positions[-2] + turns[-2] @ mount, points[kept])
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class DepthPicture:
     """One depth picture; `depth` (height, width) along the optical axis [mm], 0 = no return."""
 
@@ -99,6 +99,11 @@ class DepthPicture:
         """When the measurement began and ended."""
         return self.header.t, self.header.t
 
+    @cached_property
+    def in_blocks(self) -> Points:
+        """Depth [m] of the nearest pixel but one of each block that has two, 0 where it has not."""
+        return _nearest_but_one(self.depth)
+
     def place(self, history: PoseHistory, reach: float) -> PlacedPoints:
         """One point for each block of 4 x 4 pixels: the nearest but one of its pixels, if within `reach` [m].
 
@@ -108,7 +113,7 @@ class DepthPicture:
         header = self.header
         positions, turns = history.at(np.array([header.t]))
         mount = np.array(header.mount, dtype=np.float32)
-        depth = nearest_but_one(self.depth)
+        depth = self.in_blocks
         in_view = (depth > 0.0) & (depth <= reach)
         in_body = _block_directions(msgspec.structs.replace(header, t=0.0))[in_view] * depth[in_view, None] + mount
         in_body = in_body[np.einsum("ij,ij->i", in_body, in_body) > OWN_BODY**2]
@@ -116,8 +121,7 @@ class DepthPicture:
         return PlacedPoints(header.t, turns[0], positions[0] + turns[0] @ mount, points)
 
 
-def nearest_but_one(depth: NDArray[np.uint16]) -> Points:
-    """Depth [m] of the nearest pixel but one of each block that has two, 0 where it has not."""
+def _nearest_but_one(depth: NDArray[np.uint16]) -> Points:
     rows, columns = depth.shape[0] // BLOCK, depth.shape[1] // BLOCK
     blocks = depth[: rows * BLOCK, : columns * BLOCK].reshape(rows, BLOCK, columns, BLOCK)
     pixels = blocks.transpose(1, 3, 0, 2).reshape(BLOCK * BLOCK, rows, columns) - np.uint16(1)  # none becomes far
