@@ -16,11 +16,11 @@ VEHICLE = f"""\
 It tells `fl/navigation` and `fl/flight`, and follows `fl/autopilot/setpoint`. That is enough for the first nine skills;
 `fl/battery` and `fl/range` should be there, too. These are its duties, none of which guidance can do for it:
 
-1. **Follow.** A setpoint is a position with velocity and acceleration to feed forward, and a heading. Paths have
-   {ACCELERATION:g} m/s² at their ends, {BRAKING:g} m/s² where they are broken off, at most {MAX_SPEED:g} m/s, 1.8 m/s
-   up and down, {TURN_RATE:g} rad/s of heading. Stay within 3 m of them, or the motion is ABORTED; come to rest (0.25
-   m/s) within {ARRIVED_WITHIN:g} m of the end and {ALIGNED:g} rad of the heading, or it never is DONE, and BLOCKED 10
-   s later.
+1. **Follow.** A setpoint is a position with velocity and acceleration to feed forward, and a heading. Paths are flown
+   at up to {MAX_SPEED:g} m/s, 1.8 m/s up and down, with {ACCELERATION:g} m/s² at their ends and {BRAKING:g} m/s² where
+   they are broken off; the heading turns at {TURN_RATE:g} rad/s. Stay within 3 m of the path, or the motion is ABORTED.
+   Come to rest (0.25 m/s) within {ARRIVED_WITHIN:g} m of its end, or it is BLOCKED 10 s later. Point the nose to within
+   {ALIGNED:g} rad of where it should be, or the turn never ends.
 2. **Take off by setpoint.** There is no command for it: on the ground there are no setpoints, and the first one that
    asks for rotors and a place above the vehicle starts them. From then on, and not later than at the height asked
    for, `on_ground` is False; a True in between means to guidance that the vehicle has landed again.
@@ -29,9 +29,9 @@ It tells `fl/navigation` and `fl/flight`, and follows `fl/autopilot/setpoint`. T
    vehicle is on the ground *and* its rotors are off. Where that is not told before the path is 3 m below the vehicle,
    the landing is BLOCKED.
 4. **Look after yourself.** Without a setpoint for {SETPOINT_TIMEOUT:g} s: brake, hold the position. {LAND_AFTER:g} s
-   later: land. A fresh setpoint takes over again. Guidance relies on it: it falls silent when nobody has commanded
-   the vehicle for {ALONE:g} s in the air, and so does a guidance that has crashed. Say in `failsafe` what is being
-   done; it goes to the timeline.
+   later: land. A fresh setpoint takes over again. Guidance relies on it: it falls silent when nobody has commanded the
+   vehicle for {ALONE:g} s in the air, and so does a guidance that has crashed. Say in `failsafe` what is being done; it
+   goes to the timeline.
 5. **Overrule where you must.** Critical battery, lost navigation, a failed rotor, a fence of your own: act, and say
    `follows` False. Guidance then gives its motions up, takes none but a landing, and keeps its setpoints where the
    vehicle is, so that nothing jumps afterwards. `holds_heading` False says that the nose can no longer be pointed.
@@ -103,7 +103,7 @@ the axis:
 | `BLOCKED` | at rest before an obstacle, or no headway; still held | ends BLOCKED |
 | `ABORTED` | at rest; revoked, out of the fence, drifted off, overruled; given back | ends ABORTED, or fails |
 
-All but TURNING, MOVING, WAITING and STOPPING promise a vehicle at rest.
+Of the body, the states after STOPPING, and IDLE, promise a vehicle at rest.
 
 **Obstacles.** `target` is where the present way leads, `way` its corners if it is bent: the obstacle node looks along
 it, and reports how far it is free. To be as careful as ours: stop {MARGIN:g} m before what stands there, wait where a
@@ -111,5 +111,5 @@ way that was watched has had no report for {STALE:g} s, fly no faster than the `
 ([obstacles.md](obstacles.md)). Who does not read the reports flies unwatched, as ours does without a depth map.
 
 **The fence** is told once, as an event, and kept by the publisher for those who come later. Ours lets targets lie
-between {LOWEST:g} and {HIGHEST:g} m, whatever the box says.
+between {LOWEST:g} and {HIGHEST:g} m, whatever its box says.
 """

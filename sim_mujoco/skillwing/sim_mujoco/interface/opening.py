@@ -41,8 +41,8 @@ in Python as in the [example](../examples/point_drone/node.py), or in any langua
 bridge to MAVLink; what is said of it below is where its messages belong, and has not been flown.
 
 **The proof** is [examples/point_drone](../examples/point_drone/robot.py): a vehicle of less than 250 lines, without
-MuJoCo, in wall time, under the M600's skill managers, guidance and bridge, none of which was changed. `skillwing up
---robot ./examples/point_drone` starts it. It takes off, flies to points, turns, holds a heading, hovers, circles,
+MuJoCo, in wall time, under the very skill managers, guidance and bridge of the M600. `skillwing up --robot
+./examples/point_drone` starts it. It takes off, flies to points, turns, holds a heading, hovers, circles,
 comes home and lands; depth maps, mapping and video say which sensor they miss.
 
 ## What each skill needs
@@ -101,7 +101,7 @@ def attitude(w, x, y, z):
     return (w + z) / sqrt(2), (x + y) / sqrt(2), (x - y) / sqrt(2), (w - z) / sqrt(2)
 ```
 
-Each of the first three is its own inverse, and so is the last one. Positions come with the home pad subtracted.
+Each is its own inverse. Subtract the home pad from positions.
 
 **Time.** `t` is robot time in seconds, and there is one for the whole robot. Where a simulator makes it, the table
 says `clock="robot"` and the simulator publishes `fl/clock`; a vehicle in the real world says `clock="wall"`,
