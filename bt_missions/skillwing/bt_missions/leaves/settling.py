@@ -23,8 +23,8 @@ class NoteSwitch(Behaviour):
 
 
 class NeverSwitched(Behaviour):
-    """FAILURE, with the reason, if the mission has gone over to another branch of `subject`: it came to its end, but not
-    as it was meant to."""
+    """FAILURE, with the reason, if the mission has gone over to another branch of `subject`: it has come to an end, but
+    not as planned."""
 
     def __init__(self, name: str, context: MissionContext, subject: str) -> None:
         super().__init__(name)

@@ -239,8 +239,8 @@ class SkillAction(Behaviour):
         for name, done in self._done_so_far.items():
             if done > 0.0:
                 wanted = self._context.skillset.skill(self.skill).input(name)
-                rest = values.get(name, wanted.default) - done
-                values[name] = rest if wanted.low is None else max(rest, wanted.low)
+                whole: Any = values.get(name, wanted.default)
+                values[name] = whole - done if wanted.low is None else max(whole - done, wanted.low)
         return values
 
     def _count_what_is_done(self, goal: Goal | None) -> None:

@@ -17,11 +17,11 @@ from rich.text import Text
 
 from skillwing.dsl.model import UnknownNameError
 from skillwing.m600.campaign import page
-from skillwing.m600.campaign.conditions import Condition
+from skillwing.m600.campaign.conditions import Condition, conditions_of
 from skillwing.m600.campaign.crew import Crew
 from skillwing.m600.campaign.ledger import Ledger
 from skillwing.m600.campaign.outcomes import outcome_table, outcomes
-from skillwing.m600.campaign.plan import FlightPlan, Network
+from skillwing.m600.campaign.plan import FlightPlan, Network, usual_world
 from skillwing.m600.campaign.result import FlightResult
 from skillwing.services.commands.completion import missions
 from skillwing.services.commands.exit_codes import FAILED, OK
@@ -54,7 +54,10 @@ def campaign(
     faults: Annotated[
         str, typer.Option(metavar="NAME,...", help=f"Conditions: {', '.join(Condition)}; or all.")
     ] = Condition.NONE,
-    worlds: Annotated[str, typer.Option(metavar="KIND,...", help="Kinds of worlds.")] = "courtyard",
+    worlds: Annotated[
+        str | None,
+        typer.Option(metavar="KIND,...", help="Kinds of worlds; default: courtyard, or inspection for that mission."),
+    ] = None,
     jobs: Annotated[
         int, typer.Option(metavar="N", min=0, help="Flights at once; 0 for one on each core, or for one over Zenoh.")
     ] = 0,
@@ -118,7 +121,7 @@ def make_plans(
     mission: str,
     seeds: str,
     conditions: str,
-    worlds: str,
+    worlds: str | None,
     *,
     watched: bool = True,
     network: Network = Network.IN_PROCESS,
@@ -134,14 +137,17 @@ def make_plans(
     missions = entry_points(group=MISSIONS).names
     if mission not in missions:
         raise UnknownNameError("mission", mission, sorted(missions))
-    names = list(Condition) if conditions == "all" else _names("condition", conditions, list(Condition))
-    kinds = list(KINDS) if worlds == "all" else _names("world", worlds, list(KINDS))
-    return [
+    names = conditions_of(mission) if conditions == "all" else _names("condition", conditions, list(Condition))
+    kinds = list(KINDS) if worlds == "all" else _names("world", worlds or usual_world(mission), list(KINDS))
+    plans = [
         FlightPlan(mission=mission, world=kind, seed=seed, condition=Condition(name), watched=watched, network=network)
         for seed in parse_seeds(seeds)
         for kind in kinds
         for name in names
     ]
+    for first in plans[: len(kinds) * len(names)]:
+        first.mission_options()  # where a mission has nothing to do is said before anything flies
+    return plans
 
 
 def parse_seeds(text: str) -> range:

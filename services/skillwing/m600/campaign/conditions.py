@@ -21,6 +21,7 @@ class Condition(StrEnum):
     BOTH = "both"
     GUST = "gust"
     BATTERY = "battery"
+    LINK = "link"
     PILOT = "pilot"
     PILOT_RETURNS = "pilot-returns"
 
@@ -36,9 +37,18 @@ _SUMMARIES = {
     Condition.BOTH: "both of them fail, each at its own time",
     Condition.GUST: "wind of 2 to 6 m/s from anywhere, turbulence, and three gusts of 3 to 7 m/s more",
     Condition.BATTERY: "the battery is charged so little that the drone has to come home early, or land",
+    Condition.LINK: "the radio link narrows to 0 to 0.3 Mbit/s, for a while or for good",
     Condition.PILOT: "the safety pilot takes the authority and keeps it",
     Condition.PILOT_RETURNS: "the safety pilot takes the authority, and gives it back some seconds later",
 }
+
+_UNNOTICED = {"mapping": frozenset({Condition.LINK}), "inspection": frozenset({Condition.CAMERA, Condition.BOTH})}
+"""Conditions that a mission does not notice: it needs no link, or no depth camera."""
+
+
+def conditions_of(mission: str) -> list[Condition]:
+    """Everything that may matter to a mission."""
+    return [condition for condition in Condition if condition not in _UNNOTICED.get(mission, frozenset())]
 
 
 def draw(condition: Condition, seed: int, flight_time: float) -> dict[str, Any]:
@@ -71,6 +81,8 @@ def draw(condition: Condition, seed: int, flight_time: float) -> dict[str, Any]:
             ]
         case Condition.BATTERY:
             simulation["battery"] = round(chance.uniform(30.2, 37.0), 2)
+        case Condition.LINK:
+            simulation["link"] = {"faults": [_link_fault(chance, moment())]}
         case Condition.PILOT | Condition.PILOT_RETURNS:
             taken = moment()
             simulation["pilot"] = [{"at": taken, "authority": False}]
@@ -88,6 +100,13 @@ def _wind(chance: random.Random, least: float, most: float) -> list[float]:
 
 def _sensor_fault(chance: random.Random, sensor: str, at: float) -> dict[str, Any]:
     fault: dict[str, Any] = {"sensor": sensor, "kind": chance.choice(SENSOR_FAULTS), "at": at}
+    if chance.random() < 0.5:
+        fault["for"] = round(chance.uniform(3.0, 30.0), 2)
+    return fault
+
+
+def _link_fault(chance: random.Random, at: float) -> dict[str, Any]:
+    fault: dict[str, Any] = {"kind": "narrow", "at": at, "magnitude": round(chance.uniform(0.0, 0.3), 3)}
     if chance.random() < 0.5:
         fault["for"] = round(chance.uniform(3.0, 30.0), 2)
     return fault

@@ -23,6 +23,8 @@ from skillwing.services.commands.pace import AS_FAST_AS_POSSIBLE
 from skillwing.services.robot import ProcessSpec
 from skillwing.sim_mujoco.world.world import make_world
 
+MAPPING = "mapping"
+"""The mission whose map is judged."""
 LONGEST = 1200.0
 """Robot seconds after which a flight that does not end is given up."""
 
@@ -84,7 +86,7 @@ def _coverage(plan: FlightPlan, witness: Witness, run_dir: Path | None) -> float
 
         report = evaluate(run_dir, ROBOT.load_skillset(), mission=plan.mission, seed=plan.seed, world=plan.world)
         return report.coverage.all
-    if witness.map is None or not witness.over:
+    if plan.mission != MAPPING or witness.map is None or not witness.over:
         return None
     world = make_world(plan.seed, plan.world)
     return judge_map(world, world.site.way, witness.map).all

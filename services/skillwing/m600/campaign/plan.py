@@ -10,6 +10,7 @@ from typing import Any
 import msgspec
 
 from skillwing.m600.campaign.conditions import Condition, draw
+from skillwing.services.errors import InvalidOptionError
 from skillwing.sim_mujoco.world.kinds import make_site
 from skillwing.sim_mujoco.world.site import Site
 
@@ -79,17 +80,32 @@ class FlightPlan(msgspec.Struct, frozen=True, kw_only=True):
 
     def mission_options(self) -> dict[str, Any]:
         """What the mission is told; one that is not listed here knows everything by itself."""
-        site = self.site()
         match self.mission:
-            case "mapping":
-                return {
-                    "route": site.route,
-                    "area": site.area,
-                    "return_height": site.return_height,
-                    "pilot_patience": PILOT_PATIENCE,
-                }
+            case "mapping" | "inspection":
+                return {**options_on(self.site(), self.mission), "pilot_patience": PILOT_PATIENCE}
             case _:
                 return {}
+
+
+def usual_world(mission: str) -> str:
+    """The kind of world in which a mission has something to do."""
+    return "inspection" if mission == "inspection" else "courtyard"
+
+
+def options_on(site: Site, mission: str) -> dict[str, Any]:
+    """What a mission planner tells a mission of this site. Raises InvalidOptionError where it has nothing to do."""
+    if mission == "mapping":
+        return {"route": site.route, "area": site.area, "return_height": site.return_height}
+    if site.target is None:
+        sentence = f"A world of kind `{site.kind}` has no building to inspect. Give `--worlds inspection`."
+        raise InvalidOptionError("worlds", sentence)
+    x, y = site.target.centre
+    return {
+        "center": (x, y, 0.0),
+        "radius": round(site.target.radius, 2),
+        "height": site.target.height,
+        "return_height": site.return_height,
+    }
 
 
 def flight_time(site: Site) -> float:
