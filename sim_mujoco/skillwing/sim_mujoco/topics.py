@@ -29,9 +29,9 @@ FLIGHT = "fl/flight"  # FlightState, 10 Hz and at each change
 BATTERY = "fl/battery"  # Battery, 1 Hz
 RANGE = "fl/range"  # Range, 20 Hz
 GNSS = "fl/gnss"  # Gnss, 10 Hz, 0.1 s late
-IMU = "fl/imu"  # float32 [n, 7] rows (t - t0, acceleration 3, angular rate 3) FLU, ImuHeader
-LIDAR = "fl/lidar"  # float32 [columns, beams] ranges in m, 0 = no return, LidarHeader
-ZED_DEPTH = "fl/zed/depth"  # uint16 [height, width] depth along the optical axis in mm, 0 = no return, DepthHeader
+IMU = "fl/imu"  # float32 [n, 7] rows (t - t0, acceleration 3, angular rate 3) FLU, ImuHeader, 50 Hz
+LIDAR = "fl/lidar"  # float32 [columns, beams] ranges in m, 0 = no return, LidarHeader, 10 Hz
+ZED_DEPTH = "fl/zed/depth"  # uint16 [height, width] mm along the optical axis, 0 = no return, DepthHeader, 15 Hz
 HEALTH = "fl/health"  # Health under fl/health/<sensor>, events
 TRUTH = "fl/truth"  # Truth, 20 Hz: for judges and recordings only, never for the robot
 AUTOPILOT_SETPOINT = "fl/autopilot/setpoint"  # AutopilotSetpoint, 50 Hz, guidance -> autopilot
@@ -192,7 +192,10 @@ class Truth(Message, frozen=True, kw_only=True):
 
 
 class AutopilotSetpoint(Message, frozen=True, kw_only=True):
-    """Position with velocity and acceleration feed-forward and heading; `land`/`rotors` as the autopilot's modes."""
+    """Where to be at `t` (ENU), with velocity and acceleration to feed forward, and the heading.
+
+    `rotors` False lets them stop once the drone stands. Guidance never says so: an autopilot notices by itself that it
+    has touched down."""
 
     t: Time
     position: Vector3
@@ -203,7 +206,7 @@ class AutopilotSetpoint(Message, frozen=True, kw_only=True):
 
 
 class SetFault(Message, frozen=True, kw_only=True):
-    """Switch a corruptor. Kinds: blackout, freeze, noise, bias, dropout, slow."""
+    """Switch a fault. Kinds: of a sensor blackout, freeze, noise, bias, dropout, slow; of a rotor stopped, weak."""
 
     sensor: str
     kind: str
