@@ -72,8 +72,7 @@ class FlightPlan(msgspec.Struct, frozen=True, kw_only=True):
         return {
             "seed": self.seed,
             "world": self.world,
-            "fence": {"low": list(site.fence.low), "high": list(site.fence.high)},
-            "bounds": {"low": list(site.bounds.low), "high": list(site.bounds.high)},
+            **site_options(site),
             "watch": self.watched,
             **self.circumstances(),
         }
@@ -90,6 +89,14 @@ class FlightPlan(msgspec.Struct, frozen=True, kw_only=True):
 def usual_world(mission: str) -> str:
     """The kind of world in which a mission has something to do."""
     return "inspection" if mission == "inspection" else "courtyard"
+
+
+def site_options(site: Site) -> dict[str, Any]:
+    """What a robot's functional layer is told of a site."""
+    return {
+        "fence": {"low": list(site.fence.low), "high": list(site.fence.high)},
+        "bounds": {"low": list(site.bounds.low), "high": list(site.bounds.high)},
+    }
 
 
 def options_on(site: Site, mission: str) -> dict[str, Any]:

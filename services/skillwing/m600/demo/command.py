@@ -1,4 +1,4 @@
-"""`skillwing demo`: fly the mapping mission in simulation, lose the depth camera, finish on the LiDAR."""
+"""`skillwing demo`: fly a mission in simulation, with what goes wrong in the paper, and judge it."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from rich.console import Console
 from rich.text import Text
 
 from skillwing.dsl.model import Skillset
-from skillwing.m600.command import sentences
 from skillwing.m600.demo.flight_deck import FlightDeck
 from skillwing.m600.demo.flight_watch import FlightWatch
+from skillwing.m600.demo.story import CAMERA_FAILS_AT, MAPPING, Story, tell
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus import Topology
 from skillwing.services.bus.clock import FollowedClock
@@ -41,9 +41,6 @@ from skillwing.services.telemetry.journal import TIMELINE_FILE
 from skillwing.services.telemetry.report import REPORT_FILE, ProcessEntry, summary_table
 from skillwing.services.telemetry.viewer_window import ViewerWindow, has_screen
 
-MISSION = "mapping"
-CAMERA_FAILS_AT = 45.0
-"""Robot time in seconds: by then the drone has gone round its first obstacle and is on the second leg."""
 LARGEST_SEED = 2**32 - 1
 CLOCK_TIMEOUT = 5.0
 """Wall seconds in which the simulator's first clock tick is awaited."""
@@ -104,21 +101,30 @@ class Flight:
         return [ProcessEntry(name=name, state=state(name), detail=detail(name)) for name in self.names]
 
 
-def _finite(value: float) -> float:
-    if not math.isfinite(value):
+def _finite(value: float | None) -> float | None:
+    if value is not None and not math.isfinite(value):
         raise typer.BadParameter("give a number.")
     return value
 
 
 def demo(
-    no_fault: Annotated[bool, typer.Option("--no-fault", help="Let the depth camera live.")] = False,
+    mission: Annotated[
+        str, typer.Argument(metavar="[MISSION]", help="Mapping, or inspection: round a building with live video.")
+    ] = MAPPING,
+    no_fault: Annotated[bool, typer.Option("--no-fault", help="Let the depth camera, or the link, live.")] = False,
     fault_at: Annotated[
-        float,
-        typer.Option(metavar="SECONDS", min=0.0, callback=_finite, help="Robot time at which the depth camera fails."),
-    ] = CAMERA_FAILS_AT,
+        float | None,
+        typer.Option(
+            metavar="SECONDS",
+            min=0.0,
+            callback=_finite,
+            help=f"Robot time at which the depth camera fails (default {CAMERA_FAILS_AT:g}), or the link; "
+            "by default that fails behind the building.",
+        ),
+    ] = None,
     scenario: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="TOML or JSON: faults, wind, pilot and more, instead of the camera's fault."),
+        typer.Option(metavar="FILE", help="TOML or JSON: faults, wind, pilot and more, instead of the fault."),
     ] = None,
     seed: Annotated[int, typer.Option(metavar="N", min=0, max=LARGEST_SEED, help="Seed of the simulated world.")] = 1,
     speed: PaceOption = 1.0,
@@ -126,22 +132,23 @@ def demo(
         bool | None, typer.Option("--viewer/--no-viewer", help="Open the Rerun viewer; default: if there is a screen.")
     ] = None,
     run_dir: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Where the run goes; default runs/TIME-mapping.")
+        Path | None, typer.Option(metavar="DIR", help="Where the run goes; default runs/TIME-MISSION.")
     ] = None,
     colocate: ColocateOption = False,
     topology: TopologyOption = "router",
 ) -> None:
-    """Fly the 3D-mapping mission in simulation; the depth camera fails on the way, and the LiDAR takes over.
+    """Fly a mission in simulation. Mapping: the depth camera fails on the way, and the LiDAR takes over. Inspection:
+    the radio link narrows until there is no video any more, and the drone lands.
 
     Writes recording, timeline, map and report to the run directory. Exit codes: 0 the mission succeeded, 1 it did
     not or was cut short, 2 it cannot be flown with these options.
     """
     console = make_console()
-    happens = _scenario(scenario) if scenario else _camera_fails(None if no_fault else fault_at)
-    title = f"Mission {MISSION}, world {seed}, {happens.title}"
+    story = tell(mission, seed, fault=not no_fault, fault_at=fault_at, scenario=scenario)
+    title = f"Mission {mission}, world {seed}, {story.happens}"
     with reserved(ROBOT.name):
-        directory = _make_run_dir(run_dir or Path("runs") / f"{datetime.now().astimezone():%Y%m%d-%H%M%S}-{MISSION}")
-        options: dict[str, Any] = {"seed": seed, "speed": speed, "run_dir": str(directory), **happens.options}
+        directory = _make_run_dir(run_dir or Path("runs") / f"{datetime.now().astimezone():%Y%m%d-%H%M%S}-{mission}")
+        options: dict[str, Any] = {"seed": seed, "speed": speed, "run_dir": str(directory), **story.robot}
         wants_viewer = has_screen() if viewer is None else viewer
         try:
             with ended_by_signals() as ending, ExitStack() as stack:
@@ -151,11 +158,11 @@ def demo(
                         window = stack.enter_context(_viewer(directory, console))
                 if window is not None:
                     options["viewer_url"] = window.url
-                processes = colocated(_processes(options)) if colocate else _processes(options)
-                flight = Flight(processes)
+                processes = _processes(story, options)
+                flight = Flight(colocated(processes) if colocate else processes)
                 _fly(flight, options["speed"], directory, console, title, topology, ending)
                 with ending.at_once():
-                    code = _judge(flight, directory, seed, console)
+                    code = _judge(flight, story, directory, seed, console)
                 goes_on = not flight.ended_by and not ending.told
                 if window is not None and window.is_open and sys.stdin.isatty() and goes_on:
                     console.print("Close the viewer's window, or press Ctrl-C, to end.")
@@ -164,33 +171,6 @@ def demo(
             console.print(f"{CALLED_OFF} There is no report; what was recorded is in {_shown(directory)}.", style="red")
             code = FAILED
         raise typer.Exit(code)
-
-
-@dataclass(frozen=True)
-class _Happens:
-    """What happens to the drone, in a few words and as options of the robot."""
-
-    title: str
-    options: dict[str, Any]
-
-
-def _camera_fails(at: float | None) -> _Happens:
-    if at is None:
-        return _Happens("no fault", {"faults": []})
-    return _Happens(f"depth camera fails at {at:g} s", {"faults": [{"sensor": "zed", "kind": "blackout", "at": at}]})
-
-
-def _scenario(path: Path) -> _Happens:
-    """What a file says. Raises InvalidOptionError if it cannot be used."""
-    from skillwing.sim_mujoco.scenario import ScenarioError, read_scenario  # noqa: PLC0415 - loads physics
-
-    try:
-        read_scenario(path)
-    except ScenarioError as error:
-        raise InvalidOptionError(
-            "scenario", f"{sentences(str(error))} docs/sensors.md tells how one is written."
-        ) from error
-    return _Happens(f"scenario {path.name}", {"scenario": str(path.absolute())})
 
 
 def _make_run_dir(path: Path) -> Path:
@@ -217,12 +197,12 @@ def _viewer(run_dir: Path, console: Console) -> Iterator[ViewerWindow | None]:
         yield window if window.is_open else None
 
 
-def _processes(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
+def _processes(story: Story, options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
     """Everything but the router; whoever only looks on is there first, and the mission comes last."""
     mission = ProcessSpec(
         "mission",
         "skillwing.bt_missions.running.runner:make_mission",
-        {"mission": MISSION, "skillset": str(ROBOT.skillset)},
+        {"mission": story.mission, "skillset": str(ROBOT.skillset), **story.options},
         extra="missions",
         # A new mission would begin with a takeoff, in the air.
         restart="never",
@@ -302,22 +282,23 @@ def _ending_well(flight: Flight) -> Iterator[None]:
         flight.ended_by = " ".join(fatal) or str(error)
 
 
-def _judge(flight: Flight, run_dir: Path, seed: int, console: Console) -> int:
+def _judge(flight: Flight, story: Story, run_dir: Path, seed: int, console: Console) -> int:
     """Judge the run against the true world, write and print the report; returns the exit code."""
     from skillwing.m600.judge.evaluation import evaluate  # noqa: PLC0415 - loads physics and pictures
 
     notes = [flight.ended_by] if flight.ended_by else []
     if any(death.process == RECORDER for death in flight.deaths):
         notes.append(UNRECORDED)
-    with _busy(console, "Judging the map against the true world ..."):
+    with _busy(console, "Judging the flight against the true world ..."):
         try:
             if flight.deck is not None:
                 flight.deck.complete_journal(run_dir)
             report = evaluate(
                 run_dir,
                 ROBOT.load_skillset(),
-                mission=MISSION,
+                mission=story.mission,
                 seed=seed,
+                world=story.world,
                 wall_time_s=flight.wall_time or None,
                 processes=flight.entries(),
                 notes=[f"**{note}**" for note in notes],

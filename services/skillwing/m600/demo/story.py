@@ -1,0 +1,93 @@
+"""What a demo flies, where, and what goes wrong on the way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from skillwing.dsl.model import UnknownNameError
+from skillwing.m600.command import sentences
+from skillwing.services.errors import InvalidOptionError
+
+MAPPING, INSPECTION = "mapping", "inspection"
+CAMERA_FAILS_AT = 45.0
+"""Robot time in seconds: by then the drone has gone round its first obstacle and is on the second leg."""
+POOR, CRITICAL = 0.4, 0.008
+"""What the link carries beside the building and behind it, as seen from home [Mbit/s]."""
+RIM = 30.0
+"""How far the zones reach beyond the circle of the inspection [m]."""
+
+
+@dataclass(frozen=True)
+class Story:
+    """mission: its name. world: the kind of world. happens: what goes wrong, in a few words. robot, options: what
+    robot and mission are told of all this."""
+
+    mission: str
+    world: str
+    happens: str
+    robot: dict[str, Any]
+    options: dict[str, Any] = field(default_factory=dict[str, Any])
+
+
+def tell(mission: str, seed: int, *, fault: bool, fault_at: float | None, scenario: Path | None) -> Story:
+    """The story of a demo. fault_at: robot seconds, None for where it is worst; scenario: a file that says instead what
+    happens. Raises UnknownNameError and InvalidOptionError."""
+    match mission:
+        case "mapping":
+            happens = ("no fault", {"faults": []}) if not fault else _camera_fails(fault_at)
+            story = Story(mission, "courtyard", *happens)
+        case "inspection":
+            story = _inspection(seed, fault=fault, fault_at=fault_at)
+        case _:
+            raise UnknownNameError("mission of the demo", mission, (MAPPING, INSPECTION))
+    return story if scenario is None else _by_scenario(story, scenario)
+
+
+def _camera_fails(at: float | None) -> tuple[str, dict[str, Any]]:
+    at = CAMERA_FAILS_AT if at is None else at
+    return f"depth camera fails at {at:g} s", {"faults": [{"sensor": "zed", "kind": "blackout", "at": at}]}
+
+
+def _inspection(seed: int, *, fault: bool, fault_at: float | None) -> Story:
+    """Round the site's building; behind it the link is critical, as in Section 2.1 of the paper."""
+    from skillwing.m600.campaign.plan import options_on, site_options  # noqa: PLC0415 - loads numpy
+    from skillwing.sim_mujoco.world.kinds import make_site  # noqa: PLC0415
+
+    site = make_site(seed, INSPECTION)
+    options = options_on(site, INSPECTION)
+    if not fault:
+        happens, link = "no fault", dict[str, Any]()
+    elif fault_at is not None:
+        happens = f"the link narrows at {fault_at:g} s"
+        link = {"faults": [{"kind": "narrow", "at": fault_at, "magnitude": CRITICAL}]}
+    else:
+        happens, link = "a critical link behind the building", {"zones": _zones(options)}
+    return Story(INSPECTION, INSPECTION, happens, {"world": INSPECTION, "link": link, **site_options(site)}, options)
+
+
+def _zones(circle: dict[str, Any]) -> list[dict[str, Any]]:
+    """The farther round the building, the worse the link."""
+    x, y, _ = circle["center"]
+    radius = circle["radius"]
+
+    def east_of(west: float, bandwidth: float) -> dict[str, Any]:
+        low, high = [west, y - radius - RIM, -10.0], [x + radius + RIM, y + radius + RIM, 100.0]
+        return {"low": low, "high": high, "bandwidth": bandwidth}
+
+    return [east_of(x - 0.3 * radius, POOR), east_of(x + 0.6 * radius, CRITICAL)]
+
+
+def _by_scenario(story: Story, path: Path) -> Story:
+    from skillwing.sim_mujoco.scenario import ScenarioError, read_scenario  # noqa: PLC0415 - loads physics
+
+    try:
+        read_scenario(path)
+    except ScenarioError as error:
+        raise InvalidOptionError(
+            "scenario", f"{sentences(str(error))} docs/sensors.md tells how one is written."
+        ) from error
+    robot = {name: value for name, value in story.robot.items() if name not in ("faults", "link")}
+    robot["scenario"] = str(path.absolute())
+    return Story(story.mission, story.world, f"scenario {path.name}", robot, story.options)
