@@ -1,4 +1,4 @@
-"""Messages described in Markdown: their fields with types and bounds, as msgspec enforces them."""
+"""Messages described in Markdown: their fields with types and bounds, as msgspec enforces them; and as JSON Schema."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ import msgspec
 from msgspec import NODEFAULT, inspect
 
 Structure: TypeAlias = type[msgspec.Struct]
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+REFERENCE = "#/$defs/{name}"
 BOUNDS = (("ge", "≥"), ("gt", ">"), ("le", "≤"), ("lt", "<"))
 PLAIN: dict[type[inspect.Type], str] = {
     inspect.AnyType: "any",
@@ -67,6 +69,19 @@ def section(cls: Structure) -> list[str]:
     for field in sorted(described.fields, key=lambda field: field.name == "v"):
         lines.append(f"| `{field.encode_name}` | {type_text(field.type)} | {_if_left_out(field)} |")
     return [*lines, ""]
+
+
+def enumeration(cls: type[Enum]) -> list[str]:
+    """The section of an enumeration: what it says, and its values."""
+    lines = [f"### {cls.__name__}", ""]
+    if cls.__doc__:
+        lines += [cls.__doc__, ""]
+    return [*lines, f"{', '.join(f'`{member.value}`' for member in cls)}.", ""]
+
+
+def definitions(classes: Iterable[Structure]) -> dict[str, Any]:
+    """These messages and all that is inside them as JSON Schema, by name; `REFERENCE` spells a reference to one."""
+    return msgspec.json.schema_components(classes, ref_template=REFERENCE)[1]
 
 
 def type_text(described: inspect.Type) -> str:

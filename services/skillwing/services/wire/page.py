@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterator
-from enum import Enum
 
 import msgspec
 
@@ -12,7 +11,7 @@ from skillwing.services.protocol import Ending, ErrorCode, ErrorReply, State
 from skillwing.services.wire.channels import ANY_QUERY, CHANNELS, Channel
 from skillwing.services.wire.exchange import DOOR, Said, play
 from skillwing.services.wire.meanings import ENDINGS, REFUSALS, STATES
-from skillwing.services.wire.messages import classes_of, link, links, parts_of, section
+from skillwing.services.wire.messages import classes_of, enumeration, link, links, parts_of, section
 from skillwing.services.wire.opening import OPENING
 
 BYTES_PER_LINE = 32
@@ -109,14 +108,7 @@ def _messages() -> Iterator[str]:
         yield from section(cls)
     yield "## Enumerations\n"
     for enum in enums:
-        yield from _enumeration(enum)
-
-
-def _enumeration(enum: type[Enum]) -> Iterator[str]:
-    yield f"### {enum.__name__}\n"
-    if enum.__doc__:
-        yield f"{enum.__doc__}\n"
-    yield f"{', '.join(f'`{member.value}`' for member in enum)}.\n"
+        yield from enumeration(enum)
 
 
 # --- the exchange ----------------------------------------------------------------------------------------------------

@@ -4,27 +4,21 @@ from __future__ import annotations
 
 from typing import Any
 
-import msgspec
-
 from skillwing.dsl.model import Skillset
 from skillwing.services.protocol import PROTOCOL_VERSION, ErrorReply
 from skillwing.services.wire.channels import ANY_QUERY, CHANNELS, Channel, Kind
-from skillwing.services.wire.messages import classes_of
-
-DIALECT = "https://json-schema.org/draft/2020-12/schema"
-REFERENCE = "#/$defs/{name}"
+from skillwing.services.wire.messages import DIALECT, REFERENCE, classes_of, definitions
 
 
 def json_schema() -> dict[str, Any]:
     """All messages under `$defs`, and all keys under `channels`, with placeholders in capitals."""
     kinds = [kind for channel in CHANNELS for kind in (channel.message, channel.reply) if kind is not None]
     classes = dict.fromkeys(cls for kind in (*kinds, ErrorReply) for cls in classes_of(kind))
-    _, components = msgspec.json.schema_components(classes, ref_template=REFERENCE)
     return {
         "$schema": DIALECT,
         "title": f"Messages of Skillwing's wire protocol, version {PROTOCOL_VERSION}",
         "version": PROTOCOL_VERSION,
-        "$defs": components,
+        "$defs": definitions(classes),
         "channels": [{"key": channel.pattern, **_facts(channel)} for channel in CHANNELS],
     }
 

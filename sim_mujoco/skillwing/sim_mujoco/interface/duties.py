@@ -60,7 +60,8 @@ GUIDANCE = f"""\
 ## Another guidance
 
 Everything above but following setpoints, which it may do as it likes; and `fl/guidance/command`, `fl/guidance/status`,
-`fl/geofence`. It listens to `fl/authority`.
+`fl/geofence`. It listens to `fl/authority`. No such guidance is among the examples; the one that the M600's managers
+are tested on (`tests/unit/m600/m600_layer.py`) is the least that they fly with, and has no tokens and no failsafes.
 
 **Two axes**, body and heading, have a holder each: a goal and its token. `Turn` takes the heading, `FlyTo` along the
 track or in view and `Orbit` take both, every other motion the body. A command that is taken ends the motion before,

@@ -3,19 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from enum import Enum
 from typing import Any
 
-import msgspec
-
 from skillwing.services.protocol import Message
-from skillwing.services.wire.messages import classes_of, link, parts_of, section
+from skillwing.services.wire.messages import DIALECT, classes_of, definitions, enumeration, link, parts_of, section
 from skillwing.sim_mujoco.interface.opening import OPENING
 from skillwing.sim_mujoco.interface.table import PLACES, TOPICS
 from skillwing.sim_mujoco.interface.topic import Kind, Topic
-
-DIALECT = "https://json-schema.org/draft/2020-12/schema"
-REFERENCE = "#/$defs/{name}"
 
 LEGEND = """\
 Offered by `sim` is what a vehicle has to offer in its place. The duty is that of whoever offers it: what **must** be
@@ -31,11 +25,10 @@ def interface_page() -> str:
 
 def interface_schema() -> dict[str, Any]:
     """All messages as JSON Schema under `$defs`, and all rows of the table under `topics`."""
-    _, components = msgspec.json.schema_components(_classes(), ref_template=REFERENCE)
     return {
         "$schema": DIALECT,
         "title": "Messages of Skillwing's functional layer",
-        "$defs": components,
+        "$defs": definitions(_classes()),
         "topics": [topic.facts() for topic in TOPICS],
     }
 
@@ -94,11 +87,4 @@ def _messages() -> Iterator[str]:
         yield from section(cls)
     yield "## Enumerations\n"
     for enum in enums:
-        yield from _enumeration(enum)
-
-
-def _enumeration(enum: type[Enum]) -> Iterator[str]:
-    yield f"### {enum.__name__}\n"
-    if enum.__doc__:
-        yield f"{enum.__doc__}\n"
-    yield f"{', '.join(f'`{member.value}`' for member in enum)}.\n"
+        yield from enumeration(enum)
