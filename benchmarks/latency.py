@@ -1,9 +1,10 @@
 """How long skills take to start, to end and to be seen ended, against what Zenoh needs alone, and beside ROS 1.
 
-python benchmarks/latency.py [--blocks 6] [--calls 50] [--write]
+python benchmarks/latency.py [--topology mesh] [--blocks 6] [--calls 50] [--write]
 
 Router, managers and the peer that answers in plain Zenoh are processes of their own, on loopback. Calls of all kinds
-take turns, so that whatever else the machine does hits all of them.
+take turns, so that whatever else the machine does hits all of them. With `--topology mesh` a second system, whose
+processes are peers, takes turns with the first one, block by block, and the two are compared.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -35,8 +36,9 @@ from skillwing.bt_missions.leaves.skill_action import Phase, SkillAction
 from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.dsl import parse
+from skillwing.services.bus import Topology
 from skillwing.services.bus.zenoh_bus import ZenohBus
-from skillwing.services.bus.zenoh_session import open_client
+from skillwing.services.bus.zenoh_session import open_session
 from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.processes.launcher import Launcher
 from skillwing.services.processes.node_host import SWITCH_INTERVAL
@@ -177,14 +179,15 @@ class Watcher:
 
 
 @contextmanager
-def running_system(folder: Path) -> Iterator[tuple[Robot, str]]:
+def running_system(folder: Path, topology: Topology) -> Iterator[tuple[Robot, str]]:
     """Router, managers and the raw peer; yields the robot and where its router listens."""
     skillset = folder / "stopwatch.skillset"
     skillset.write_text(STOPWATCH, encoding="utf-8")
     robot = Robot("benchmark", skillset, HOOKS, clock="wall")
-    with Launcher(robot.name, parse(STOPWATCH, skillset.name).name, folder, clock="wall") as launcher:
+    model = parse(STOPWATCH, skillset.name)
+    with Launcher(robot.name, model.name, folder, clock="wall", topology=topology) as launcher:
         launcher.start(robot.managers({"run_dir": str(folder)}))
-        command = [sys.executable, str(HERE / "latency_peers.py"), launcher.endpoint, robot.name]
+        command = [sys.executable, str(HERE / "latency_peers.py"), launcher.endpoint, robot.name, topology]
         with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as peer:
             assert peer.stdout is not None and peer.stdin is not None
             assert peer.stdout.readline() == b"ready\n"
@@ -192,29 +195,43 @@ def running_system(folder: Path) -> Iterator[tuple[Robot, str]]:
             peer.stdin.close()
 
 
-def measure(blocks: int, calls: int) -> list[Block]:
+class Stand:
+    """A system of one topology with everything that measures it."""
+
+    def __init__(self, topology: Topology, stack: ExitStack) -> None:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        robot, endpoint = stack.enter_context(running_system(folder, topology))
+        buses = [ZenohBus(name, robot.name, endpoint, topology=topology) for name in ("starter", "watcher")]
+        for bus in buses:
+            stack.callback(bus.close)
+        session = stack.enter_context(open_session(topology, endpoint, robot.name))
+        self._raw, self._starter = Raw(session), Starter(buses[0], robot)
+        self._watcher = Watcher(buses[1], session, robot)
+
+    def measure(self, calls: int) -> Block:
+        block = Block()
+        for _ in range(calls):
+            block.query.append(self._raw.query())
+            dispatched, result = self._starter.start()
+            block.dispatched.append(dispatched)
+            block.result.append(result)
+            block.hop.append(self._raw.hop())
+            block.seen.append(self._watcher.violate())
+        return block
+
+
+def measure(topologies: Iterable[Topology], blocks: int, calls: int) -> dict[Topology, list[Block]]:
+    """Blocks of calls on a system of each topology, in turns; the first ones warm everything up and do not count."""
     sys.setswitchinterval(SWITCH_INTERVAL)
     os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(HERE), os.environ.get("PYTHONPATH")]))
     with ExitStack() as stack:
-        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        robot, endpoint = stack.enter_context(running_system(folder))
-        buses = [ZenohBus(name, robot.name, endpoint) for name in ("starter", "watcher")]
-        for bus in buses:
-            stack.callback(bus.close)
-        session = stack.enter_context(open_client(endpoint, robot.name))
-        raw, starter, watcher = Raw(session), Starter(buses[0], robot), Watcher(buses[1], session, robot)
-        measured: list[Block] = []
+        stands = {topology: Stand(topology, stack) for topology in topologies}
+        measured: dict[Topology, list[Block]] = {topology: [] for topology in stands}
         for number in range(blocks + 1):
-            block = Block()
-            for _ in range(calls):
-                block.query.append(raw.query())
-                dispatched, result = starter.start()
-                block.dispatched.append(dispatched)
-                block.result.append(result)
-                block.hop.append(raw.hop())
-                block.seen.append(watcher.violate())
-            if number > 0:  # the first one warms everything up
-                measured.append(block)
+            for topology, stand in stands.items():
+                block = stand.measure(calls)
+                if number > 0:
+                    measured[topology].append(block)
         return measured
 
 
@@ -244,41 +261,91 @@ def measure_ros() -> list[float]:
         return [float(line) for line in told.split()]
 
 
+ROWS = (
+    ("raw Zenoh: query and answer", "query", "", ""),
+    ("raw Zenoh: one publication", "hop", "", ""),
+    ("start of a skill, until `on_dispatch`", "dispatched", "query", "queries"),
+    ("start of a skill, until its result", "result", "query", ""),
+    ("extern transition, until the mission's tree has seen `RI`", "seen", "hop", "publications"),
+)
+"""What is measured: in words, as a field of `Block`, against which other one, and the budget's unit if there is one."""
+
+
+def times(blocks: list[Block], kind: str) -> list[float]:
+    return [each for block in blocks for each in getattr(block, kind)]
+
+
+def times_raw(blocks: list[Block], kind: str, base: str) -> str:
+    return ratio([(getattr(block, kind), getattr(block, base)) for block in blocks]) if base else ""
+
+
+def against_budget(blocks: list[Block], kind: str, base: str, limit: str) -> str:
+    if not limit:
+        return ""
+    return f"{BUDGET:g} {limit}: {against(BUDGET, median(times(blocks, kind)) / median(times(blocks, base)))}"
+
+
 def section(blocks: list[Block], ros: list[float]) -> str:
-    def times(kind: str) -> list[float]:
-        return [each for block in blocks for each in getattr(block, kind)]
-
-    def row(name: str, kind: str, base: str = "", limit: str = "") -> list[str]:
-        times_base = ratio([(getattr(block, kind), getattr(block, base)) for block in blocks]) if base else ""
-        kept = f"{BUDGET:g} {limit}: {against(BUDGET, median(times(kind)) / median(times(base)))}" if limit else ""
-        return [name, *milliseconds(times(kind)), times_base, kept]
-
     rows = [
-        row("raw Zenoh: query and answer", "query"),
-        row("raw Zenoh: one publication", "hop"),
-        row("start of a skill, until `on_dispatch`", "dispatched", "query", "queries"),
-        row("start of a skill, until its result", "result", "query"),
-        row("extern transition, until the mission's tree has seen `RI`", "seen", "hop", "publications"),
+        [
+            name,
+            *milliseconds(times(blocks, kind)),
+            times_raw(blocks, kind, base),
+            against_budget(blocks, kind, base, limit),
+        ]
+        for name, kind, base, limit in ROWS
     ]
-    worst = milliseconds(times("seen"))[1]
+    worst = milliseconds(times(blocks, "seen"))[1]
     rows[-1][-1] += f"; p99 {TAIL_BUDGET:g} ms on an idle machine: {against(TAIL_BUDGET, float(worst))}"
     if ros:
         rows.append(["rospy + actionlib: start of an action, until its result", *milliseconds(ros), "", ""])
     absent = "" if ros else " ROS 1 is not installed here."
-    count = sum(len(block.query) for block in blocks)
     return f"""Router, managers, client and mission are processes of their own on one machine; the journal is on, and
-raw messages are as long as ours. Each figure is of {count} calls that took turns in {len(blocks)} blocks; the ratio is
-followed by its least and largest value among the blocks. {machine()}.{absent}
+raw messages are as long as ours. {_how_measured(blocks)}{absent}
 
 {table(("", "p50, ms", "p99, ms", "ratio (blocks)", "budget"), rows)}"""
 
 
+def mesh_section(router: list[Block], mesh: list[Block]) -> str:
+    rows: list[list[str]] = []
+    for name, kind, base, limit in ROWS:
+        pairs = [(getattr(ours, kind), getattr(theirs, kind)) for ours, theirs in zip(mesh, router, strict=True)]
+        rows.append(
+            [
+                name,
+                " / ".join(milliseconds(times(router, kind))),
+                " / ".join(milliseconds(times(mesh, kind))),
+                ratio(pairs),
+                times_raw(mesh, kind, base),
+                against_budget(mesh, kind, base, limit),
+            ]
+        )
+    heads = ("", "router: p50 / p99, ms", "mesh: p50 / p99, ms", "mesh to router", "mesh to raw mesh", "budget")
+    return f"""The same calls on two systems that take turns block by block: the processes of one are clients of its
+router, those of the other, with `--topology mesh`, talk directly. Raw messages get faster by that, too, and budgets
+are ratios to those of the same topology. {_how_measured(mesh)}
+
+{table(heads, rows)}"""
+
+
+def _how_measured(blocks: list[Block]) -> str:
+    count = sum(len(block.query) for block in blocks)
+    return f"""Each figure is of {count} calls that took turns in {len(blocks)} blocks; the ratio is
+followed by its least and largest value among the blocks. {machine()}."""
+
+
 def main() -> None:
     options = make_parser(__doc__)
+    options.add_argument("--topology", choices=("router", "mesh"), default="router", help="mesh: compare both")
     options.add_argument("--blocks", type=int, default=6)
     options.add_argument("--calls", type=int, default=50, help="of each kind in a block")
     given = options.parse_args()
-    body = section(measure(given.blocks, given.calls), measure_ros())
+    if given.topology == "mesh":
+        found = measure(("router", "mesh"), given.blocks, given.calls)
+        body = mesh_section(found["router"], found["mesh"])
+        tell("latency.py", "Latency in a mesh", body, write=given.write, variant="--topology mesh")
+        return
+    body = section(measure(("router",), given.blocks, given.calls)["router"], measure_ros())
     tell("latency.py", "Latency", body, write=given.write)
 
 

@@ -1,6 +1,6 @@
 """The other ends of `latency.py`: the hooks of its two skills, and a process that answers Zenoh and does nothing else.
 
-python benchmarks/latency_peers.py ENDPOINT ROBOT
+python benchmarks/latency_peers.py ENDPOINT ROBOT TOPOLOGY
 """
 
 from __future__ import annotations
@@ -11,7 +11,8 @@ from typing import Any
 
 import zenoh
 
-from skillwing.services.bus.zenoh_session import open_client
+from skillwing.services.bus import Topology
+from skillwing.services.bus.zenoh_session import open_session
 from skillwing.services.managers.hooks import Goal, SkillHooks
 
 QUERY, PING, PONG = "raw/query", "raw/ping", "raw/pong"
@@ -38,8 +39,9 @@ class HoldHooks(SkillHooks[dict[str, Any], None, None]):
 
 def main() -> None:
     """Answer queries with their payload, publish again what is published, and end with standard input."""
-    endpoint, robot = sys.argv[1:]
-    with open_client(endpoint, robot) as session:
+    endpoint, robot, word = sys.argv[1:]
+    topology: Topology = "mesh" if word == "mesh" else "router"
+    with open_session(topology, endpoint, robot) as session:
         pong = session.declare_publisher(PONG)
 
         def answer(query: zenoh.Query) -> None:

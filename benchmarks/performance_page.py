@@ -20,10 +20,15 @@ def make_parser(description: str | None) -> argparse.ArgumentParser:
     return options
 
 
-def tell(script: str, title: str, body: str, *, write: bool, file: Path = PAGE) -> None:
-    """Print a section, and with `write` put it into the page `file` in place of the one `script` wrote before."""
-    begin, end = f"<!-- benchmarks/{script} -->", f"<!-- end of benchmarks/{script} -->"
-    again = f"`python benchmarks/{script} --write` measures again and rewrites this section."
+def tell(script: str, title: str, body: str, *, write: bool, file: Path = PAGE, variant: str = "") -> None:
+    """Print a section, and with `write` put it into the page `file` in place of the one `script` wrote before.
+
+    variant: the words of an option with which the script writes a section of its own.
+    """
+    name = f"{script} {variant.lstrip('-')}" if variant else script
+    begin, end = f"<!-- benchmarks/{name} -->", f"<!-- end of benchmarks/{name} -->"
+    command = f"{script} {variant}" if variant else script
+    again = f"`python benchmarks/{command} --write` measures again and rewrites this section."
     section = f"{begin}\n## {title}\n\n{body.strip()}\n\n{again}\n{end}"
     sys.stdout.write(section + "\n")
     if write:
