@@ -225,7 +225,7 @@ def measure(topologies: Iterable[Topology], blocks: int, calls: int) -> dict[Top
     sys.setswitchinterval(SWITCH_INTERVAL)
     os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(HERE), os.environ.get("PYTHONPATH")]))
     with ExitStack() as stack:
-        stands = {topology: Stand(topology, stack) for topology in topologies}
+        stands: dict[Topology, Stand] = {topology: Stand(topology, stack) for topology in topologies}
         measured: dict[Topology, list[Block]] = {topology: [] for topology in stands}
         for number in range(blocks + 1):
             for topology, stand in stands.items():
