@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from skillwing.m600.skills.shortfall import Shortfall
 from skillwing.sim_mujoco.topics import LinkStatus, VideoStatus
+from skillwing.sim_mujoco.video.codec import FASTEST_RATE
 from skillwing.sim_mujoco.video.rate_control import (
     HIGHEST_FPS,
     PICTURE_COST,
@@ -136,6 +137,13 @@ def test_a_link_that_narrows_is_obeyed_at_once_and_one_that_widens_step_by_step(
     assert loop.control.rates.bitrate == narrow, "not before there has been room for a while"
     loop.run(20.0, 2e6)
     assert loop.control.rates.bitrate == wide
+
+
+def test_a_modem_that_tells_of_no_limit_is_given_the_fastest_rate() -> None:
+    control = RateController(20.0, 0.9)
+    status = LinkStatus(t=0.0, bandwidth=-1e308, latency=0.0, loss=1e300, queued=0.0, sent=0.0, dropped=0)
+    control.link(0.0, status)
+    assert SLOWEST_RATE < control.rates.bitrate <= FASTEST_RATE
 
 
 def test_poor_pictures_cost_frame_rate_first() -> None:
