@@ -68,7 +68,9 @@ def open_peer(endpoint: str, robot: str, timeout: float = CONNECT_TIMEOUT) -> ze
     The router is where peers hear of one another, and passes on what clients say; peers that have met no longer need
     it. Opening takes until everybody is met who is there, at most half a second.
     """
-    scouting = {**_scouting(delay=500), "gossip": {"enabled": True}}
+    # Of two peers that hear of each other one connects: two links of each pair would be kept alive twice.
+    strategy = {"peer": {"to_router": "always", "to_peer": "greater-zid"}}
+    scouting = {**_scouting(delay=500), "gossip": {"enabled": True, "autoconnect_strategy": strategy}}
     return _open_beside("peer", endpoint, robot, timeout, listen=[ANY_PORT], scouting=scouting)
 
 
