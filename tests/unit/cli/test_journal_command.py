@@ -97,3 +97,9 @@ def test_no_journal_is_a_sentence_and_an_exit_code(tmp_path: Path) -> None:
     with pytest.raises(NoJournalError, match=r"There is no journal at .* Name a run's directory") as error:
         shown(str(tmp_path))
     assert exit_code_of(error.value) == USAGE
+
+
+def test_a_file_of_another_kind_is_not_called_damaged(tmp_path: Path) -> None:
+    (tmp_path / "notes.txt").write_text("Nothing but notes are in here.")
+    with pytest.raises(NoJournalError, match=r"notes.txt is no journal. Name a run's directory"):
+        shown(str(tmp_path / "notes.txt"))

@@ -50,7 +50,7 @@ def test_check_shows_every_problem_and_a_count(app: typer.Typer) -> None:
 
 def test_a_missing_file_is_one_sentence(app: typer.Typer) -> None:
     result = CliRunner().invoke(app, ["check", "nowhere.skillset"])
-    assert result.output.strip() == "`nowhere.skillset` cannot be read: No such file or directory."
+    assert result.output.strip() == "`nowhere.skillset` cannot be read: No such file or directory. Name one that can."
 
 
 def test_a_missing_file_hides_nothing_in_the_others(app: typer.Typer) -> None:
@@ -59,7 +59,7 @@ def test_a_missing_file_hides_nothing_in_the_others(app: typer.Typer) -> None:
     assert f"{GOOD}: no problem" in result.output
     assert f"{BAD}: 9 errors" in result.output
     assert result.stderr.splitlines() == [
-        "`nowhere.skillset` cannot be read: No such file or directory.",
+        "`nowhere.skillset` cannot be read: No such file or directory. Name one that can.",
         f"`{CASES}` is a folder. Name a file in it.",
     ]
 

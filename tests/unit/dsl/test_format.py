@@ -351,5 +351,8 @@ def test_a_damaged_file_stays_as_it_is_and_the_others_are_formatted(raw: Path, t
 
 
 def test_nothing_is_written_if_a_file_is_missing(raw: Path) -> None:
-    assert run(raw, "nowhere.skillset")[::2] == (2, "`nowhere.skillset` cannot be read: No such file or directory.\n")
+    assert run(raw, "nowhere.skillset")[::2] == (
+        2,
+        "`nowhere.skillset` cannot be read: No such file or directory. Name one that can.\n",
+    )
     assert raw.read_text() == RAW

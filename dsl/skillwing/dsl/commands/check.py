@@ -96,7 +96,8 @@ def _explain(code: str) -> None:
     name = code.upper()
     if name not in CODES:
         guess = closest(name, CODES)
-        typer.echo(f"There is no code `{code}`." + (f" Did you mean `{guess}`?" if guess else ""), err=True)
+        advice = f"Did you mean `{guess}`?" if guess else "docs/errors lists them; they look like `SW042`."
+        typer.echo(f"There is no code `{code}`. {advice}", err=True)
         raise typer.Exit(MISUSE)
     from rich.console import Console  # noqa: PLC0415 - slow to import, and only wanted here
     from rich.markdown import Markdown  # noqa: PLC0415

@@ -51,7 +51,7 @@ def text_of(file: Path) -> str:
     except IsADirectoryError:
         raise UnreadableError(f"`{file}` is a folder. Name a file in it.") from None
     except OSError as error:
-        raise UnreadableError(f"`{file}` cannot be read: {error.strerror}.") from error
+        raise UnreadableError(f"`{file}` cannot be read: {error.strerror}. Name one that can.") from error
 
 
 def misuse(sentence: str) -> NoReturn:

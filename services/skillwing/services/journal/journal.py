@@ -30,6 +30,7 @@ ROOM = 4 << 20
 PATIENCE = 1.0
 """Seconds to wait for whoever else has the file locked."""
 _FILES = ("", "-wal", "-shm")
+_MAGIC = b"SQLite format 3\x00"
 _PASSING = frozenset(
     {
         sqlite3.SQLITE_BUSY,
@@ -177,6 +178,8 @@ def look_into(path: Path) -> tuple[Identity, Kept]:
     """
     if not path.is_file():
         raise NoJournalError(path, f"There is no journal at {path}. Name a run's directory or a journal file.")
+    if not _is_database(path):
+        raise NoJournalError(path, f"{path} is no journal. Name a run's directory or a journal file.")
     with _reading(path), closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)) as connection:
         if is_empty(connection):
             raise NoJournalError(path, f"Nothing has been written to {path} yet.")
@@ -187,6 +190,12 @@ def look_into(path: Path) -> tuple[Identity, Kept]:
         if kept is None:
             raise NoJournalError(path, f"Nothing has been written to {path} yet.")
         return select_identity(connection), kept
+
+
+def _is_database(path: Path) -> bool:
+    """Tell a file of another kind, which somebody has named by mistake, from a journal that is damaged."""
+    with path.open("rb") as file:
+        return file.read(len(_MAGIC)) in (_MAGIC, b"")
 
 
 def set_aside(path: Path) -> Path | None:
