@@ -15,9 +15,11 @@ from recorded_crane import CRANE, QUESTIONS, RecordedLife
 from skillwing.services.core import resource_core
 from skillwing.services.core.grants import Ledger
 from skillwing.services.core.latest import LatestData
+from skillwing.services.core.resource_core import ResourceCore
 from skillwing.services.core.resource_table import ResourceTable
 from skillwing.services.protocol import BeginGoal, DataSample, EndGoal, FireExtern
 from skillwing.services.replay.files import read_steps, step_files
+from skillwing.services.replay.recorded_core import RecordedCore
 from skillwing.services.replay.replaying import replay_folder
 from skillwing.services.replay.steps import Asked, Begin, Datum, End, Extern, Question, Tick
 
@@ -122,3 +124,13 @@ def test_a_new_file_begins_with_a_core_that_knows_everything(tmp_path: Path) -> 
     assert len(files) == len(STORY) + 1, "each step fills a file, and so does a core"
     assert all(file is not None and isinstance(file.lines[-1], Asked) for file in files[1:])
     assert replay_folder(tmp_path).divergence is None
+
+
+def test_each_step_that_a_core_can_take_is_written_down() -> None:
+    steps = {
+        name
+        for name, method in vars(ResourceCore).items()
+        if callable(method) and not name.startswith("_") and "Step[" in method.__annotations__.get("return", "")
+    }
+    assert {"begin", "end", "tick"} <= steps
+    assert steps <= set(vars(RecordedCore))
