@@ -192,6 +192,18 @@ def test_a_voxel_is_solid_from_the_second_vote_on(places: list[tuple[float, floa
     )
 
 
+@given(*[st.tuples(*[st.floats(-20.0, 20.0)] * 3)] * 2)
+@settings(max_examples=50, deadline=None)
+def test_a_box_holds_the_solid_points_that_lie_in_it(one: tuple[float, ...], other: tuple[float, ...]) -> None:
+    known, cloud = LocalMap(), np.random.default_rng(4).uniform(-20.0, 20.0, (200, 3))
+    for stamp in (0.0, 0.1):
+        known.see(cloud, np.zeros(3), stamp, lambda seen: np.zeros(len(seen), dtype=bool))
+    low, high = np.minimum(one, other), np.maximum(one, other)
+    everywhere = known.solid_within(*EVERYWHERE)
+    inside = ((everywhere >= low) & (everywhere <= high)).all(axis=1)
+    assert known.solid_within(low, high).tolist() == everywhere[inside].tolist()
+
+
 def test_what_is_far_behind_is_forgotten() -> None:
     known, nothing = LocalMap(span=10.0), lambda seen: np.zeros(len(seen), dtype=bool)
     known.see(np.array([[1.0, 0.0, 0.0], [9.0, 0.0, 0.0]]), np.zeros(3), 0.0, nothing)
