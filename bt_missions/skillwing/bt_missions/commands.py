@@ -5,12 +5,13 @@ from __future__ import annotations
 import signal
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from rich.console import Console
 
 from skillwing.bt_missions.running.library import find_mission, installed_missions
+from skillwing.bt_missions.running.option_values import written
 from skillwing.bt_missions.running.option_words import parse_options
 from skillwing.bt_missions.running.phase import Phase
 from skillwing.bt_missions.running.rehearsal import grounded_context, rehearse
@@ -63,7 +64,7 @@ def list_missions(as_json: JsonOption = False) -> None:
     console = make_console()
     for each in found:
         console.print(f"{each.name}: {each.summary}", style="bold")
-        print_table(console, ("OPTION", "DEFAULT"), [(key, _written(value)) for key, value in each.describe().items()])
+        print_table(console, ("OPTION", "DEFAULT"), [(key, written(value)) for key, value in each.describe().items()])
 
 
 @mission.command()
@@ -240,21 +241,6 @@ def _put(text: str, output: Path | None) -> None:
         typer.echo(text, nl=False)
     else:
         output.write_text(text, encoding="utf-8")
-
-
-def _written(value: Any) -> str:
-    """A value as `parse_options` would read it."""
-    match value:
-        case None:
-            return "-"
-        case [[*_], *_]:
-            return "; ".join(_written(item) for item in value)
-        case [*items]:
-            return ",".join(_written(item) for item in items)
-        case float():
-            return f"{value:g}"
-        case _:
-            return str(value)
 
 
 def _fly(system: System, node: MissionNode, console: Console | None) -> None:

@@ -623,7 +623,7 @@ def test_options_that_do_not_fit_are_named(given: dict[str, object], option: str
 
 
 def test_a_route_that_leaves_the_area_is_refused_before_the_flight() -> None:
-    with pytest.raises(InvalidOptionError, match=r"waypoint 2 of `route` \(300, 0\) lies outside `area`"):
+    with pytest.raises(InvalidOptionError, match=r"Waypoint 2 of `route` \(300, 0\) lies outside `area`"):
         MISSION.read_options({"route": [[1, 2, 3], [300, 0, 4]]})
     anywhere = MISSION.read_options({"route": [[300, 0, 4]], "area": None})
     assert isinstance(anywhere, MappingOptions)

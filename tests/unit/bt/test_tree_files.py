@@ -17,14 +17,15 @@ from typer.testing import CliRunner
 
 from skillwing.bt_missions.commands import mission as mission_command
 from skillwing.bt_missions.leaves.conditions import SIGNS, DataCompare, ResourceIs
-from skillwing.bt_missions.leaves.settling import NoteSwitch, Settled
+from skillwing.bt_missions.leaves.settling import NeverSwitched, NoteSwitch, Settled
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.missions import inspection, mapping
 from skillwing.bt_missions.running.library import find_mission
 from skillwing.bt_missions.running.mission import Mission, MissionTrees, Progress
 from skillwing.bt_missions.running.rehearsal import grounded_context, rehearse
-from skillwing.bt_missions.subtrees.composites import alongside
+from skillwing.bt_missions.subtrees.composites import OnEnding, alongside
 from skillwing.bt_missions.subtrees.decorators import Deadline
+from skillwing.bt_missions.subtrees.holding import Change, Pausable, WhileGranted
 from skillwing.bt_missions.xml.document import parse_document
 from skillwing.bt_missions.xml.mission import XmlMission
 from skillwing.bt_missions.xml.problems import TreeFileError
@@ -110,6 +111,7 @@ LEAVES = st.one_of(
         st.sampled_from([15.0, 3.0]),
     ),
     st.builds(lambda: NoteSwitch("why", grounded_context(SKILLSET), "it", "this <&> that", 'an "other"')),
+    st.builds(lambda: NeverSwitched("as planned?", grounded_context(SKILLSET), "it")),
     st.builds(lambda patience: Settled("calm", grounded_context(SKILLSET), patience), st.floats(0.1, 100.0)),
 )
 
@@ -129,6 +131,27 @@ def _grown(children: st.SearchStrategy[Behaviour]) -> st.SearchStrategy[Behaviou
         st.builds(
             lambda seconds, below: Deadline("soon", grounded_context(SKILLSET), seconds, below),
             st.sampled_from([0.5, 900.0]),
+            children,
+        ),
+        st.builds(lambda first, then: OnEnding("or", first, ("NR", "S_BLOCKED"), then), children, children),
+        st.builds(
+            lambda below: WhileGranted(
+                "unless",
+                grounded_context(SKILLSET),
+                below,
+                resource="axes",
+                states=("FREE",),
+                patience=2.5,
+                ended_by=Change("camera", "FAILED"),
+            ),
+            children,
+        ),
+        st.builds(
+            lambda condition, meanwhile, body: Pausable(
+                "or wait", grounded_context(SKILLSET), condition, meanwhile, body
+            ),
+            children,
+            children,
             children,
         ),
     )

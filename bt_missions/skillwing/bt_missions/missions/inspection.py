@@ -81,7 +81,7 @@ def _with_guards(context: MissionContext, options: InspectionOptions) -> Behavio
     it went home, or down, before the last lap was flown."""
     land = SkillAction("land", context, "land", outcomes=LANDED)
     charged = ResourceIs("battery?", context, "battery_status", "NORMAL", "LOW")
-    in_good_time = Deadline("in good time", context, options.time_limit, or_pause(context, _flight(context, options)))
+    in_good_time = Deadline("in good time", context, options.time_limit, _inspection(context, options))
     failed = in_order(
         "flight failed",
         NoteSwitch("why", context, "mission", "flight", "landing where it is"),
@@ -102,19 +102,19 @@ def _with_guards(context: MissionContext, options: InspectionOptions) -> Behavio
     )
 
 
-def _flight(context: MissionContext, options: InspectionOptions) -> Behaviour:
-    """Section 2.1: Selector(Parallel(stream, inspect) ; hover, land); the landing is that of any flight."""
-    return in_order(
-        "flight",
-        take_off(context, options.height),
-        first_that_works(
-            "inspect or stop",
-            _with_video(context, options),
-            in_order(
-                "hover, then land",
-                NoteSwitch("why", context, "inspection", "flying with video", "landing where it is"),
-                SkillAction("hover", context, "hover", {"duration": options.hover}, outcomes=HOVERED),
-            ),
+def _inspection(context: MissionContext, options: InspectionOptions) -> Behaviour:
+    """Section 2.1: Selector(Parallel(stream, inspect) ; hover, land); the landing is that of any flight.
+
+    Without video nobody may wait: what follows cannot be paused.
+    """
+    flight = in_order("flight", take_off(context, options.height), _with_video(context, options))
+    return first_that_works(
+        "the inspection",
+        or_pause(context, flight),
+        in_order(
+            "hover, then land",
+            NoteSwitch("why", context, "inspection", "flying with video", "landing where it is"),
+            SkillAction("hover", context, "hover", {"duration": options.hover}, outcomes=HOVERED),
         ),
     )
 

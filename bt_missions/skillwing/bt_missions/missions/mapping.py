@@ -75,7 +75,8 @@ class MappingOptions(MissionOptions, frozen=True, kw_only=True):
         west, south, east, north = self.area
         for number, (x, y, _) in enumerate(self.route, start=1):
             if not (west <= x <= east and south <= y <= north):
-                raise ValueError(f"waypoint {number} of `route` ({x:g}, {y:g}) lies outside `area`")
+                where = f"Waypoint {number} of `route` ({x:g}, {y:g}) lies outside `area`"
+                raise ValueError(f"{where}. Move it inside, or give a larger `area`.")
 
 
 class MappingMission(Mission):

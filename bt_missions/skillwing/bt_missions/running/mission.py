@@ -13,6 +13,7 @@ from py_trees.behaviour import Behaviour
 
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.planning.detour import Position, RoutePlanner
+from skillwing.bt_missions.running.option_values import read_values
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.errors import InvalidOptionError
 
@@ -87,8 +88,4 @@ class Mission(ABC):
         for name in given:
             if name not in known:
                 raise InvalidOptionError(name, str(UnknownNameError(f"option of {self.name}", name, known)))
-        try:
-            return msgspec.convert(dict(given), self.Options, strict=False)
-        except msgspec.ValidationError as error:
-            option = next((name for name in known if f"$.{name}" in str(error)), "")
-            raise InvalidOptionError(option, f"Mission `{self.name}` cannot use this: {error}.") from error
+        return read_values(given, self.Options)

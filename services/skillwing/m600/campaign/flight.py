@@ -85,7 +85,7 @@ def _coverage(plan: FlightPlan, witness: Witness, run_dir: Path | None) -> float
         from skillwing.m600.judge.evaluation import evaluate  # noqa: PLC0415 - loads what draws pictures
 
         report = evaluate(run_dir, ROBOT.load_skillset(), mission=plan.mission, seed=plan.seed, world=plan.world)
-        return report.coverage.all
+        return report.coverage.all if plan.mission == MAPPING else None
     if plan.mission != MAPPING or witness.map is None or not witness.over:
         return None
     world = make_world(plan.seed, plan.world)

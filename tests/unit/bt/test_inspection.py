@@ -1,0 +1,209 @@
+"""The inspection tree, tick by tick, on an interface that the test plays."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from fake_interface import FakeGoal, FakeMission
+from py_trees.common import Status
+
+from skillwing.bt_missions.leaves.context import CALM
+from skillwing.bt_missions.missions.inspection import MISSION, InspectionOptions
+from skillwing.bt_missions.running.preflight import preflight
+from skillwing.bt_missions.subtrees.holding import Pausable
+from skillwing.dsl import load
+from skillwing.dsl.model import Skillset
+
+COMPANIONS = ["lidar_depthmap", "stream"]
+
+
+@pytest.fixture(scope="module")
+def m600() -> Skillset:
+    root = next(folder for folder in Path(__file__).parents if (folder / "pyproject.toml").exists())
+    return load(root / "services/skillwing/m600/m600.skillset")
+
+
+class Flight(FakeMission):
+    """An inspection whose robot does what the test says."""
+
+    def __init__(self, skillset: Skillset) -> None:
+        super().__init__(skillset)
+        self.interface.states |= {"SDK_authority": "AVAILABLE", "homepoint_status": "VALID", "lidar_status": "OK"}
+        self.trees = MISSION.build(self.context, InspectionOptions(laps=2.0))
+        self.interface.know("position", {"x": 0.0, "y": 0.0, "z": 12.0})
+
+    @property
+    def pausable(self) -> Pausable:
+        return next(node for node in self.trees.root.iterate() if isinstance(node, Pausable))
+
+    def tick(self, later: float = 0.0) -> Status:
+        self.time += later
+        self.trees.root.tick_once()
+        return self.trees.root.status
+
+    def alive(self) -> list[str]:
+        return [goal.skill for goal in self.goals if not goal.done]
+
+    def goal(self, skill: str) -> FakeGoal:
+        return next(goal for goal in reversed(self.goals) if goal.skill == skill and not goal.done)
+
+    def stop(self) -> None:
+        """Everything that was told to stop has stopped."""
+        for goal in self.goals:
+            if not goal.done and goal.interrupts:
+                goal.end("IT")
+
+    def land(self) -> Status:
+        self.goal("land").end("S_LANDED", success=True)
+        self.interface.states["flight_status"] = "ON_GROUND"
+        return self.tick()
+
+
+@pytest.fixture
+def flight(m600: Skillset) -> Flight:
+    """On its first lap."""
+    flight = Flight(m600)
+    flight.tick()
+    flight.goal("takeoff").end("S_AT_ALTITUDE", success=True)
+    flight.interface.states["flight_status"] = "IN_AIR"
+    flight.tick()
+    flight.interface.states["depthmap_source"] = "LIDAR"
+    flight.tick()
+    for goal in flight.goals:
+        goal.run()
+    assert flight.alive() == [*COMPANIONS, "inspect"]
+    return flight
+
+
+def test_the_mission_fits_the_m600(flight: Flight, m600: Skillset) -> None:
+    assert preflight([flight.trees.root, flight.trees.rescue], m600, MISSION.needs) == []
+
+
+def test_the_nominal_mission(flight: Flight) -> None:
+    assert flight.goal("inspect").inputs["laps"] == 2.0
+    flight.goal("inspect").end("S_COMPLETED", success=True)
+    flight.tick()
+    assert flight.alive() == [*COMPANIONS, "return_home"], "there is video all the way home"
+    flight.goal("return_home").end("S_ARRIVED", success=True)
+    flight.tick()
+    flight.stop()
+    flight.tick(later=CALM)
+    assert flight.land() is Status.SUCCESS
+    assert flight.journal == []
+
+
+def test_nothing_moves_before_the_lidar_looks_along(m600: Skillset) -> None:
+    flight = Flight(m600)
+    flight.tick()
+    flight.goal("takeoff").end("S_AT_ALTITUDE", success=True)
+    flight.interface.states["flight_status"] = "IN_AIR"
+    flight.tick()
+    assert flight.tick(later=1.0) is Status.RUNNING
+    assert flight.alive() == COMPANIONS
+
+
+@pytest.mark.parametrize("label", ["S_FPS_LOST", "LOST", "NR", "ERROR"])
+@pytest.mark.parametrize("going", ["inspect", "return_home"])
+def test_without_video_the_drone_hovers_and_lands_where_it_is(flight: Flight, going: str, label: str) -> None:
+    if going == "return_home":
+        flight.goal("inspect").end("S_COMPLETED", success=True)
+        flight.tick()
+    motion, stream = flight.goal(going), flight.goal("stream")
+    stream.end(label)
+    flight.tick()
+    assert (motion.interrupts, motion.interrupt_cause) == (1, stream.record)
+    assert "hover" not in flight.alive(), "the drone has not stopped yet"
+    flight.stop()
+    flight.tick()
+    assert flight.goal("hover").inputs == {"duration": 4.0}
+    flight.goal("hover").end("S_DONE", success=True)
+    flight.tick()
+    assert flight.alive() == ["land"]
+    assert flight.land() is Status.FAILURE, "the inspection was not flown to its end"
+    assert [step[:3] for step in flight.journal] == [("inspection", "flying with video", "landing where it is")]
+    assert flight.context.failure is not None
+    assert f"stream ended {label}" in flight.context.failure.text
+
+
+@pytest.mark.parametrize("label", ["S_BLOCKED", "S_ABORTED", "LOST"])
+def test_a_lap_that_cannot_be_flown_brings_the_drone_home_with_video(flight: Flight, label: str) -> None:
+    flight.goal("inspect").end(label)
+    flight.tick()
+    assert flight.alive() == [*COMPANIONS, "return_home"]
+    flight.goal("return_home").end("S_ARRIVED", success=True)
+    flight.tick()
+    flight.stop()
+    flight.tick(later=CALM)
+    assert flight.land() is Status.FAILURE
+    assert [step[2] for step in flight.journal] == ["coming home early"]
+
+
+def test_a_low_battery_brings_the_drone_home_and_an_empty_one_lands_it(flight: Flight) -> None:
+    flight.interface.states["battery_status"] = "LOW"
+    flight.tick()
+    flight.stop()
+    flight.tick()
+    assert flight.alive() == [*COMPANIONS, "return_home"]
+    flight.interface.states["battery_status"] = "CRITICAL"
+    flight.tick()
+    flight.stop()
+    flight.tick(later=CALM)
+    flight.tick(later=CALM)
+    assert flight.alive() == ["land"]
+
+
+def test_a_pause_keeps_the_video_and_what_was_flown(flight: Flight) -> None:
+    first = flight.goal("inspect")
+    first.progress = {"laps_done": 0.75}
+    assert flight.pausable.pause("for a test") is None
+    flight.tick()
+    flight.stop()
+    flight.tick()
+    assert flight.alive() == [*COMPANIONS, "hover"]
+    flight.pausable.resume()
+    flight.tick()
+    flight.stop()
+    flight.tick(later=CALM)
+    second = flight.goal("inspect")
+    assert second.inputs == {**first.inputs, "laps": 1.25}
+
+    second.progress = {"laps_done": 1.24}
+    second.end("RI", invariant="authority", subject="SDK_authority")
+    flight.tick()
+    flight.tick(later=CALM)
+    assert flight.goal("inspect").inputs["laps"] == 0.1, "the least that the skill flies"
+
+
+def test_video_that_is_lost_during_a_pause_ends_it(flight: Flight) -> None:
+    flight.pausable.pause("for a test")
+    flight.tick()
+    flight.stop()
+    flight.tick()
+    holding = flight.goal("hover")
+    flight.goal("stream").end("S_FPS_LOST")
+    flight.tick()
+    assert holding.interrupts == 1
+    flight.stop()
+    flight.tick(later=CALM)
+    assert flight.goal("hover").inputs == {"duration": 4.0}
+    assert flight.pausable.pause("again") is not None
+    flight.goal("hover").end("S_DONE", success=True)
+    flight.tick()
+    assert flight.alive() == ["land"]
+
+
+def test_video_that_is_lost_while_the_pilot_flies_leaves_the_drone_to_him(flight: Flight) -> None:
+    flight.interface.states["SDK_authority"] = "UNAVAILABLE"
+    flight.tick()
+    flight.stop()
+    flight.goal("stream").end("S_FPS_LOST")
+    flight.tick()
+    flight.stop()
+    for _ in range(5):
+        assert flight.tick(later=10.0) is Status.RUNNING
+    assert flight.alive() == []
+    flight.interface.states["SDK_authority"] = "AVAILABLE"
+    flight.tick(later=CALM)
+    flight.tick(later=CALM)
+    assert flight.alive() == ["hover"]
