@@ -176,7 +176,7 @@ def fly(job: tuple[int, bool]) -> Result:
     errors = np.array([off(fix, truth) for fix, truth in zip(fixes, truths, strict=True)])
     aligned = drifts(fixes, truths)
     normed = [
-        (fix.state.position - fixes[0].state.position - (np.array(truth.position) - truths[0].position))
+        (fix.levelled.position - fixes[0].levelled.position - (np.array(truth.position) - truths[0].position))
         / fix.position_sigma
         for fix, truth in zip(fixes, truths, strict=True)
     ]
@@ -189,7 +189,7 @@ def fly(job: tuple[int, bool]) -> Result:
         worst=float(errors.max()),
         final=float(errors[-1]),
         drift=rms(aligned),
-        heading=float(np.degrees(np.linalg.norm(so3.log(last_turn.T @ fixes[-1].state.turn)))),
+        heading=float(np.degrees(np.linalg.norm(so3.log(last_turn.T @ fixes[-1].levelled.turn)))),
         sigmas=rms(np.array(normed)[1:].ravel()),
         scans=len(fixes),
         doubted=sum(not fix.believed for fix in fixes),
@@ -225,7 +225,7 @@ def as_scan(measurement: Measurement) -> LidarScan:
 
 
 def off(fix: Fix, truth: Motion) -> float:
-    return float(np.linalg.norm(fix.state.position - truth.position))
+    return float(np.linalg.norm(fix.levelled.position - truth.position))
 
 
 def drifts(fixes: Sequence[Fix], truths: Sequence[Motion]) -> np.ndarray:

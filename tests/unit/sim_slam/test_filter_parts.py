@@ -54,6 +54,18 @@ def test_errors_add_and_subtract(first: np.ndarray, second: np.ndarray) -> None:
     assert np.allclose(again.minus(other), 0.0, atol=1e-9)
 
 
+@given(errors, vectors)
+def test_levelling_turns_gravity_down_and_changes_no_distance(error: np.ndarray, origin: np.ndarray) -> None:
+    state = State(np.zeros(3), np.eye(3), np.ones(3), np.zeros(3), np.zeros(3)).plus(error)
+    levelled = state.levelled(origin)
+    assert np.allclose(levelled.gravity, [0.0, 0.0, -np.linalg.norm(state.gravity)], atol=1e-9)
+    assert np.allclose(levelled.turn @ levelled.turn.T, np.eye(3), atol=1e-9)
+    assert np.linalg.norm(levelled.position - origin) == pytest.approx(float(np.linalg.norm(state.position - origin)))
+    # Seen from the drone nothing changes.
+    assert np.allclose(levelled.turn.T @ levelled.gravity, state.turn.T @ state.gravity, atol=1e-9)
+    assert np.allclose(levelled.turn.T @ levelled.velocity, state.turn.T @ state.velocity, atol=1e-9)
+
+
 def test_inertial_measurements_without_noise_lead_along_the_true_path() -> None:
     room = Room()
     times = np.linspace(4.0, 5.0, 250, endpoint=False)

@@ -65,6 +65,15 @@ def test_it_begins_in_flight_from_navigation_and_learns_the_biases_there() -> No
     assert odometry.phase is Phase.TRACKING
 
 
+def test_a_frame_that_begins_leaning_is_levelled_in_flight() -> None:
+    room, odometry = Room(lean=np.array([0.012, -0.01, 0.0])), make_odometry()
+    last = list(room.fly(odometry, 14.0))[-1]
+    upright = room.turn(last.t)
+    assert np.linalg.norm(so3.log(last.state.turn @ upright.T)[:2]) > 0.01
+    assert np.linalg.norm(so3.log(last.levelled.turn @ upright.T)[:2]) < 0.005
+    assert np.all(np.abs(last.levelled.position - room.position(last.t)) < 4.0 * last.position_sigma)
+
+
 def test_without_navigation_it_does_not_begin() -> None:
     room, odometry = Room(), make_odometry()
     for k in range(200):

@@ -136,7 +136,7 @@ class ByOdometry:
         return Placement(fix.placed(REACH) if fix.believed else None, self._message(fix))
 
     def _message(self, fix: Fix) -> topics.Odometry:
-        odometry, state = self._odometry, fix.state
+        odometry, state = self._odometry, fix.levelled
         assert odometry.begun_at is not None
         return topics.Odometry(
             t=fix.t,

@@ -18,7 +18,7 @@ from skillwing.sim_mujoco.slam.plane_map import PlaneMap
 from skillwing.sim_mujoco.slam.propagation import ImuNoise, Prediction, predict
 from skillwing.sim_mujoco.slam.registration import Agreement, Registration
 from skillwing.sim_mujoco.slam.so3 import Floats
-from skillwing.sim_mujoco.slam.state import POSITION, SIZE, State
+from skillwing.sim_mujoco.slam.state import GRAVITY, POSITION, SIZE, G, State
 from skillwing.sim_mujoco.slam.vigil import Vigil, judge
 from skillwing.sim_mujoco.topics import Navigation
 
@@ -47,32 +47,47 @@ class Phase(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Fix:
-    """What a scan made known: the state at `t`, the covariance (18, 18) of its error, how the scan agrees with the map,
-    and its returns. `believed`: the scan was used; `way`: how far the drone has come since odometry began [m]."""
+    """What a scan made known: the state at `t` in the frame of the planes, the covariance (18, 18) of its error, how
+    the scan agrees with the map, and its returns. `believed`: the scan was used; `origin` (3,): where odometry began;
+    `way`: how far the drone has come since [m]."""
 
     t: float
     state: State
     covariance: Floats
     agreement: Agreement
     believed: bool
+    origin: Floats
     way: float
     scan: StillScan
 
     @property
+    def levelled(self) -> State:
+        """The state as it is given out.
+
+        The frame of the planes leans as the first pose did, by up to a degree, and what is far away would be mapped too
+        high or too low. Gravity becomes known in flight; with it the lean does, and is taken out.
+        """
+        return self.state.levelled(self.origin)
+
+    @property
     def position_sigma(self) -> Floats:
-        """Standard deviation (3,) of the position in its frame [m].
+        """Standard deviation (3,) of the levelled position [m].
 
         The filter takes its map for true, so that its own uncertainty is that against the map. The map drifts with the
-        drone, by a share of the way that was measured on flights.
+        drone, by a share of the way that was measured on flights, and leans by what gravity may be wrong.
         """
-        return np.sqrt(np.diag(self.covariance)[POSITION] + (DRIFT * self.way) ** 2)
+        variances = np.diag(self.covariance)
+        lean_x, lean_y, _ = variances[GRAVITY] / G**2
+        x, y, z = (self.state.position - self.origin) ** 2
+        leaning = np.array([lean_x * z, lean_y * z, lean_x * x + lean_y * y])
+        return np.sqrt(variances[POSITION] + leaning + (DRIFT * self.way) ** 2)
 
     def placed(self, reach: float) -> PlacedPoints:
         """The returns within `reach` of the sensor [m], in the world frame."""
-        turn = self.state.turn.astype(np.float32)
-        points = turn @ self.scan.within(reach).T + self.state.position.astype(np.float32)[:, None]
-        origin = self.state.position + self.state.turn @ self.scan.sensor
-        return PlacedPoints(self.t, self.state.turn, origin, points.T)
+        state = self.levelled
+        turn = state.turn.astype(np.float32)
+        points = turn @ self.scan.within(reach).T + state.position.astype(np.float32)[:, None]
+        return PlacedPoints(self.t, state.turn, state.position + state.turn @ self.scan.sensor, points.T)
 
 
 class Odometry:
@@ -99,6 +114,7 @@ class Odometry:
         self._empty = True
         self._t = self._way = 0.0
         self._state: State | None = None
+        self._origin = np.zeros(3)
         self._covariance = np.zeros((SIZE, SIZE))
 
     def navigation(self, navigation: Navigation) -> None:
@@ -145,6 +161,7 @@ class Odometry:
         if begun is None:
             return
         self._state, self._covariance = begun
+        self._origin = self._state.position
         self._t = self.begun_at = t
         self._beginning = None
         self.phase, self.text = Phase.TRACKING, ""
@@ -171,7 +188,8 @@ class Odometry:
             self._lose(self._vigil.verdict)
         else:
             self.phase = Phase.DOUBTING if self._vigil.doubting else Phase.TRACKING
-        return Fix(end, self._state, self._covariance, registration.agreement, believed, self._way, still)
+        agreement = registration.agreement
+        return Fix(end, self._state, self._covariance, agreement, believed, self._origin, self._way, still)
 
     def _weigh(self, predicted: Prediction, registration: Registration) -> tuple[Posterior, bool]:
         """The state after the scan, and whether the scan is believed. The first one has nothing to be compared with."""

@@ -37,6 +37,14 @@ def log(turn: Floats) -> Floats:
     return axis if sine < 1e-12 else axis * (angle / sine)
 
 
+def between(start: Floats, end: Floats) -> Floats:
+    """The smallest rotation (3, 3) that turns the direction of `start` (3,) into that of `end`, unless they are
+    opposite."""
+    one, other = start / np.linalg.norm(start), end / np.linalg.norm(end)
+    cross = skew(np.cross(one, other))
+    return np.eye(3) + cross + cross @ cross / (1.0 + one @ other)
+
+
 def quaternion(turn: Floats) -> tuple[float, float, float, float]:
     """The unit quaternion (w, x, y, z), w >= 0, of a rotation matrix (3, 3)."""
     vector = log(turn)

@@ -45,6 +45,18 @@ class State:
         """Points (N, 3) in body axes put into the world frame. They lie in memory axis by axis, which is faster."""
         return (self.turn @ points.T + self.position[:, None]).T
 
+    def levelled(self, origin: Floats) -> State:
+        """The same in a frame turned about `origin` (3,) so that its z axis is up, as far as gravity is known."""
+        turn = so3.between(self.gravity, np.array([0.0, 0.0, -1.0]))
+        return State(
+            origin + turn @ (self.position - origin),
+            turn @ self.turn,
+            turn @ self.velocity,
+            self.gyro_bias,
+            self.accel_bias,
+            turn @ self.gravity,
+        )
+
     def plus(self, error: Floats) -> State:
         """The state that differs by this error (18,) from this one."""
         return State(
