@@ -5,15 +5,17 @@ from __future__ import annotations
 import os
 import signal
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import psutil
 import pytest
 
 from skillwing.services.names import DATA_MANAGER, RESOURCE_MANAGER
-from skillwing.services.processes.colocation import MANAGERS
-from skillwing.services.processes.launcher import ROUTER
+from skillwing.services.processes.colocation import MANAGERS, colocated
+from skillwing.services.processes.launcher import ROUTER, Launcher
 from skillwing.services.processes.lifetime import EXIT_OK
+from skillwing.services.robot import Robot
 from skillwing.services.testing import SkillsetProcesses
 
 pytestmark = pytest.mark.slow
@@ -40,10 +42,16 @@ Make = Callable[..., SkillsetProcesses]
 
 
 @pytest.fixture
-def pumps(tmp_path: Path) -> Iterator[Make]:
+def skillset(tmp_path: Path) -> Path:
+    path = tmp_path / "pump.skillset"
+    path.write_text(SKILLSET, encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def pumps(tmp_path: Path, skillset: Path) -> Iterator[Make]:
     """Makes running pumps; when the test is over, none of their processes is left."""
-    skillset, script = tmp_path / "pump.skillset", tmp_path / "pump.toml"
-    skillset.write_text(SKILLSET, encoding="utf-8")
+    script = tmp_path / "pump.toml"
     script.write_text(SCRIPT, encoding="utf-8")
     made: list[SkillsetProcesses] = []
 
@@ -105,3 +113,22 @@ def test_peers_need_the_router_only_to_meet(pumps: Make) -> None:
         other.assert_ended("LOST")
     finally:
         os.kill(frozen, signal.SIGCONT)
+
+
+def test_robots_share_a_router_and_not_their_ends(tmp_path: Path, skillset: Path) -> None:
+    def started(robot: str, router: str | None = None) -> Launcher:
+        launcher = Launcher(robot, "pump", tmp_path / robot, clock="wall", router=router)
+        with ExitStack() as undoing:
+            undoing.callback(launcher.stop)
+            launcher.start(colocated(Robot(robot, skillset, {}, clock="wall").managers()))
+            undoing.pop_all()
+        return launcher
+
+    with started("first") as first:
+        with started("second", first.endpoint) as second:
+            assert second.endpoint == first.endpoint
+            assert set(second.pids) == {RESOURCE_MANAGER, MANAGERS}
+            processes = [psutil.Process(pid) for pid in second.pids.values()]
+        assert psutil.wait_procs(processes, timeout=0)[1] == []
+        assert all(first.running(name) for name in (ROUTER, RESOURCE_MANAGER, MANAGERS))
+        assert first.deaths == []

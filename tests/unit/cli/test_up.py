@@ -70,6 +70,14 @@ def test_the_detached_process_mocks_the_same_skills(launched: Any, tmp_path: Pat
     assert given["seed"] is None
 
 
+def test_the_detached_process_is_laid_out_the_same(launched: Any, tmp_path: Path) -> None:
+    words = ["--mock", "--colocate", "--topology", "mesh", "--router", "tcp/127.0.0.1:7447", "--robot-name", "second"]
+    command = launched("up", "-d", *words, "--run-dir", str(tmp_path / "run"))
+    given = up_options(command[command.index("skillwing.services.cli") + 2 :])
+    assert (given["colocate"], given["topology"]) == (True, "mesh")
+    assert (given["router"], given["robot_name"]) == ("tcp/127.0.0.1:7447", "second")
+
+
 def test_the_detached_process_has_the_same_scenario(launched: Any, tmp_path: Path) -> None:
     scenario = tmp_path / "gusts.toml"
     scenario.touch()
@@ -86,6 +94,8 @@ def test_the_detached_process_has_the_same_scenario(launched: Any, tmp_path: Pat
         (["--mock", "--script", "no_such.toml"], "`no_such.toml` cannot be used"),
         (["--scenario", "no_such.toml"], "There is no scenario file no_such.toml."),
         (["--mock", "--scenario", "x.toml"], "Mock some skills only"),
+        (["--mock", "--robot-name", "a b"], "A robot cannot be called `a b`."),
+        (["--mock", "--router", "tcp/127.0.0.1:1", "--listen", "tcp/127.0.0.1:2"], "Leave out `--listen`."),
     ],
 )
 def test_a_slip_in_what_is_to_run_starts_nothing(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import Annotated
 
@@ -20,22 +19,22 @@ from skillwing.services.commands.running import (
     ColocateOption,
     DetachOption,
     ListenOption,
+    RobotNameOption,
+    RouterOption,
     RunDirOption,
     Setting,
     TopologyOption,
     layout_words,
     make_run_dir,
     require_not_running,
+    require_robot_name,
     run_detached,
     run_system,
 )
-from skillwing.services.errors import InvalidOptionError
 from skillwing.services.mocking.script_file import load_scripts
 from skillwing.services.mocking.system import mock_processes, scripts_for
 from skillwing.services.processes.router import LOOPBACK
 from skillwing.services.robot import Robot
-
-NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
 
 
 def mock(
@@ -45,12 +44,11 @@ def mock(
         typer.Option(metavar="FILE", help="What the mocks do, besides what NAME.mock.toml beside the skillset says."),
     ] = None,
     seed: Annotated[int | None, typer.Option(metavar="N", help="Instead of the script's own seed.")] = None,
-    robot_name: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Of the mocked robot; default the skillset's name.")
-    ] = None,
+    robot_name: RobotNameOption = None,
     detach: DetachOption = False,
     colocate: ColocateOption = False,
     topology: TopologyOption = "router",
+    router: RouterOption = None,
     listen: ListenOption = LOOPBACK,
     run_dir: RunDirOption = None,
     resume: ResumeOption = False,
@@ -67,15 +65,14 @@ def mock(
     scripts = scripts_for(file, script)
     load_scripts(scripts, skillset)
     name = robot_name or skillset.name
-    if not NAME.fullmatch(name):
-        raise InvalidOptionError("robot-name", f"A robot cannot be called `{name}`. Use letters, digits, `_` and `-`.")
+    require_robot_name(name)
     require_not_running(name, ", or give this one a name of its own with `--robot-name`")
     directory = make_run_dir(run_dir, "mock")
     if detach:
         words = ["mock", str(file.absolute()), "--robot-name", name, "--listen", listen]
         words += [] if script is None else ["--script", str(script.absolute())]
         words += [] if seed is None else ["--seed", str(seed)]
-        words += layout_words(topology=topology, colocate=colocate)
+        words += layout_words(topology=topology, colocate=colocate, router=router)
         words += journal_words(resume=resume, durable=durable)
         run_detached(name, words, directory)
         return
@@ -84,5 +81,5 @@ def mock(
     played = ", ".join(map(str, scripts)) or "no script: each skill ends with its first success, if it has one"
     make_console().print(f"Mocks of {file}. They play {played}.", markup=False)
     specs = mock_processes(robot, scripts=scripts, seed=seed, run={"run_dir": str(directory), "durable": durable})
-    setting = Setting(clock="wall", listen=listen, mock=True, topology=topology, colocate=colocate)
+    setting = Setting(clock="wall", listen=listen, mock=True, topology=topology, colocate=colocate, router=router)
     raise typer.Exit(run_system(robot, specs, directory, setting))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import re
 import subprocess
 import sys
 import time
@@ -19,11 +20,12 @@ from skillwing.services.bus import Topology
 from skillwing.services.commands.attendance import Attendance
 from skillwing.services.commands.exit_codes import OK
 from skillwing.services.commands.output import make_console
-from skillwing.services.errors import SkillwingError
+from skillwing.services.errors import InvalidOptionError, SkillwingError
 from skillwing.services.processes.colocation import colocated, households
 from skillwing.services.processes.ending import Ending, ended_by_signals
 from skillwing.services.processes.launcher import ROUTER, ROUTER_TIMEOUT, START_TIMEOUT, Death, Launcher
 from skillwing.services.processes.process_state import ProcessState
+from skillwing.services.processes.router import LOOPBACK
 from skillwing.services.processes.run_state import announced, read_run_state, reserved
 from skillwing.services.robot import ClockKind, ProcessSpec, Robot
 
@@ -44,6 +46,24 @@ ColocateOption = Annotated[
     bool, typer.Option("--colocate", help="All managers but the resource manager in one process, for small machines.")
 ]
 
+RouterOption = Annotated[
+    str | None,
+    typer.Option(
+        "--router", metavar="tcp/HOST:PORT", help="Share the router of a system that runs, instead of starting one."
+    ),
+]
+RobotNameOption = Annotated[
+    str | None,
+    typer.Option("--robot-name", metavar="NAME", help="What to call this robot, of which others may run here."),
+]
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
+
+
+def require_robot_name(name: str) -> None:
+    """Raise InvalidOptionError for what is no name of a robot, which is a part of keys and of file names."""
+    if not NAME.fullmatch(name):
+        raise InvalidOptionError("robot-name", f"A robot cannot be called `{name}`. Use letters, digits, `_` and `-`.")
+
 
 def make_run_dir(given: Path | None, command: str) -> Path:
     """The directory of a run, called after the time and the command unless given."""
@@ -58,16 +78,17 @@ def require_not_running(robot: str, otherwise: str = "") -> None:
         raise SkillwingError(f"`{robot}` runs already (process {running.pid}). {stop}")
 
 
-def layout_words(*, topology: Topology, colocate: bool) -> list[str]:
+def layout_words(*, topology: Topology, colocate: bool, router: str | None) -> list[str]:
     """The options of a command line that say how processes are laid out."""
-    return ["--topology", topology, *(["--colocate"] if colocate else [])]
+    shared = [] if router is None else ["--router", router]
+    return ["--topology", topology, *(["--colocate"] if colocate else []), *shared]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Setting:
     """How to run a system. clock: who tells robot time; listen: where its router does; mock: nothing in it is real.
 
-    topology, colocate: how processes meet, and whether managers share one.
+    topology, colocate: how processes meet, and whether managers share one; router: where somebody else's is.
     """
 
     clock: ClockKind
@@ -75,6 +96,13 @@ class Setting:
     mock: bool
     topology: Topology = "router"
     colocate: bool = False
+    router: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.router is not None and self.listen != LOOPBACK:
+            raise InvalidOptionError(
+                "listen", "A router that runs already listens where it does. Leave out `--listen`."
+            )
 
 
 def run_system(robot: Robot, specs: Sequence[ProcessSpec], run_dir: Path, setting: Setting) -> int:
@@ -94,6 +122,7 @@ def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, setting: S
         run_dir,
         clock=setting.clock,
         topology=setting.topology,
+        router=setting.router,
         restarts=True,
         ending=ending,
         on_death=deaths.put,
@@ -102,7 +131,8 @@ def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, setting: S
         with launcher:
             begun = time.monotonic()
             with console.status(f"Starting {len(households(specs))} processes ..."):
-                launcher.start_router(setting.listen)
+                if setting.router is None:
+                    launcher.start_router(setting.listen)
                 launcher.start(specs)
             with announced(
                 robot,

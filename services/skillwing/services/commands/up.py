@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -19,12 +20,15 @@ from skillwing.services.commands.running import (
     ColocateOption,
     DetachOption,
     ListenOption,
+    RobotNameOption,
+    RouterOption,
     RunDirOption,
     Setting,
     TopologyOption,
     layout_words,
     make_run_dir,
     require_not_running,
+    require_robot_name,
     run_detached,
     run_system,
 )
@@ -71,6 +75,8 @@ def up(
     detach: DetachOption = False,
     colocate: ColocateOption = False,
     topology: TopologyOption = "router",
+    router: RouterOption = None,
+    robot_name: RobotNameOption = None,
     listen: ListenOption = LOOPBACK,
     run_dir: RunDirOption = None,
     resume: ResumeOption = False,
@@ -81,25 +87,29 @@ def up(
     With --mock no robot is needed: all of its skills are mocked, and the world around them. `up --mock goto hover`
     mocks these skills only; the others, and the robot, are real.
 
+    Several robots may share one router, each in a namespace of its name: `up --robot-name second --router
+    tcp/127.0.0.1:PORT`. Their commands take `--robot second` then.
+
     With --resume the resource manager goes on from the journal of an earlier run: states, goals and tokens are those
     of then. That makes sense where the robot has lived on meanwhile; a simulated one has not.
 
     Exit codes: 0 it was told to stop, 1 it did not start or lost a process it cannot do without, 2 unknown robot.
     """
-    table = find_robot(robot)
+    table = _called(find_robot(robot), robot_name)
     skills = tuple(dict.fromkeys(mocked or ()))
     _check_mocks(table, mock, skills, script)
     _check_scenario(scenario, robotless=mock and not skills)
-    require_not_running(table.name)
+    require_not_running(table.name, ", or give this one a name of its own with `--robot-name`")
     directory = make_run_dir(run_dir, "up")
     if detach:
         # Not the words we were called with: any of them, such as `-dr`, might say --detach once more.
         words = ["up", *skills, "--robot", robot, "--speed", written_pace(speed), "--listen", listen]
+        words += [] if robot_name is None else ["--robot-name", robot_name]
         words += [] if seed is None else ["--seed", str(seed)]
         words += ["--mock"] if mock else []
         words += [] if script is None else ["--script", str(script.absolute())]
         words += [] if scenario is None else ["--scenario", str(scenario.absolute())]
-        words += layout_words(topology=topology, colocate=colocate)
+        words += layout_words(topology=topology, colocate=colocate, router=router)
         words += journal_words(resume=resume, durable=durable)
         run_detached(table.name, words, directory)
         return
@@ -116,7 +126,7 @@ def up(
         else table.managers(run)
     )
     clock = "wall" if everything else table.clock
-    setting = Setting(clock=clock, listen=listen, mock=everything, topology=topology, colocate=colocate)
+    setting = Setting(clock=clock, listen=listen, mock=everything, topology=topology, colocate=colocate, router=router)
     raise typer.Exit(run_system(table, (*layer, *managers), directory, setting))
 
 
@@ -133,6 +143,14 @@ def _check_scenario(scenario: Path | None, *, robotless: bool) -> None:
         raise InvalidOptionError(
             "scenario", f"There is no scenario file {scenario}. docs/sensors.md tells how one is written."
         )
+
+
+def _called(table: Robot, name: str | None) -> Robot:
+    """The robot under the name that it is to have, for the second one of its kind."""
+    if name is None:
+        return table
+    require_robot_name(name)
+    return replace(table, name=name)
 
 
 def _check_mocks(table: Robot, mock: bool, skills: tuple[str, ...], script: Path | None) -> None:

@@ -52,6 +52,8 @@ class StartError(SkillwingError):
 class Launcher:
     """One system: a router and processes around it, as children of this process.
 
+    router: the endpoint of one that runs already, where systems of other robots may be, too; else it has its own.
+
     robot: name and namespace; skillset: its name; clock: who tells robot time; run_dir: gets `logs/<process>.log`;
     topology: how the processes meet, see `zenoh_session`.
     restarts: what dies is started again as its `ProcessSpec` and `RestartPolicy` say, the router at the same endpoint;
@@ -72,13 +74,14 @@ class Launcher:
         *,
         clock: ClockKind = "robot",
         topology: Topology = "router",
+        router: str | None = None,
         restarts: bool = False,
         ending: Ending | None = None,
         on_death: Callable[[Death], None] | None = None,
         on_change: Callable[[], None] | None = None,
     ) -> None:
         self.robot = robot
-        self.endpoint = ""
+        self.endpoint = router or ""
         self.run_dir = run_dir
         self.deaths: list[Death] = []
         self._keys = Keys(skillset)
@@ -122,7 +125,7 @@ class Launcher:
         return child is not None and child.process.poll() is None
 
     def start_router(self, listen: str = LOOPBACK) -> str:
-        """Start the router and return its endpoint; raises StartError."""
+        """Start a router of its own and return its endpoint; raises StartError."""
         module = "skillwing.services.processes.router"
         router = Household(ROUTER, (ProcessSpec(ROUTER, module),))
         child = self._launch(router, [module, "--listen", listen, "--parent-pipe"], stdout=subprocess.PIPE)
