@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import math
+
+import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from skillwing.bt_missions.running.library import find_mission
 from skillwing.dsl.model import UnknownNameError
 from skillwing.m600.campaign.command import make_plans, parse_seeds
 from skillwing.m600.campaign.conditions import EARLIEST, SENSOR_FAULTS, Condition, draw
-from skillwing.m600.campaign.plan import FlightPlan, flight_time
+from skillwing.m600.campaign.plan import FlightPlan, flight_time, planned_way
 from skillwing.m600.robot import ROBOT
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.processes.node_host import make_node
+from skillwing.sim_mujoco.link.radio import Radio, RadioOptions
 
 FLIGHT_TIME = 60.0
 SEEDS = st.integers(0, 2**32 - 1)
@@ -53,7 +58,7 @@ def test_the_robot_and_the_mission_take_what_a_plan_tells_them(condition: Condit
     plan = FlightPlan(mission="mapping", world="courtyard", seed=5, condition=condition, watched=False)
     for spec in ROBOT.functional_layer(plan.robot_options()):
         assert make_node(spec).name == spec.name
-    assert flight_time(plan.site()) > 30.0
+    assert flight_time(plan.site().way) > 30.0
 
 
 def test_every_seed_is_flown_under_every_condition_before_the_next_one() -> None:
@@ -88,3 +93,38 @@ def test_what_are_no_seeds_is_refused(text: str) -> None:
 def test_a_slip_of_the_pen_is_named(arguments: tuple[str, str, str, str], meant: str) -> None:
     with pytest.raises(UnknownNameError, match=f"did you mean `{meant}`"):
         make_plans(*arguments, watched=True)
+
+
+# --- other missions --------------------------------------------------------------------------------------------------
+
+
+def test_each_mission_flies_in_its_usual_world_and_meets_what_it_notices() -> None:
+    plans = make_plans("inspection", "3", "all", None)
+    assert {plan.world for plan in plans} == {"inspection"}
+    assert Condition.LINK in {plan.condition for plan in plans}
+    assert Condition.CAMERA not in {plan.condition for plan in plans}
+    assert Condition.LINK not in {plan.condition for plan in make_plans("mapping", "3", "all", None)}
+
+
+def test_an_inspection_knows_its_building_and_flies_round_it() -> None:
+    plan = make_plans("inspection", "3", "none", None)[0]
+    options = plan.mission_options()
+    find_mission("inspection").read_options(options)
+    site = plan.site()
+    assert site.target is not None
+    way = planned_way(site, "inspection")
+    distances = [math.dist(place[:2], site.target.centre) for place in way[1:-1]]
+    assert distances == pytest.approx([site.target.radius] * len(distances))
+    assert way[0] == way[-1] == (0.0, 0.0, options["height"])
+
+
+def test_a_world_without_a_building_is_refused_before_anything_flies() -> None:
+    with pytest.raises(InvalidOptionError, match="no building to inspect"):
+        make_plans("inspection", "3", "none", "inspection,courtyard")
+
+
+@given(SEEDS)
+def test_a_link_that_narrows_carries_less_than_the_video_needs_at_its_best(seed: int) -> None:
+    link = msgspec.convert(draw(Condition.LINK, seed, FLIGHT_TIME)["link"], RadioOptions)
+    assert [fault.kind for fault in link.faults] == ["narrow"]
+    assert Radio(link).at(link.faults[0].at, (0.0, 0.0, 10.0)).bandwidth <= 0.3e6

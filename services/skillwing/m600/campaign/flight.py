@@ -14,7 +14,7 @@ from typing import Any
 
 from skillwing.m600.campaign.conditions import Condition
 from skillwing.m600.campaign.course import in_process, over_zenoh
-from skillwing.m600.campaign.plan import FlightPlan, Network
+from skillwing.m600.campaign.plan import FlightPlan, Network, planned_way
 from skillwing.m600.campaign.result import FlightResult
 from skillwing.m600.campaign.witness import Witness
 from skillwing.m600.judge.map_coverage import judge_map
@@ -84,7 +84,9 @@ def _coverage(plan: FlightPlan, witness: Witness, run_dir: Path | None) -> float
     if run_dir is not None:
         from skillwing.m600.judge.evaluation import evaluate  # noqa: PLC0415 - loads what draws pictures
 
-        report = evaluate(run_dir, ROBOT.load_skillset(), mission=plan.mission, seed=plan.seed, world=plan.world)
+        way = planned_way(plan.site(), plan.mission)
+        skillset = ROBOT.load_skillset()
+        report = evaluate(run_dir, skillset, mission=plan.mission, seed=plan.seed, world=plan.world, route=way)
         return report.coverage.all if plan.mission == MAPPING else None
     if plan.mission != MAPPING or witness.map is None or not witness.over:
         return None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from enum import StrEnum
 from itertools import pairwise
 from typing import Any
@@ -11,6 +12,7 @@ import msgspec
 
 from skillwing.m600.campaign.conditions import Condition, draw
 from skillwing.services.errors import InvalidOptionError
+from skillwing.sim_mujoco.frames.vectors import Vector
 from skillwing.sim_mujoco.world.kinds import make_site
 from skillwing.sim_mujoco.world.site import Site
 
@@ -19,6 +21,8 @@ CRUISE_SPEED = 2.0
 OVERHEAD = 1.25
 """How much longer than its route a flight takes: it climbs, turns, brakes and goes round what stands in its way."""
 
+CORNERS = 48
+"""Of a circle as a way of straight legs."""
 PILOT_PATIENCE = 30.0
 """For how long missions wait for a drone that the safety pilot has taken [s of robot time]; he returns it within 15."""
 
@@ -64,7 +68,7 @@ class FlightPlan(msgspec.Struct, frozen=True, kw_only=True):
 
     def circumstances(self) -> dict[str, Any]:
         """What befalls the drone, as options of the functional layer."""
-        return draw(self.condition, self.seed, flight_time(self.site()))
+        return draw(self.condition, self.seed, flight_time(planned_way(self.site(), self.mission)))
 
     def robot_options(self) -> dict[str, Any]:
         """What the robot's functional layer is told."""
@@ -115,6 +119,17 @@ def options_on(site: Site, mission: str) -> dict[str, Any]:
     }
 
 
-def flight_time(site: Site) -> float:
-    """About how long a flight along the route takes [s of robot time]."""
-    return OVERHEAD * sum(math.dist(a, b) for a, b in pairwise(site.way)) / CRUISE_SPEED
+def planned_way(site: Site, mission: str) -> tuple[Vector, ...]:
+    """Where a mission is meant to fly: along the site's route, or round its building and home."""
+    if mission != "inspection" or site.target is None:
+        return site.way
+    (x, y), radius, height = site.target.centre, site.target.radius, site.target.height
+    angles = (math.pi + 2.0 * math.pi * step / CORNERS for step in range(CORNERS + 1))
+    circle = ((x + radius * math.cos(angle), y + radius * math.sin(angle), height) for angle in angles)
+    over_home = (*site.home, height)
+    return over_home, *circle, over_home
+
+
+def flight_time(way: Sequence[Vector]) -> float:
+    """About how long a flight along a way takes [s of robot time]."""
+    return OVERHEAD * sum(math.dist(a, b) for a, b in pairwise(way)) / CRUISE_SPEED

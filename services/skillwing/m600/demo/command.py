@@ -299,6 +299,7 @@ def _judge(flight: Flight, story: Story, run_dir: Path, seed: int, console: Cons
                 mission=story.mission,
                 seed=seed,
                 world=story.world,
+                route=story.way,
                 wall_time_s=flight.wall_time or None,
                 processes=flight.entries(),
                 notes=[f"**{note}**" for note in notes],

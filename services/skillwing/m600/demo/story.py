@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,13 +22,14 @@ RIM = 30.0
 @dataclass(frozen=True)
 class Story:
     """mission: its name. world: the kind of world. happens: what goes wrong, in a few words. robot, options: what
-    robot and mission are told of all this."""
+    robot and mission are told of all this. way: that is planned; None for the route of the world."""
 
     mission: str
     world: str
     happens: str
     robot: dict[str, Any]
     options: dict[str, Any] = field(default_factory=dict[str, Any])
+    way: tuple[tuple[float, float, float], ...] | None = None
 
 
 def tell(mission: str, seed: int, *, fault: bool, fault_at: float | None, scenario: Path | None) -> Story:
@@ -52,7 +53,7 @@ def _camera_fails(at: float | None) -> tuple[str, dict[str, Any]]:
 
 def _inspection(seed: int, *, fault: bool, fault_at: float | None) -> Story:
     """Round the site's building; behind it the link is critical, as in Section 2.1 of the paper."""
-    from skillwing.m600.campaign.plan import options_on, site_options  # noqa: PLC0415 - loads numpy
+    from skillwing.m600.campaign.plan import options_on, planned_way, site_options  # noqa: PLC0415 - loads numpy
     from skillwing.sim_mujoco.world.kinds import make_site  # noqa: PLC0415
 
     site = make_site(seed, INSPECTION)
@@ -64,7 +65,8 @@ def _inspection(seed: int, *, fault: bool, fault_at: float | None) -> Story:
         link = {"faults": [{"kind": "narrow", "at": fault_at, "magnitude": CRITICAL}]}
     else:
         happens, link = "a critical link behind the building", {"zones": _zones(options)}
-    return Story(INSPECTION, INSPECTION, happens, {"world": INSPECTION, "link": link, **site_options(site)}, options)
+    robot = {"world": INSPECTION, "link": link, **site_options(site)}
+    return Story(INSPECTION, INSPECTION, happens, robot, options, planned_way(site, INSPECTION))
 
 
 def _zones(circle: dict[str, Any]) -> list[dict[str, Any]]:
@@ -90,4 +92,4 @@ def _by_scenario(story: Story, path: Path) -> Story:
         ) from error
     robot = {name: value for name, value in story.robot.items() if name not in ("faults", "link")}
     robot["scenario"] = str(path.absolute())
-    return Story(story.mission, story.world, f"scenario {path.name}", robot, story.options)
+    return replace(story, happens=f"scenario {path.name}", robot=robot)

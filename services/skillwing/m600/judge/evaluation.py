@@ -26,6 +26,10 @@ from skillwing.sim_mujoco.world.world import make_world
 TIMELINE_PICTURE = "timeline.png"
 MAP_PICTURE = "map.png"
 MAP_CLOUD = "map.ply"
+MAPPING, MAPPER = "mapping", "lidar_mapping"
+"""The mission, and the skill, that leave a map which can be judged."""
+TRUTHFUL = "Collisions and clearance come from the simulator's ground truth, which the robot never sees."
+NOT_MAPPED = f"Nothing was to be mapped. {TRUTHFUL}"
 DEPTH_MAP = "depthmap_source"
 """The resource that tells which sensor looks ahead."""
 TRUTH_GAP = 2.0
@@ -51,7 +55,9 @@ def evaluate(
     what became of each process. notes: sentences for `report.md` that only the one who ran the flight can write.
     """
     history = read_history(run_dir, skillset)
-    flight, saved = read_flight(run_dir), read_map(run_dir)
+    flight = read_flight(run_dir)
+    was_mapped = mission == MAPPING or any(bar.skill == MAPPER for bar in history.bars)
+    saved = read_map(run_dir) if was_mapped else None
     scene = make_world(seed, world)
     planned = tuple(route or scene.route)
     seen_to_the_end = bool(flight) and flight[-1].t > history.end - TRUTH_GAP
@@ -66,7 +72,7 @@ def evaluate(
         coverage=judge_map(scene, planned, saved),
         processes=processes,
     )
-    write_report(report, history, run_dir, [*notes, *_notes(saved)])
+    write_report(report, history, run_dir, [*notes, *(_notes(saved) if was_mapped else [NOT_MAPPED])])
     title = f"{mission}: {report.result}, {report.sim_time_s:.0f} s, seed {seed}"
     draw_timeline(history, run_dir / TIMELINE_PICTURE, title=title, resources=skillset.resources)
     if saved is not None:
@@ -115,5 +121,5 @@ def _notes(saved: SavedMap | None) -> list[str]:
     return [
         f"Poses of the map: {saved.pose_source or 'not told'}. Coverage is the share of the surface in line of sight "
         "within 25 m of the planned route that lies in, or next to, an occupied voxel; it does not depend on what was "
-        "flown. Collisions and clearance come from the simulator's ground truth, which the robot never sees."
+        f"flown. {TRUTHFUL}"
     ]

@@ -63,8 +63,9 @@ def draw_map(file: Path, scene: MapScene, title: str) -> None:
     grid = figure.add_gridspec(1, 2, width_ratios=(1.0, 1.15))
     above = figure.add_subplot(grid[0, 0])
     _draw_from_above(above, scene, centres, heights, (low, high))
-    scale = ScalarMappable(heights, _HEIGHTS)
-    figure.colorbar(scale, ax=above, shrink=0.7, aspect=40, pad=0.02, label="height of the map [m]")
+    if len(centres):
+        scale = ScalarMappable(heights, _HEIGHTS)
+        figure.colorbar(scale, ax=above, shrink=0.7, aspect=40, pad=0.02, label="height of the map [m]")
     oblique = figure.add_subplot(grid[0, 1], projection="3d", computed_zorder=False)
     _draw_in_perspective(oblique, scene, centres, heights, (low, high))
     figure.legend(*above.get_legend_handles_labels(), loc="outside lower left", ncols=6, frameon=False)
@@ -126,8 +127,8 @@ def _draw_in_perspective(
         axes.scatter([x], [y], [z], marker="X", s=110, c="#ffb000", edgecolors=_INK, depthshade=False, zorder=11)
     x, y, z = scene.home
     axes.scatter([x], [y], [z], marker="^", s=110, c="white", edgecolors=_INK, depthshade=False, zorder=11)
-    top = float(drawn[:, 2].max()) if len(drawn) else 10.0
-    bottom = float(drawn[:, 2].min()) if len(drawn) else 0.0
+    up = drawn[:, 2] if len(drawn) else np.concatenate([route[:, 2], *(each.path[:, 2] for each in scene.flown)])
+    bottom, top = float(up.min(initial=0.0)), float(up.max(initial=0.0))
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(bottom, max(top, bottom + 1.0)))
     axes.set(xlabel="east [m]", ylabel="north [m]", zlabel="up [m]")
     axes.set_box_aspect((*(high - low), 1.5 * max(top - bottom, 1.0)), zoom=1.15)
