@@ -9,6 +9,7 @@ from pathlib import Path
 
 import msgspec
 from mutmut.mutation.file_mutation import mutate_file_contents
+from rules import RULES
 
 ROOT = Path(__file__).parents[2]
 WORKSPACE = ROOT / "runs" / "mutation"
@@ -22,14 +23,16 @@ MUTATED = (
     "client/asking.py",
     "client/goal_pursuit.py",
 )
-"""The cores, and what of the rules stands outside of them."""
+"""The cores, and where rules stand outside of them."""
+_OF_RULES = {function for functions in RULES.values() for function in functions}
 COPIED = ("conftest.py", "unit/services", "integration", "simulation")
 
 
 def make_mutants() -> dict[str, str]:
     """Write a workspace in which each function holds its mutants, and the name of one in the environment wakes it.
 
-    Returns all mutants by name, with a fingerprint of the function that each is made of.
+    Returns the mutants by name, with a fingerprint of the function that each is made of: all of the cores, and outside
+    of them those of functions in which a rule stands.
     """
     source, target = ROOT / "services" / SERVICES, WORKSPACE / "src" / SERVICES
     _copy(source, target)
@@ -46,7 +49,12 @@ def make_mutants() -> dict[str, str]:
         made = _mutated(file.read_text(encoding="utf-8"))
         (target / place).write_text(made.code, encoding="utf-8")
         mutants |= {f"{module}.{mutant}": fingerprint for mutant, fingerprint in made.mutants.items()}
-    return mutants
+    return {name: fingerprint for name, fingerprint in mutants.items() if ".core." in name or is_of_rule(name)}
+
+
+def is_of_rule(mutant: str) -> bool:
+    """A rule of the semantics stands in its function."""
+    return function_of(mutant) in _OF_RULES
 
 
 class Mutated(msgspec.Struct):

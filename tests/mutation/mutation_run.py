@@ -2,9 +2,9 @@
 
     python tests/mutation/mutation_run.py --seconds 1200 --write docs/reliability.md
 
-mutmut makes the mutants, and `bench.py` judges them: by unit tests first; what survives these by whole managers in one
-process and a hundred runs of the simulation. It goes on where it was interrupted, those functions first in which a rule
-stands, and judges a function anew when it has changed.
+mutmut makes the mutants, and `bench.py` judges them: by unit tests; and what survives these, where a rule stands, by
+whole managers in one process and a hundred runs of the simulation. It goes on where it was interrupted, those functions
+first in which a rule stands, and judges a function anew when it has changed.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from itertools import islice
 from pathlib import Path
 
 import msgspec
-from mutants import WORKSPACE, function_of, make_mutants, module_of
+from mutants import WORKSPACE, function_of, is_of_rule, make_mutants, module_of
 from rules import RULES
 
 UNIT_TESTS = (
@@ -52,16 +52,18 @@ COLUMNS = ("unit tests", "managers", "simulation", "survives", "not judged")
 
 
 class Judgement(msgspec.Struct):
-    """What came of a mutant. fingerprint: of its function; killers: a test for each bench that it met, "" for none."""
+    """What came of a mutant. fingerprint: of its function; benches: how many it has to meet; killers: a test for each
+    that it has met, "" for none."""
 
     fingerprint: str
+    benches: int = len(BENCHES)
     killers: list[str] = []
 
     @property
     def fate(self) -> str:
         killer = next((killer for killer in self.killers if killer), None)
         if killer is None:
-            return "survives" if len(self.killers) == len(BENCHES) else "not judged"
+            return "survives" if len(self.killers) >= self.benches else "not judged"
         if self.killers.index(killer) == 0:
             return "unit tests"
         return "simulation" if "tests/simulation" in killer else "managers"
@@ -77,9 +79,12 @@ class Judgements:
         self._path = path
         known = msgspec.json.decode(path.read_bytes(), type=dict[str, Judgement]) if path.exists() else {}
         self.by_name = {
-            name: known[name] if name in known and known[name].fingerprint == fingerprint else Judgement(fingerprint)
+            name: Judgement(fingerprint, benches=len(BENCHES) if is_of_rule(name) else 1)
             for name, fingerprint in mutants.items()
         }
+        for name, judgement in self.by_name.items():
+            if name in known and known[name].fingerprint == judgement.fingerprint:
+                judgement.killers = known[name].killers
 
     def forget_survivors(self) -> None:
         """Have them judged once more."""
@@ -92,13 +97,12 @@ class Judgements:
 
     def waiting_for(self, bench: int) -> list[str]:
         """Those that have survived the benches before this one; where rules stand first."""
-        of_rules = {function for functions in RULES.values() for function in functions}
         names = [
             name
             for name, judgement in self.by_name.items()
-            if len(judgement.killers) == bench and not any(judgement.killers)
+            if bench == len(judgement.killers) < judgement.benches and not any(judgement.killers)
         ]
-        return sorted(names, key=lambda name: function_of(name) not in of_rules)
+        return sorted(names, key=lambda name: not is_of_rule(name))
 
     def judge(self, bench: int, *, jobs: int, deadline: float) -> None:
         """Have all judged that wait for this bench, until a moment of the wall's time in seconds."""

@@ -17,10 +17,10 @@ from skillwing.services import client, core, managers
 BEGIN_GOAL = "skillwing.services.core.resource_core.xǁResourceCoreǁbegin__mutmut_"
 SEED = "tests/simulation/test_simulation.py::test_promises_are_kept[0]"
 JUDGED = {
-    f"{BEGIN_GOAL}1": Judgement("f", ["tests/unit/services/test_laws.py::TestManagers::runTest"]),
-    f"{BEGIN_GOAL}2": Judgement("f", ["", ""]),
-    f"{BEGIN_GOAL}3": Judgement("f", [""]),
-    f"{BEGIN_GOAL}4": Judgement("f", []),
+    f"{BEGIN_GOAL}1": Judgement("f", killers=["tests/unit/services/test_laws.py::TestManagers::runTest"]),
+    f"{BEGIN_GOAL}2": Judgement("f", killers=["", ""]),
+    f"{BEGIN_GOAL}3": Judgement("f", killers=[""]),
+    f"{BEGIN_GOAL}4": Judgement("f"),
 }
 
 
@@ -48,10 +48,17 @@ def test_what_is_known_so_far_says_so_and_names_survivors(tmp_path: Path) -> Non
 
 
 def test_a_run_that_is_over_does_not_excuse_itself() -> None:
-    told = section({f"{BEGIN_GOAL}1": Judgement("f", ["", SEED]), f"{BEGIN_GOAL}2": Judgement("f", ["", ""])})
-    assert "2 of 2 mutants are judged, 1 survive" in told
+    told = section(
+        {
+            f"{BEGIN_GOAL}1": Judgement("f", killers=["", SEED]),
+            f"{BEGIN_GOAL}2": Judgement("f", killers=["", ""]),
+            "skillwing.services.core.values.x_by_path__mutmut_1": Judgement("f", benches=1, killers=[""]),
+        }
+    )
+    assert "3 of 3 mutants are judged, 2 survive" in told
     assert "not over" not in told
     assert "| `resource_core.py` | 2 | 0 | 0 | 1 | 1 | 0 |" in told
+    assert "| `values.py` | 1 | 0 | 0 | 0 | 1 | 0 |" in told
 
 
 def test_a_function_that_has_changed_is_judged_anew_and_survivors_on_demand(tmp_path: Path) -> None:
