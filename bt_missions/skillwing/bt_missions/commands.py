@@ -125,7 +125,7 @@ def watch(robot: RobotOption = None, as_json: JsonOption = False) -> None:
 def pause(reason: ReasonOption = None, robot: RobotOption = None, as_json: JsonOption = False) -> None:
     """Make the drone hold its place until `skillwing mission resume`. Battery and fence are watched meanwhile.
 
-    Exit codes: 0 it is paused, 1 it cannot be paused just now, 3 no system is running.
+    Exit codes: 0 it is paused, 1 no mission is there, 3 no system is running, 4 it cannot be paused just now.
     """
     _order(robot, lambda keys: keys.mission_pause, PauseMission, reason, as_json=as_json)
 
@@ -134,7 +134,7 @@ def pause(reason: ReasonOption = None, robot: RobotOption = None, as_json: JsonO
 def resume(reason: ReasonOption = None, robot: RobotOption = None, as_json: JsonOption = False) -> None:
     """Let a paused mission go on where it was.
 
-    Exit codes: 0 it goes on, 1 it was not paused, 3 no system is running.
+    Exit codes: 0 it goes on, 1 no mission is there, 3 no system is running, 4 it was not paused.
     """
     _order(robot, lambda keys: keys.mission_resume, ResumeMission, reason, as_json=as_json)
 

@@ -171,6 +171,27 @@ def test_a_waypoint_given_up_for_something_unseen_leaves_the_route_unfulfilled()
     assert not planner.fulfilled
 
 
+@pytest.mark.parametrize(("rest", "fulfilled"), [([], True), ([(10, 10, 4)], False)])
+def test_coming_home_is_no_route_unless_nothing_else_was_asked_for(rest: list[Position], fulfilled: bool) -> None:
+    planner = RoutePlanner([*rest, (0, 0, 4)], max_detours=0)
+    for _ in rest:
+        bump(planner, times=1, distance=2.0)
+    while planner.next_target((5, 5, 4)) is not None:
+        planner.arrived()
+    assert planner.reached == 1
+    assert planner.fulfilled is fulfilled
+
+
+def test_a_drone_that_was_carried_away_plans_the_way_to_the_same_waypoint_anew() -> None:
+    planner = RoutePlanner([(20, 0, 4)])
+    planner.next_target((0, 0, 4))
+    planner.blocked((8, 0, 4), 2.0)
+    assert planner.next_target((8, 0, 4)) != (20, 0, 4), "round the obstacle"
+    planner.carried()
+    assert planner.next_target((20, -12, 4)) == (20, 0, 4)
+    assert planner.waypoint == 0
+
+
 def test_a_route_under_way_is_not_fulfilled() -> None:
     planner = RoutePlanner([(10, 0, 4), (10, 10, 4)])
     planner.next_target((0, 0, 4))

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import json
 
+import msgspec
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 from skillwing.bt_missions.commands import mission
 from skillwing.bt_missions.missions.mapping import MISSION, MappingOptions
+from skillwing.bt_missions.running.option_values import written
 from skillwing.bt_missions.running.option_words import parse_options
 from skillwing.services.errors import InvalidOptionError
 
@@ -28,6 +32,42 @@ def test_options_are_read_from_json() -> None:
 def test_words_that_are_no_options_are_refused_with_a_sentence(words: list[str]) -> None:
     with pytest.raises(InvalidOptionError, match=r"\.$"):
         parse_options(words)
+
+
+@pytest.mark.parametrize(
+    ("word", "sentence"),
+    [
+        ("speed=fast", "`speed` is `fast`; it takes a number from 0.1 to 5, as in `speed=2`."),
+        ("speed=nan", "`speed` is `nan`; it takes a number from 0.1 to 5, as in `speed=2`."),
+        ("pilot_patience=-1", "`pilot_patience` is `-1`; it takes a number of at least 0, as in `pilot_patience=120`."),
+        ("time_limit=0", "`time_limit` is `0`; it takes a number above 0, as in `time_limit=900`."),
+        ("height=tall", "`height` is `tall`; it takes a number from 1 to 50 or `null`."),
+        ("area=1,2", "`area` is `1,2`; it takes four numbers with commas between them or `null`, as in `area=-11,"),
+        ("route=1,2", "`route` is `1,2`; it takes three numbers with commas between them, and semicolons between"),
+        ("route=99,0,4", "Waypoint 1 of `route` (99, 0) lies outside `area`. Move it inside, or give a larger `area`."),
+    ],
+)
+def test_a_wrong_value_is_answered_with_what_the_option_takes(word: str, sentence: str) -> None:
+    with pytest.raises(InvalidOptionError) as caught:
+        MISSION.read_options(parse_options([word]))
+    assert str(caught.value).startswith(sentence)
+    assert caught.value.option == word.partition("=")[0]
+
+
+@given(
+    st.lists(st.tuples(*[st.floats(-10.0, 30.0)] * 3), min_size=1, max_size=4),
+    st.floats(0.1, 5.0),
+    st.none() | st.floats(1.0, 50.0),
+)
+def test_options_are_read_as_they_are_shown(
+    route: list[tuple[float, float, float]], speed: float, height: float | None
+) -> None:
+    """What `mission list` prints as a default can be typed as a value."""
+    options = MISSION.read_options({"route": route, "speed": speed, "height": height})
+    shown = {name: written(value) for name, value in msgspec.to_builtins(options).items()}
+    words = [f"{name}={text}" for name, text in shown.items() if text != "null"]
+    again = MISSION.read_options(parse_options(words))
+    assert {name: written(value) for name, value in msgspec.to_builtins(again).items()} == shown
 
 
 def test_the_list_of_missions_names_each_option_with_its_default() -> None:

@@ -34,6 +34,8 @@ CELL = 1.0
 LONGEST_EDGE = CELL * math.sqrt(2)
 ARRIVED_WITHIN = 0.5
 """A waypoint nearer than this counts as reached, in metres."""
+AT_HOME = 2.0
+"""A waypoint nearer than this to the origin, on the ground plan, is over home, in metres."""
 _BORDER = 4.0
 """How far beyond what has to be kept clear of the lattice reaches, in metres."""
 
@@ -195,8 +197,8 @@ class RoutePlanner:
     def __init__(self, route: Sequence[Position], *, max_detours: int = 10, area: Area | None = None) -> None:
         self.route = tuple(route)
         self.known = KnownSpace(area=area)
-        self.reached = 0
         self.given_up: list[GivenUp] = []
+        self._reached: list[int] = []
         self._max_detours = max_detours
         self._detours = 0
         self._stopped_unseen = False
@@ -213,10 +215,17 @@ class RoutePlanner:
         return self._waypoint >= len(self.route)
 
     @property
+    def reached(self) -> int:
+        """How many waypoints were reached."""
+        return len(self._reached)
+
+    @property
     def fulfilled(self) -> bool:
         """The route is done as well as the place allows: nothing but obstacles kept the drone from any waypoint, and
-        it reached one at least."""
-        return self.done and self.reached > 0 and all(left.for_obstacle for left in self.given_up)
+        it reached one at least that is not over home, if there are such: coming home again is no route."""
+        away = {index for index, (x, y, _) in enumerate(self.route) if math.hypot(x, y) > AT_HOME}
+        been = self._reached if not away else away.intersection(self._reached)
+        return self.done and bool(been) and all(left.for_obstacle for left in self.given_up)
 
     @property
     def account(self) -> str:
@@ -284,7 +293,7 @@ class RoutePlanner:
             self._give_up(blocked + unseen, for_obstacle=not self._stopped_unseen)
 
     def _reach(self) -> None:
-        self.reached += 1
+        self._reached.append(self._waypoint)
         self._next_waypoint()
 
     def _give_up(self, reason: str, *, for_obstacle: bool) -> None:
