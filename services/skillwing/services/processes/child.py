@@ -163,9 +163,10 @@ class Child:
 def _last_words(log: Sequence[str]) -> str:
     """The last line of a log, with file and line if it ends a traceback."""
     *before, last = log
+    last = last.strip().rstrip(".")
     for line in reversed(before):
         if place := _PLACE.match(line):
-            return f"{last.strip()} ({place['file']}:{place['line']})"
+            return f"{last} ({place['file']}:{place['line']})"
         if not line.startswith(" "):
             break
-    return last.strip()
+    return last
