@@ -14,6 +14,8 @@ from skillwing.services.bus.inprocess import Utterance
 from skillwing.services.protocol import (
     Attached,
     Ending,
+    ErrorCode,
+    ErrorReply,
     GoalStatus,
     Granted,
     Keys,
@@ -55,6 +57,7 @@ class Witness:
         self._granted: set[str] = set()
         self._binding: dict[str, Terminal] = {}
         self._ranks: dict[tuple[Bus, str], int] = {}
+        self._interrupted_early: set[tuple[Bus, str]] = set()
         self.verdicts: dict[str, Ending] = {}
         self._last_token = 0
         self._tokens: dict[str, int] = {}
@@ -77,6 +80,7 @@ class Witness:
             self._listeners["put", keys.verdict(skill.name)] = self._on_push
             for key in (keys.start(skill.name), keys.interrupt(skill.name), keys.goal(skill.name)):
                 self._listeners["reply", key] = self._on_answer
+            self._listeners["refuse", keys.interrupt(skill.name)] = self._on_refusal_to_interrupt
 
     def hear(self, said: Utterance) -> None:
         listener = self._listeners.get((said.what, said.key))
@@ -102,7 +106,17 @@ class Witness:
         if rank <= self._ranks.get(which, -1):
             self.note(said.t, "goals move forward", f"{status.goal_id} is {status.state} again")
         self._ranks[which] = rank
+        if which in self._interrupted_early and status.state is State.DISPATCHING:
+            self.note(
+                said.t, "interrupts count", f"{status.goal_id} is dispatched, and was interrupted before its start"
+            )
         self._judge_terminal(said, status)
+
+    def _on_refusal_to_interrupt(self, said: Utterance) -> None:
+        """A process that does not know the goal remembers the interrupt, should the start still arrive there."""
+        refusal = decode(said.payload, ErrorReply)
+        if refusal.code is ErrorCode.UNKNOWN_GOAL:
+            self._interrupted_early.add((said.source, refusal.message.rstrip(".").rpartition(" ")[2]))
 
     def _on_answer(self, said: Utterance) -> None:
         self._judge_terminal(said, decode(said.payload, GoalStatus))
