@@ -13,9 +13,11 @@ from skillwing.bt_missions.commands import mission as mission_command
 from skillwing.bt_missions.running.library import find_mission
 
 PAGE = (ROOT / "docs/own_mission.md").read_text(encoding="utf-8")
-PATROL, WRONG = re.findall(r"```xml\n(.*?)```", PAGE, re.DOTALL)
+PATROL, WRONG, GRANTED, PAUSABLE = re.findall(r"```xml\n(.*?)```", PAGE, re.DOTALL)
 FIRST, SECOND = re.findall(r"```text\n(.*?)```", PAGE, re.DOTALL)
 LINE = re.compile(r'^ *<goto_straight name="out".*\n', re.MULTILINE)
+GUARDED = re.compile(r'<ReactiveSequence name="patrol">\s*<ResourceIs [^>]*>(.*?)</ReactiveSequence>', re.DOTALL)
+WAY = re.compile(r'<goto_straight name="out".*?<return_home[^>]*>', re.DOTALL)
 
 
 @pytest.fixture(autouse=True)
@@ -68,6 +70,30 @@ def test_mistakes_are_listed_as_the_page_says() -> None:
     file = Path("patrol.xml")
     file.write_text(file.read_text().replace("goto_strait", "goto_straight"))
     assert SECOND in typed("check", "patrol.xml")
+
+
+def test_it_stands_still_with_two_tags() -> None:
+    typed("new", "patrol.xml")
+    file = Path("patrol.xml")
+    text = file.read_text()
+    text, granted = GUARDED.subn(lambda found: found[1].join(GRANTED.split("...")), text)
+    text, pausable = WAY.subn(lambda found: found[0].join(PAUSABLE.split("...")), text)
+    assert granted == pausable == 1
+    file.write_text(text)
+    assert typed("check", "patrol.xml") == "patrol: fits m600\n"
+
+    flight = Flight(mission=find_mission("patrol.xml"))
+    flight.network.run_for(8.0)
+    assert flight.node.pause() is None
+    flight.network.run_for(5.0)
+    assert flight.node.status.phase == "PAUSED"
+    flight.drone.set("SDK_authority", "UNAVAILABLE")
+    flight.network.run_for(5.0)
+    assert flight.node.status.phase == "HELD"
+    flight.drone.set("SDK_authority", "AVAILABLE")
+    assert flight.node.resume() is None
+    assert flight.fly().phase == "SUCCEEDED"
+    assert flight.on_ground
 
 
 def test_the_same_in_python_flies_the_same() -> None:

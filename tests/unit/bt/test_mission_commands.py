@@ -55,7 +55,7 @@ def test_a_wrong_value_is_answered_with_what_the_option_takes(word: str, sentenc
 
 
 @given(
-    st.lists(st.tuples(*[st.floats(-10.0, 30.0)] * 3), min_size=1, max_size=4),
+    st.lists(st.tuples(*[st.integers(-100, 300).map(lambda tenths: tenths / 10.0)] * 3), min_size=1, max_size=4),
     st.floats(0.1, 5.0),
     st.none() | st.floats(1.0, 50.0),
 )

@@ -6,13 +6,12 @@ import math
 from collections.abc import Sequence
 from enum import StrEnum
 from itertools import pairwise
-from typing import Any
+from typing import Any, TypeAlias
 
 import msgspec
 
 from skillwing.m600.campaign.conditions import Condition, draw
 from skillwing.services.errors import InvalidOptionError
-from skillwing.sim_mujoco.frames.vectors import Vector
 from skillwing.sim_mujoco.world.kinds import make_site
 from skillwing.sim_mujoco.world.site import Site
 
@@ -25,6 +24,9 @@ CORNERS = 48
 """Of a circle as a way of straight legs."""
 PILOT_PATIENCE = 30.0
 """For how long missions wait for a drone that the safety pilot has taken [s of robot time]; he returns it within 15."""
+
+Place: TypeAlias = tuple[float, float, float]
+"""ENU, home at the origin [m]."""
 
 
 class Network(StrEnum):
@@ -119,7 +121,7 @@ def options_on(site: Site, mission: str) -> dict[str, Any]:
     }
 
 
-def planned_way(site: Site, mission: str) -> tuple[Vector, ...]:
+def planned_way(site: Site, mission: str) -> tuple[Place, ...]:
     """Where a mission is meant to fly: along the site's route, or round its building and home."""
     if mission != "inspection" or site.target is None:
         return site.way
@@ -130,6 +132,6 @@ def planned_way(site: Site, mission: str) -> tuple[Vector, ...]:
     return over_home, *circle, over_home
 
 
-def flight_time(way: Sequence[Vector]) -> float:
+def flight_time(way: Sequence[Place]) -> float:
     """About how long a flight along a way takes [s of robot time]."""
     return OVERHEAD * sum(math.dist(a, b) for a, b in pairwise(way)) / CRUISE_SPEED

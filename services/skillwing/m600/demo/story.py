@@ -53,10 +53,15 @@ def _camera_fails(at: float | None) -> tuple[str, dict[str, Any]]:
 
 def _inspection(seed: int, *, fault: bool, fault_at: float | None) -> Story:
     """Round the site's building; behind it the link is critical, as in Section 2.1 of the paper."""
-    from skillwing.m600.campaign.plan import options_on, planned_way, site_options  # noqa: PLC0415 - loads numpy
-    from skillwing.sim_mujoco.world.kinds import make_site  # noqa: PLC0415
+    from skillwing.m600.campaign.conditions import Condition  # noqa: PLC0415
+    from skillwing.m600.campaign.plan import (  # noqa: PLC0415 - loads numpy
+        FlightPlan,
+        options_on,
+        planned_way,
+        site_options,
+    )
 
-    site = make_site(seed, INSPECTION)
+    site = FlightPlan(mission=INSPECTION, world=INSPECTION, seed=seed, condition=Condition.NONE).site()
     options = options_on(site, INSPECTION)
     if not fault:
         happens, link = "no fault", dict[str, Any]()
