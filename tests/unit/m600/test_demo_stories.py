@@ -54,7 +54,7 @@ def test_a_scenario_takes_the_place_of_the_fault(tmp_path: Path) -> None:
     assert (told.happens, told.robot["scenario"]) == ("scenario calm.toml", str(file))
     assert "link" not in told.robot
     file.write_text("wnd = 1\n")
-    with pytest.raises(InvalidOptionError, match="docs/sensors.md"):
+    with pytest.raises(InvalidOptionError, match=r"docs/sensors\.md"):
         story("inspection", scenario=file)
 
 
