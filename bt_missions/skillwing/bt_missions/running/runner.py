@@ -22,6 +22,7 @@ from skillwing.bt_missions.running.orders import serve_orders
 from skillwing.bt_missions.running.phase import Phase
 from skillwing.bt_missions.running.preflight import preflight
 from skillwing.bt_missions.running.standing import Holders, Standing
+from skillwing.bt_missions.running.still_clock import STILL_CLOCK_TIMEOUT, StillClock
 from skillwing.bt_missions.running.tree_text import TreePortrait
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
@@ -49,8 +50,6 @@ READY_TIMEOUT = 30.0
 """How long to wait for the robot to get ready, in seconds of wall time."""
 SETTLE_TIMEOUT = 15.0
 """How long to wait at the end for goals that do not stop, in seconds of wall time."""
-STILL_CLOCK_TIMEOUT = 15.0
-"""How long robot time may stand still during a flight, in seconds of wall time."""
 
 
 class Stage(StrEnum):
@@ -107,7 +106,7 @@ class MissionNode:
         self._abort_reason: str | None = None
         self._awake = False
         self._handles: list[Handle] = []
-        self._clock_watch: Handle | None = None
+        self._clock_watch: StillClock | None = None
 
     @property
     def over(self) -> bool:
@@ -162,26 +161,19 @@ class MissionNode:
         """
         if self._stage is not Stage.FLYING:
             return f"The mission is {self._stage}; only a flight can be paused."
-        pausable = self._holders.pausable
-        if pausable is None:
-            return "This part of the mission cannot be paused; it can be aborted."
-        if pausable.reason is None:
-            obstacle = pausable.pause(reason)
-            if obstacle is not None:
-                return f"The mission is not paused: {obstacle}."
+        against = self._holders.pause(reason)
+        if against is None:
             self._tell_standing()
             self._wake()
-        return None
+        return against
 
     def resume(self, reason: str = ResumeMission().reason) -> str | None:
         """Go on where the flight was paused. Returns a sentence that says what is against it."""
-        pausable = self._holders.pausable
-        if self._stage is not Stage.FLYING or pausable is None or pausable.reason is None:
-            return "The mission is not paused."
-        pausable.resume()
-        self._tell_standing(reason)
-        self._wake()
-        return None
+        against = self._holders.resume()
+        if against is None:
+            self._tell_standing(reason)
+            self._wake()
+        return against
 
     # --- ticking ---------------------------------------------------------------------------------------------------
 
@@ -214,7 +206,7 @@ class MissionNode:
         if not missing:
             self._stage = Stage.FLYING
             self._enter(Phase.RUNNING, "the robot is ready")
-            self._watch_clock()
+            self._clock_watch = StillClock(self._bus, self._give_up_for_clock)
             self._fly()
         elif self.status.text != missing:
             self._publish_status(Phase.IDLE, missing)
@@ -308,20 +300,11 @@ class MissionNode:
             if handle is not None:
                 handle.cancel()
 
-    def _watch_clock(self) -> None:
-        """End the flight when robot time stands still, for then no deadline of robot time will ever pass."""
-        seen = self._bus.now()
-
-        def look() -> None:
-            if self._bus.now() > seen:
-                self._watch_clock()
-            elif self._stage in (Stage.FLYING, Stage.RESCUING):
-                text = f"robot time stands still for {STILL_CLOCK_TIMEOUT:g} s"
-                before = f"{self._why()}; then " if self._context.failure else ""
-                self._end(Phase.FAILED, before + text, rescue=False)
-                self._wake()
-
-        self._clock_watch = self._bus.after(STILL_CLOCK_TIMEOUT, look, wall=True)
+    def _give_up_for_clock(self) -> None:
+        if self._stage in (Stage.FLYING, Stage.RESCUING):
+            before = f"{self._why()}; then " if self._context.failure else ""
+            self._end(Phase.FAILED, f"{before}robot time stands still for {STILL_CLOCK_TIMEOUT:g} s", rescue=False)
+            self._wake()
 
     # --- telling ---------------------------------------------------------------------------------------------------
 

@@ -29,9 +29,24 @@ class Holders:
         self._pausables = [node for node in nodes if isinstance(node, Pausable)]
         self._interface = interface
 
+    def pause(self, reason: str) -> str | None:
+        """Pause what can be paused at this moment. Returns a sentence that says what is against it."""
+        pausable = self._pausable
+        if pausable is None:
+            return "This part of the mission cannot be paused; it can be aborted."
+        against = pausable.pause(reason)
+        return None if against is None else f"The mission is not paused: {against}."
+
+    def resume(self) -> str | None:
+        """Let it go on. Returns a sentence that says what is against it."""
+        pausable = self._pausable
+        if pausable is None or pausable.reason is None:
+            return "The mission is not paused."
+        pausable.resume()
+        return None
+
     @property
-    def pausable(self) -> Pausable | None:
-        """What can be paused at this moment."""
+    def _pausable(self) -> Pausable | None:
         return next((node for node in self._pausables if node.status is Status.RUNNING), None)
 
     @property
@@ -41,6 +56,6 @@ class Holders:
             if grant.status is Status.RUNNING and grant.reason is not None:
                 cause = self._interface.change_record(grant.resource)
                 return Standing(Phase.HELD, grant.feedback_message, cause)
-        if self.pausable is not None and self.pausable.reason is not None:
-            return Standing(Phase.PAUSED, self.pausable.reason)
+        if self._pausable is not None and self._pausable.reason is not None:
+            return Standing(Phase.PAUSED, self._pausable.reason)
         return Standing(Phase.RUNNING)
