@@ -1,4 +1,4 @@
-"""The mapping mission without a robot: the managers are real, the skills and the world play the M600's mock scripts."""
+"""Missions without a robot: the managers are real, the skills and the world play the M600's mock scripts."""
 
 from __future__ import annotations
 
@@ -6,7 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from skillwing.bt_missions.missions import inspection
 from skillwing.bt_missions.missions.mapping import MISSION
+from skillwing.bt_missions.running.library import find_mission
+from skillwing.bt_missions.running.mission import Mission
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.m600.robot import ROBOT, SKILLSET
 from skillwing.services.bus.inprocess import InProcessNetwork
@@ -23,7 +26,7 @@ IDLE = {"axes_authority": "AVAILABLE", "heading_authority": "AVAILABLE", "flight
 class Rehearsal:
     """A mocked M600, and the mission that is tried on it."""
 
-    def __init__(self, script: Path | None = None) -> None:
+    def __init__(self, script: Path | None = None, mission: Mission = MISSION) -> None:
         self.network = InProcessNetwork(seed=1, jitter=0.002)
         self.goals: dict[str, GoalStatus] = {}
         self.records: list[Record] = []
@@ -34,7 +37,7 @@ class Rehearsal:
         played = load_scripts(scripts_for(SKILLSET, script), M600)
         for node in (*make_mock_managers(M600, played), MockWorld(M600, played)):
             self.network.attach(node)
-        self.node = MissionNode(MISSION, M600, MISSION.read_options({}))
+        self.node = MissionNode(mission, M600, mission.read_options({}))
 
     def _follow(self, status: GoalStatus) -> None:
         self.goals[status.goal_id] = status
@@ -90,3 +93,33 @@ def test_the_same_script_gives_the_same_flight(script: Path | None) -> None:
     second.fly()
     told = [[(each.t, each.subject, each.after) for each in flight.records] for flight in (first, second)]
     assert told[0] == told[1]
+
+
+# --- the inspection --------------------------------------------------------------------------------------------------
+
+INSPECTION_FILE = Path(inspection.__file__).with_suffix(".xml")
+VIDEO_FAILS = """
+[skill.stream]
+result = "FPS_LOST"
+delay = 3.0
+"""
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_the_inspection_and_its_tree_file_do_the_same(tmp_path: Path, fails: bool) -> None:
+    script = None
+    if fails:
+        script = tmp_path / "video_fails.mock.toml"
+        script.write_text(VIDEO_FAILS)
+    stories: list[list[tuple[str, str]]] = []
+    for mission in (inspection.MISSION, find_mission(str(INSPECTION_FILE))):
+        rehearsal = Rehearsal(script, mission)
+        assert rehearsal.fly().phase == ("FAILED" if fails else "SUCCEEDED")
+        ended = (goal for goal in rehearsal.goals.values() if goal.terminal is not None)
+        stories.append([(goal.skill, goal.terminal.label) for goal in ended if goal.terminal])
+        assert rehearsal.ends("stream") == ["S_FPS_LOST" if fails else "IT"]
+        assert rehearsal.ends("inspect") == ["IT" if fails else "S_COMPLETED"]
+        assert rehearsal.ends("hover") == (["S_DONE"] if fails else [])
+        assert rehearsal.ends("land") == ["S_LANDED"]
+        assert IDLE.items() <= rehearsal.states().items()
+    assert stories[0] == stories[1]

@@ -11,7 +11,7 @@ STILL_CLOCK_TIMEOUT = 15.0
 
 
 class StillClock:
-    """Calls `on_still` when robot time has stood still for `STILL_CLOCK_TIMEOUT` wall seconds. It looks until it is cancelled."""
+    """Calls `on_still` when robot time has stood still for so long. It looks until it is cancelled."""
 
     def __init__(self, bus: Bus, on_still: Callable[[], None]) -> None:
         self._bus = bus
