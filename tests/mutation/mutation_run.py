@@ -46,7 +46,7 @@ WHOLE_MANAGERS = (
     "tests/simulation/test_simulation.py::test_what_was_found_stays_mended",
 )
 BENCHES = (UNIT_TESTS, WHOLE_MANAGERS)
-BATCH = 50
+BATCH = 10
 """Mutants that are judged before it is looked at the time, and written down what came of them."""
 BEGIN, END = "<!-- mutation: begin -->", "<!-- mutation: end -->"
 COLUMNS = ("unit tests", "managers", "simulation", "survives", "not judged")
