@@ -202,6 +202,22 @@ def test_what_only_python_can_do_is_not_written() -> None:
         ('<ResourceIs resource="camera"/>', ["2: `ResourceIs` lacks its port `states`"]),
         ('<ResourceIs resource="kamera" states="OK"/>', ["2: Leaf `ResourceIs`: There is no resource `kamera`"]),
         ('<ResourceIs resource="camera" states="OK" question="perhaps"/>', ["2: `question` is `perhaps`"]),
+        ('<OnEnding endings="S_BLOKED"><go/><look/></OnEnding>', ["2: Node `OnEnding`: There is no ending below"]),
+        ('<OnEnding endings="NR"><go/></OnEnding>', ["2: `OnEnding` has 1 children; it takes 2."]),
+        ("<Pausable><go/><look/></Pausable>", ["2: `Pausable` has 2 children; it takes 3."]),
+        (
+            '<WhileGranted resource="axis" states="FREE" patience="1" ended_by="camera GONE"><go/></WhileGranted>',
+            [
+                "2: Node `WhileGranted`: There is no resource `axis`",
+                "2: Node `WhileGranted`: There is no state of camera",
+            ],
+        ),
+        (
+            '<WhileGranted resource="axes" states="FREE" patience="1" ended_by="camera"><go/></WhileGranted>',
+            ["2: `ended_by` is `camera`; it takes a resource and one of its states."],
+        ),
+        ('<go done="speed"/>', ["2: `done` is `speed`; it takes pairs like `laps=laps_done`."]),
+        ('<go done="speed=flown"/>', ["2: Leaf `go`: There is no feedback `flown` of `go`"]),
         ('<DataCompare datum="z" sign="=>" value="1"/>', ["2: `sign` is `=>`"]),
         ('<SubTree ID="other"/>', ["2: There is no tree `other`"]),
         ('<SubTree ID="main"/>', ["2: Tree `main` stands in itself"]),
