@@ -208,8 +208,8 @@ def test_what_only_python_can_do_is_not_written() -> None:
         (
             '<WhileGranted resource="axis" states="FREE" patience="1" ended_by="camera GONE"><go/></WhileGranted>',
             [
-                "2: Node `WhileGranted`: There is no resource `axis`",
-                "2: Node `WhileGranted`: There is no state of camera",
+                "2: Node `WhileGranted`: There is no resource",
+                "2: Node `WhileGranted`: There is no state `GONE`",
             ],
         ),
         (
