@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import json
+import subprocess
+import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -10,6 +14,7 @@ from skillwing.services.bus import Answer, Answered
 from skillwing.services.journal.journal import look_into
 from skillwing.services.names import JOURNAL_FILE, RESOURCE_MANAGER
 from skillwing.services.processes.launcher import StartError
+from skillwing.services.processes.lifetime import EXIT_REPLACED
 from skillwing.services.protocol import QueryStates, ResourceStates, State, decode, encode
 from skillwing.services.testing import SkillsetProcesses
 
@@ -109,6 +114,35 @@ def test_a_journal_that_it_cannot_read_is_refused_and_left_alone(digger: Skillse
         file.write_bytes(content)
     digger.restart(RESOURCE_MANAGER)
     assert states_of(digger)[1] == {each.resource: each.state for each in kept.resources}
+
+
+def test_one_that_is_started_by_hand_beside_it_gives_way(digger: SkillsetProcesses, tmp_path: Path) -> None:
+    """Also with a journal of its own, where nothing is known of what is granted."""
+    goal = digger.start_skill("dig")
+    launcher = digger.launcher
+    options = {
+        "skillset": str(launcher.run_dir.parent / "digger.skillset"),
+        "robot": "digger",
+        "journal": str(tmp_path / "other.sqlite"),
+    }
+    stray = subprocess.run(
+        [
+            *(sys.executable, "-m", "skillwing.services.processes.node_host", "--name", RESOURCE_MANAGER),
+            *("--factory", "skillwing.services.managers.resource_manager:make_resource_manager"),
+            *("--options", json.dumps(options), "--connect", launcher.endpoint, "--robot", "digger"),
+        ],
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+        check=False,
+    )
+    assert stray.returncode == EXIT_REPLACED
+    assert "Another resource manager judges here. End that one first" in stray.stderr
+    assert "Traceback" not in stray.stderr
+    assert goal.state is State.RUNNING
+    digger.assert_states(arm="USED")
+    goal.interrupt()
+    goal.assert_ended("IT", within=PATIENCE)
 
 
 def states_of(digger: SkillsetProcesses) -> tuple[int, dict[str, str]]:

@@ -707,6 +707,14 @@ class Keys:
         """Liveliness token of a process; `"**"` for all."""
         return f"{self.skillset}/alive/{process}"
 
+    def judge(self, mark: str) -> str:
+        """Liveliness token of the process that is the resource manager now; `"*"` for all."""
+        return f"{self.skillset}/judge/{mark}"
+
+    def candidate(self, mark: str) -> str:
+        """Liveliness token of a process that is to become the resource manager; `"*"` for all."""
+        return f"{self.skillset}/candidate/{mark}"
+
     @property
     def timeline(self) -> str:
         return f"{self.skillset}/timeline"

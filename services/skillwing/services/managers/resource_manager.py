@@ -25,6 +25,7 @@ from skillwing.services.managers.journaled_core import JournaledCore, TakeStep, 
 from skillwing.services.managers.lease_watch import LeaseWatch
 from skillwing.services.managers.presence import Presence
 from skillwing.services.managers.serving import serve
+from skillwing.services.managers.sole_judge import SoleJudge
 from skillwing.services.names import RESOURCE_MANAGER, STEPS_FOLDER
 from skillwing.services.options import required
 from skillwing.services.protocol import (
@@ -71,7 +72,8 @@ class ResourceManagerNode:
 
     found: states in which resources are found at the start, not their initial ones. journal: gets every change before
     anybody hears of it; if there is something in it this node goes on from there. By default one in memory. steps: gets
-    all that is asked and answered, to be replayed.
+    all that is asked and answered, to be replayed. contended: somebody else might judge here, so that this one begins
+    only when it knows that nobody does, and ends where somebody came after it.
     """
 
     name = RESOURCE_MANAGER
@@ -83,18 +85,37 @@ class ResourceManagerNode:
         found: Mapping[str, str] | None = None,
         journal: Journal | None = None,
         steps: StepWriter | None = None,
+        *,
+        contended: bool = False,
     ) -> None:
         self._skillset = skillset
         self._found = found
         self._keys = Keys(skillset.name)
         self._journal = journal or Journal(None, Identity("", skillset.name, skillset.schema_hash))
         self._steps = steps
-        self._declared: list[Handle] = []
+        self._contended = contended
+        self._alive: Handle | None = None
+        self._left: str | None = None
+        """Why nothing is answered any more."""
         self._rejudging: Handle | None = None
 
     def attach(self, bus: Bus) -> None:
         self._bus = bus
-        keys = self._keys
+        if self._contended:
+            SoleJudge(bus, self._keys, self._begin, self._make_way)
+        else:
+            self._begin()
+
+    def detach(self) -> None:
+        self._leave("The resource manager was shut down.")
+        self._journal.close()
+        if self._steps is not None:
+            self._steps.close()
+
+    # --- coming and going --------------------------------------------------------------------------------------------
+
+    def _begin(self) -> None:
+        bus, keys = self._bus, self._keys
         self._timeline = Timeline(bus, keys)
         self._changes: dict[str, Publisher] = {
             resource.name: bus.advertise(keys.resource(resource.name), events=True)
@@ -113,14 +134,6 @@ class ResourceManagerNode:
         else:
             # A timer of robot time: whether the journal is of this life of the robot shows when its time is known.
             bus.after(0.0, lambda: self._resume(kept))
-
-    def detach(self) -> None:
-        self._leave()
-        self._journal.close()
-        if self._steps is not None:
-            self._steps.close()
-
-    # --- coming and going --------------------------------------------------------------------------------------------
 
     @property
     def _core(self) -> ResourceCore:
@@ -149,21 +162,30 @@ class ResourceManagerNode:
         """Follow the world, and answer whoever asks."""
         bus, keys = self._bus, self._keys
         self._presence = Presence(bus, keys, "**", self._on_gone)
-        self._declared = [
-            *(bus.subscribe(keys.data(each), self._on_datum, latest_only=True) for each in self._core.data_names),
-            serve(bus, keys.resource_states, QueryStates, self._answer_states),
-            serve(bus, keys.resource_extern, FireExtern, self._answer_extern),
-            serve(bus, keys.event("*"), FireEvent, self._answer_event),
-            serve(bus, keys.resource_attach, AttachManager, self._answer_attach),
-            serve(bus, keys.resource_goal, GoalCall, self._answer_goal),
-            bus.declare_alive(keys.alive(self.name)),
-        ]
+        for each in self._core.data_names:
+            bus.subscribe(keys.data(each), self._on_datum, latest_only=True)
+        serve(bus, keys.resource_states, QueryStates, self._answer_states)
+        serve(bus, keys.resource_extern, FireExtern, self._answer_extern)
+        serve(bus, keys.event("*"), FireEvent, self._answer_event)
+        serve(bus, keys.resource_attach, AttachManager, self._answer_attach)
+        serve(bus, keys.resource_goal, GoalCall, self._answer_goal)
+        self._alive = bus.declare_alive(keys.alive(self.name))
 
-    def _leave(self) -> None:
-        """Hear and answer nothing any more."""
-        for handle in reversed(self._declared):
-            handle.cancel()
-        self._declared = []
+    def _leave(self, why: str) -> None:
+        """Refuse whatever is asked, until this process has left the network.
+
+        What is served stays declared. A Zenoh router may go on sending the questions of those who are there to a server
+        that has taken back its declaration, and to none that takes its place, until that session is closed.
+        """
+        if self._left is None:
+            self._left = why
+        if self._alive is not None:
+            self._alive.cancel()
+
+    def _make_way(self, why: str) -> None:
+        log.critical("%s", why)
+        self._leave(why)
+        self._bus.post(self._end)
 
     def _end(self) -> None:
         """Leave to the successor. Supervision may start us anew."""
@@ -260,15 +282,15 @@ class ResourceManagerNode:
 
         Raises RefusedError where it is refused, and UnwrittenError.
         """
+        if self._left is not None:
+            raise RefusedError(ErrorCode.UNAVAILABLE, self._left, help="Ask the next one.")
         try:
             step = self._journaled.take(take, self._bus.now())
         except JournalTakenError as error:
-            log.critical("%s", error)
-            self._leave()
-            self._bus.post(self._end)
+            self._make_way(str(error))
             raise RefusedError(ErrorCode.UNAVAILABLE, str(error), help="Ask the other one.") from error
         except JournalError as error:
-            self._leave()
+            self._leave(str(error))
             self._bus.post(partial(_crash, error))
             raise RefusedError(ErrorCode.UNAVAILABLE, str(error), help="Ask again.") from error
         except UnwrittenError:
@@ -328,4 +350,4 @@ def make_resource_manager(options: dict[str, Any]) -> Node:
     # A journal that cannot be read is to be refused here, with a sentence, before anything runs.
     journal.kept()
     steps = None if path is None else StepWriter(Path(path).with_name(STEPS_FOLDER), head_of(identity, source))
-    return ResourceManagerNode(skillset, journal=journal, steps=steps)
+    return ResourceManagerNode(skillset, journal=journal, steps=steps, contended=True)
