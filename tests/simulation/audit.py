@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import dataclass
 from typing import Any
 
 import msgspec
@@ -11,12 +12,26 @@ from simulation.plan import CLIENTS
 from simulation.witness import Witness
 from simulation.world import Client, Process, World
 from skillwing.dsl.expressions import Environment, evaluate, names_used
-from skillwing.services.bus.inprocess import Utterance
+from skillwing.services.bus.inprocess import InProcessBus, Utterance
+from skillwing.services.client.asking import LONGEST_DELAY
+from skillwing.services.core.skill_actions import GoalRun
 from skillwing.services.names import RESOURCE_MANAGER
 from skillwing.services.protocol import Ending, State
 
 SLACK = 0.05
 """Seconds of virtual time that a timer may be late: others come first at the same instant."""
+ASKED_AGAIN_WITHIN = 2.0 + LONGEST_DELAY
+"""Seconds from one question to the same again: what an answer may take, and the longest pause after a silence."""
+MOST_SILENCES = 10
+"""In a row, of the resource manager; then a goal ends without it."""
+
+
+@dataclass
+class Asking:
+    """A question to the resource manager. t: when it was put last; times: in a row, by a process that was connected."""
+
+    t: float
+    times: int = 0
 
 
 class Audit:
@@ -26,6 +41,7 @@ class Audit:
         self._world = world
         self._witness = witness
         self._subject = world.plan.subject
+        self._askings: dict[tuple[InProcessBus, str, str], Asking] = {}
 
     def _note(self, law: str, text: str) -> None:
         self._witness.note(self._world.network.now(), law, text)
@@ -55,32 +71,53 @@ class Audit:
                 text = f"{grant.goal_id} of {grant.skill.name} goes on although `{invariant.name}` does not hold"
                 self._note("invariants hold", text)
 
-    def look_at_end(self, said: Utterance) -> None:
-        """Nothing is given back for an interrupt before the skill stands still, or has had its time to."""
+    def look_at_question(self, said: Utterance) -> None:
+        """The resource manager is asked ten times at most; and for no end of an interrupted goal that still moves."""
         call: dict[str, Any] = msgspec.msgpack.decode(said.payload)
-        if call["type"] != "end" or call["how"] != "interrupt":
-            return
-        goal_id, book = call["goal_id"], self._world.logbook
-        if goal_id in book.stood_still or not book.dispatched[goal_id]:
+        what, goal_id = call["type"], call["goal_id"]
+        if what == "renew":
             return
         for process in self._world.skill_managers:
             run = process.skill_core.current
-            asks_for_it = process.bus is said.source and run is not None and run.goal_id == goal_id
-            if asks_for_it and run is not None and run.status is not None:
+            if process.bus is not said.source or run is None or run.goal_id != goal_id:
+                continue
+            self._look_at_patience(process, what, goal_id)
+            if what == "end" and call["how"] == "interrupt" and run.status is not None:
+                book = self._world.logbook
                 patience = process.skill_core.skill.interrupt.timeout
-                if said.t < run.status.t + patience - SLACK:
+                moves = book.dispatched[goal_id] and goal_id not in book.stood_still
+                if moves and said.t < run.status.t + patience - SLACK:
                     self._note("resources are kept until the skill stands still", f"{goal_id} was still moving")
 
-    def look_at_goals(self) -> None:
-        """No goal of a process that runs is INTERRUPTING for longer than its timeout."""
+    def _look_at_patience(self, process: Process, what: str, goal_id: str) -> None:
+        """An answer to a question ends it, and another is put; so this one has met with silence each time before."""
         now = self._world.network.now()
+        asking = self._askings.setdefault((process.bus, what, goal_id), Asking(now))
+        # Silence is nobody's fault while one is cut off, or did not run.
+        undisturbed = process.bus.connected and asking.t >= max(process.ran_since, process.linked_since)
+        asking.t, asking.times = now, asking.times + 1 if undisturbed else 0
+        if asking.times > MOST_SILENCES:
+            self._note("waiting ends", f"{process.name} asks for the {what} of {goal_id} for the {asking.times}th time")
+
+    def look_at_goals(self) -> None:
+        """In a process that runs no goal is INTERRUPTING for longer than its timeout, or waits and asks nobody."""
         for process in self._world.skill_managers:
             run = None if process.stopped else process.skill_core.current
-            if run is None or run.state is not State.INTERRUPTING or not run.stoppable or run.status is None:
+            if run is None or run.status is None:
                 continue
-            asked = max(run.status.t, process.ran_since)
-            if now > asked + process.skill_core.skill.interrupt.timeout + SLACK:
-                self._note("interrupting ends", f"{run.goal_id} is INTERRUPTING since {run.status.t:.3f}")
+            if not run.stoppable:
+                self._look_at_waiting(process, run, run.status.t)
+            elif run.state is State.INTERRUPTING:
+                limit = max(run.status.t, process.ran_since) + process.skill_core.skill.interrupt.timeout
+                if self._world.network.now() > limit + SLACK:
+                    self._note("interrupting ends", f"{run.goal_id} is INTERRUPTING since {run.status.t:.3f}")
+
+    def _look_at_waiting(self, process: Process, run: GoalRun, since: float) -> None:
+        what = "end" if run.ending is not None else "begin"
+        asking = self._askings.get((process.bus, what, run.goal_id), Asking(since))
+        if self._world.network.now() > max(asking.t, process.ran_since) + ASKED_AGAIN_WITHIN + SLACK:
+            text = f"{process.name} asked for the {what} of {run.goal_id} at {asking.t:.3f}, and not again"
+            self._note("waiting ends", text)
 
     # --- when everybody has been well for a while --------------------------------------------------------------------
 

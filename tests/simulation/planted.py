@@ -117,6 +117,7 @@ BUGS: Mapping[str, tuple[tuple[Any, str, Callable[[Wrong], Wrong]], ...]] = {
         (SkillCore, "_begin_answered", _dispatch_what_was_interrupted),
     ),
     "nothing ends an interrupt that nobody confirms": ((SkillCore, "next_tick", _never_force),),
+    "a question that nobody answers is not asked again": ((SkillCore, "_bear_silence", _always(None)),),
     "verdicts of the resource manager are not followed": (
         (SkillCore, "pushed", _always(())),
         (SkillCore, "renewed", _always(())),

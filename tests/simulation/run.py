@@ -89,7 +89,7 @@ class Run:
         if said.what == "reply" and said.source.name == "resource_manager":
             self._audit.look_at_grants()
         elif said.what == "ask" and said.key == self.world.keys.resource_goal:
-            self._audit.look_at_end(said)
+            self._audit.look_at_question(said)
 
     def _look(self) -> None:
         self._audit.look_at_grants()

@@ -8,6 +8,7 @@ import sys
 from argparse import ArgumentTypeError
 from pathlib import Path
 from types import ModuleType
+from unittest.mock import patch
 
 import pytest
 
@@ -15,13 +16,15 @@ from simulation import report
 from simulation.campaign import run_campaign, shrink
 from simulation.found import FOUND
 from simulation.ledger import Ledger, code_version, part_of, spans
-from simulation.plan import FAULTS, Deed, draw_plan
+from simulation.plan import FAULTS, Act, Deed, Plan, draw_plan
 from simulation.planted import BUGS, LATE, SEEDS, find, planted
 from simulation.run import Run, simulate
 from simulation.story import tell
+from skillwing.services.bus.faulty import Weather
+from skillwing.services.core import skill_core
 
-RUNS = 1000
-CHUNKS = 10
+RUNS = 2000
+CHUNKS = 20
 
 
 @pytest.mark.parametrize("chunk", range(CHUNKS))
@@ -40,6 +43,23 @@ def test_what_was_found_stays_mended(name: str) -> None:
 @pytest.mark.parametrize("bug", BUGS)
 def test_simulation_finds_planted_bugs(bug: str) -> None:
     assert find(bug, LATE.get(bug, 0)) is not None, f"not within {SEEDS} seeds"
+
+
+@pytest.mark.parametrize(("asked_for", "killed_at"), [("begin", 1.0), ("end", 1.15)])
+def test_who_interrupts_without_a_resource_manager_waits_for_ten_silences(asked_for: str, killed_at: float) -> None:
+    """It is away for longer than drawn plans have it, before the goal was granted or after that."""
+    goal = {"goal": "goal-1", "skill": "move"}
+    acts = (
+        Act(1.1, "mission", Deed.START, goal),
+        Act(killed_at, "resource_manager", Deed.KILL, {"for": 8.0}),
+        Act(1.2, "mission", Deed.INTERRUPT, goal),
+    )
+    plan = Plan(1, "exclusive", Weather(), True, tuple(sorted(acts, key=lambda act: act.t)))
+    assert Run(plan).carry_out().problems == ()
+    with patch.object(skill_core, "SILENCES_UNTIL_ERROR", 11):
+        [problem] = Run(plan).carry_out().problems
+    assert problem.law == "waiting ends"
+    assert f"asks for the {asked_for} of goal-1 for the 11th time" in problem.text
 
 
 def test_plans_hold_every_kind_of_act_and_leave_some_robots_in_peace() -> None:
