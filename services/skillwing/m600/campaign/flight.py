@@ -14,7 +14,8 @@ from typing import Any
 
 from skillwing.m600.campaign.conditions import Condition
 from skillwing.m600.campaign.course import in_process, over_zenoh
-from skillwing.m600.campaign.plan import FlightPlan, Network, planned_way
+from skillwing.m600.campaign.plan import FlightPlan, Network, planned_circle, planned_way
+from skillwing.m600.campaign.price import PriceMeter
 from skillwing.m600.campaign.result import FlightResult
 from skillwing.m600.campaign.witness import Witness
 from skillwing.m600.judge.map_coverage import judge_map
@@ -36,7 +37,8 @@ def fly(plan: FlightPlan, run_dir: Path | None = None, *, longest: float = LONGE
     longest: robot seconds after which it is given up. What breaks the flight off is told in the result.
     """
     begun = _processor_time()
-    witness = Witness(ROBOT.skillset.stem, pilot_returns=plan.condition is Condition.PILOT_RETURNS)
+    meter = PriceMeter(planned_circle(plan.site(), plan.mission))
+    witness = Witness(ROBOT.skillset.stem, pilot_returns=plan.condition is Condition.PILOT_RETURNS, meter=meter)
     options = plan.robot_options()
     if run_dir is not None:
         options["run_dir"] = str(run_dir)
@@ -61,6 +63,7 @@ def fly(plan: FlightPlan, run_dir: Path | None = None, *, longest: float = LONGE
         processor_time=round(_processor_time() - begun, 2),
         error=course.error,
         version=code_version(),
+        price=meter.price,
     )
 
 
@@ -69,7 +72,7 @@ def processes(plan: FlightPlan, options: dict[str, Any]) -> tuple[ProcessSpec, .
     mission = ProcessSpec(
         "mission",
         "skillwing.bt_missions.running.runner:make_mission",
-        {"mission": plan.mission, "skillset": str(ROBOT.skillset), **plan.mission_options()},
+        {"mission": plan.flown_as or plan.mission, "skillset": str(ROBOT.skillset), **plan.mission_options()},
         extra="missions",
         restart="never",
     )

@@ -10,6 +10,7 @@ from typing import Any, TypeAlias
 
 import msgspec
 
+from skillwing.m600.briefing import inspection_options, mapping_options
 from skillwing.m600.campaign.conditions import Condition, draw
 from skillwing.services.errors import InvalidOptionError
 from skillwing.sim_mujoco.world.kinds import make_site
@@ -37,7 +38,12 @@ class Network(StrEnum):
 
 
 class FlightPlan(msgspec.Struct, frozen=True, kw_only=True):
-    """world: the kind of world. watched: obstacle detection watches the way; without it drones collide."""
+    """world: the kind of world. watched: obstacle detection watches the way; without it drones collide.
+
+    What follows is for comparisons. happens: options of the functional layer in place of what `condition` makes of the
+    seed. flown_as: a mission's file that is flown in place of `mission`, with `options` besides those of the site.
+    label: tells such flights apart.
+    """
 
     mission: str
     world: str
@@ -45,6 +51,10 @@ class FlightPlan(msgspec.Struct, frozen=True, kw_only=True):
     condition: Condition
     watched: bool = True
     network: Network = Network.IN_PROCESS
+    happens: dict[str, Any] | None = None
+    flown_as: str = ""
+    options: dict[str, Any] = {}
+    label: str = ""
 
     @property
     def name(self) -> str:
@@ -52,6 +62,7 @@ class FlightPlan(msgspec.Struct, frozen=True, kw_only=True):
         kind = ("" if self.watched else "-unwatched") + (
             "" if self.network is Network.IN_PROCESS else f"-{self.network}"
         )
+        kind += f"-{self.label}" if self.label else ""
         return f"{self.mission}-{self.world}-{self.condition}-{self.seed}{kind}"
 
     @property
@@ -70,15 +81,15 @@ class FlightPlan(msgspec.Struct, frozen=True, kw_only=True):
 
     def circumstances(self) -> dict[str, Any]:
         """What befalls the drone, as options of the functional layer."""
+        if self.happens is not None:
+            return self.happens
         return draw(self.condition, self.seed, flight_time(planned_way(self.site(), self.mission)))
 
     def robot_options(self) -> dict[str, Any]:
         """What the robot's functional layer is told."""
-        site = self.site()
         return {
             "seed": self.seed,
             "world": self.world,
-            **site_options(site),
             "watch": self.watched,
             **self.circumstances(),
         }
@@ -87,9 +98,9 @@ class FlightPlan(msgspec.Struct, frozen=True, kw_only=True):
         """What the mission is told; one that is not listed here knows everything by itself."""
         match self.mission:
             case "mapping" | "inspection":
-                return {**options_on(self.site(), self.mission), "pilot_patience": PILOT_PATIENCE}
+                return {**options_on(self.site(), self.mission), "pilot_patience": PILOT_PATIENCE, **self.options}
             case _:
-                return {}
+                return dict(self.options)
 
 
 def usual_world(mission: str) -> str:
@@ -97,39 +108,33 @@ def usual_world(mission: str) -> str:
     return "inspection" if mission == "inspection" else "courtyard"
 
 
-def site_options(site: Site) -> dict[str, Any]:
-    """What a robot's functional layer is told of a site."""
-    return {
-        "fence": {"low": list(site.fence.low), "high": list(site.fence.high)},
-        "bounds": {"low": list(site.bounds.low), "high": list(site.bounds.high)},
-    }
-
-
 def options_on(site: Site, mission: str) -> dict[str, Any]:
     """What a mission planner tells a mission of this site. Raises InvalidOptionError where it has nothing to do."""
     if mission == "mapping":
-        return {"route": site.route, "area": site.area, "return_height": site.return_height}
-    if site.target is None:
+        return mapping_options(site)
+    circle = inspection_options(site)
+    if circle is None:
         sentence = f"A world of kind `{site.kind}` has no building to inspect. Give `--worlds inspection`."
         raise InvalidOptionError("worlds", sentence)
-    x, y = site.target.centre
-    return {
-        "center": (x, y, 0.0),
-        "radius": round(site.target.radius, 2),
-        "height": site.target.height,
-        "return_height": site.return_height,
-    }
+    return circle
 
 
 def planned_way(site: Site, mission: str) -> tuple[Place, ...]:
     """Where a mission is meant to fly: along the site's route, or round its building and home."""
-    if mission != "inspection" or site.target is None:
+    circle = planned_circle(site, mission)
+    if not circle:
         return site.way
+    over_home = (*site.home, circle[0][2])
+    return over_home, *circle, circle[0], over_home
+
+
+def planned_circle(site: Site, mission: str) -> tuple[Place, ...]:
+    """Corners of the way round the building, beginning with the one next to home; none for any other mission."""
+    if mission != "inspection" or site.target is None:
+        return ()
     (x, y), radius, height = site.target.centre, site.target.radius, site.target.height
-    angles = (math.pi + 2.0 * math.pi * step / CORNERS for step in range(CORNERS + 1))
-    circle = ((x + radius * math.cos(angle), y + radius * math.sin(angle), height) for angle in angles)
-    over_home = (*site.home, height)
-    return over_home, *circle, over_home
+    angles = (math.pi + 2.0 * math.pi * step / CORNERS for step in range(CORNERS))
+    return tuple((x + radius * math.cos(angle), y + radius * math.sin(angle), height) for angle in angles)
 
 
 def flight_time(way: Sequence[Place]) -> float:

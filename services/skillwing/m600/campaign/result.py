@@ -7,6 +7,7 @@ from enum import StrEnum
 import msgspec
 
 from skillwing.m600.campaign.plan import FlightPlan
+from skillwing.m600.campaign.price import Price
 
 
 class End(StrEnum):
@@ -29,6 +30,7 @@ class FlightResult(msgspec.Struct, frozen=True, kw_only=True):
     coverage: share of the surface in view of the route that was mapped, None if it was not judged. end_time: robot
     seconds. digest: of the timeline; two flights with the same one are the same flight. processor_time: seconds.
     error: why the flight broke off, empty if it did not. version: of the code that flew it.
+    price: what it cost.
     """
 
     plan: FlightPlan
@@ -45,6 +47,7 @@ class FlightResult(msgspec.Struct, frozen=True, kw_only=True):
     processor_time: float = 0.0
     error: str = ""
     version: str = ""
+    price: Price = Price()
 
     @property
     def succeeded(self) -> bool:

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from skillwing.m600.campaign.price import PriceMeter
 from skillwing.m600.campaign.result import End
 from skillwing.m600.judge.flight_log import SavedMap
 from skillwing.services.bus import Answer, Answered, Bus
@@ -37,13 +38,15 @@ class Witness:
     """A node that sees what the robot does not know: the truth.
 
     pilot_returns: the safety pilot gives the authority back, so that a drone in his hands is not handed over for good.
+    meter: adds up what the flight costs.
     """
 
     name = "witness"
     owns_clock = False
 
-    def __init__(self, skillset: str, *, pilot_returns: bool = False) -> None:
+    def __init__(self, skillset: str, *, pilot_returns: bool = False, meter: PriceMeter | None = None) -> None:
         self._keys = Keys(skillset)
+        self.meter = meter or PriceMeter()
         self._pilot_returns = pilot_returns
         self._digest = hashlib.sha256()
         self._state: FlightState | None = None
@@ -66,6 +69,7 @@ class Witness:
         bus.subscribe(keys.mission_status, message_reader(MissionStatus, self._on_mission), events=True)
         bus.subscribe(keys.timeline, message_reader(Record, self._on_message), events=True)
         bus.subscribe(keys.status("*"), message_reader(GoalStatus, self._on_message), events=True)
+        self.meter.attach(bus)
 
     def detach(self) -> None:
         """It only looks on."""

@@ -1,0 +1,74 @@
+"""The flights behind docs/results.md: both scenarios of the paper, nominal, failing, and with other answers to that."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from skillwing.m600.campaign.conditions import Condition
+from skillwing.m600.campaign.plan import FlightPlan, flight_time, planned_way
+from skillwing.m600.demo.story import INSPECTION, MAPPING, tell
+
+HERE = Path(__file__).parent
+FIRST, LAST = 0.25, 1.15
+"""The camera fails between these shares of the time that the route takes, which does not count take-off and way home."""
+GOLDEN = 0.6180339887498949
+"""Multiples of it, without their whole part, spread evenly however many there are."""
+
+
+@dataclass(frozen=True, slots=True)
+class Policy:
+    """What is done about the failure. label: of its flights. instead: what the mission's file is told that answers
+    otherwise, empty for the library's mission. fails: something goes wrong at all. words: in the tables."""
+
+    label: str
+    words: str
+    fails: bool = True
+    instead: str = ""
+
+
+POLICIES = {
+    MAPPING: (
+        Policy("nominal", "nominal", fails=False),
+        Policy("recovery", "recovery: on by LiDAR"),
+        Policy("abort", "abort: home at once", instead="home"),
+        Policy("none", "none: on, blind", instead="blind"),
+    ),
+    INSPECTION: (
+        Policy("nominal", "nominal", fails=False),
+        Policy("recovery", "recovery: hover, land there"),
+        Policy("abort", "abort: home at once", instead="home"),
+        Policy("none", "none: on, unseen", instead="unwatched"),
+    ),
+}
+"""By mission; the nominal one first, for the others are compared with it."""
+
+
+def paper_plans(seeds: range) -> list[FlightPlan]:
+    """Seed by seed, so that one that is cut short has flown all policies alike."""
+    return [_plan(mission, seed, policy) for seed in seeds for mission in POLICIES for policy in POLICIES[mission]]
+
+
+def camera_fails_at(seed: int) -> float:
+    """Robot seconds: another moment for each seed, such that a few seeds already have early and late ones."""
+    nominal = FlightPlan(mission=MAPPING, world="courtyard", seed=seed, condition=Condition.NONE)
+    share = FIRST + (LAST - FIRST) * (GOLDEN * seed % 1.0)
+    return round(share * flight_time(planned_way(nominal.site(), MAPPING)), 1)
+
+
+def _plan(mission: str, seed: int, policy: Policy) -> FlightPlan:
+    """The camera goes black for good, or the link is critical behind the building, as in the demo."""
+    at = camera_fails_at(seed) if mission == MAPPING else None
+    story = tell(mission, seed, fault=policy.fails, fault_at=at, scenario=None)
+    happens: dict[str, Any] = {name: value for name, value in story.robot.items() if name in ("faults", "link")}
+    return FlightPlan(
+        mission=mission,
+        world=story.world,
+        seed=seed,
+        condition=Condition.NONE,
+        happens=happens,
+        flown_as=str(HERE / f"{mission}_otherwise.py") if policy.instead else "",
+        options={"instead": policy.instead} if policy.instead else {},
+        label=policy.label,
+    )

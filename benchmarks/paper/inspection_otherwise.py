@@ -1,0 +1,94 @@
+"""The library's inspection mission with another answer to the loss of the video, to compare its own with.
+
+Not for flying: one of the answers is none. It is the library's tree with one node exchanged, after the guards above
+have taken hold of the leaves, so that neither the operator nor the safety pilot can hold the new one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Literal
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+from py_trees.composites import Composite
+from py_trees.decorators import Decorator
+
+from skillwing.bt_missions.leaves.context import MissionContext
+from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.missions.inspection import AT_HOME, NO_DEPTH_MAP, InspectionMission, InspectionOptions
+from skillwing.bt_missions.running.mission import MissionTrees
+from skillwing.bt_missions.subtrees.composites import alongside
+
+PAUSE = 2.0
+"""Robot seconds before a video that ended is asked for again."""
+
+
+class OtherwiseOptions(InspectionOptions, frozen=True, kw_only=True):
+    """instead: come home at once, or fly on as if nobody watched the video."""
+
+    instead: Literal["home", "unwatched"]
+
+
+class Unwatched(Decorator):
+    """Asks again for a skill that failed, as a streaming program that is restarted, and never fails itself."""
+
+    def __init__(self, name: str, context: MissionContext, child: Behaviour) -> None:
+        super().__init__(name, child)
+        self._context = context
+        self._failed_at: float | None = None
+
+    def tick(self) -> Iterator[Behaviour]:
+        now = self._context.now()
+        if self._failed_at is None or now - self._failed_at >= PAUSE:
+            yield from self.decorated.tick()
+            self._failed_at = None if self.decorated.status is Status.RUNNING else now
+        self.status = Status.RUNNING
+        yield self
+
+    def update(self) -> Status:
+        return Status.RUNNING
+
+
+class InspectionOtherwise(InspectionMission):
+    Options = OtherwiseOptions
+
+    def build(self, context: MissionContext, options: InspectionOptions) -> MissionTrees:
+        assert isinstance(options, OtherwiseOptions), "a mission is built with options of its own"
+        trees = super().build(context, options)
+        if options.instead == "home":
+            _exchange(trees.root, "hover", _come_home(context, options))
+        else:
+            stream = _named(trees.root, "stream")
+            parent = _parent(stream)
+            # A child has one parent: the decorator becomes that of the stream, and takes its place.
+            index = parent.remove_child(stream)
+            parent.insert_child(Unwatched("nobody watches", context, stream), index)
+        return trees
+
+
+def _come_home(context: MissionContext, options: InspectionOptions) -> Behaviour:
+    """The way home is watched as on every other flight of this mission."""
+    way_home = {"height": options.return_height, "speed": options.speed}
+    return alongside(
+        "home at once",
+        SkillAction("lidar_depthmap", context, "lidar_depthmap", outcomes=NO_DEPTH_MAP),
+        until=SkillAction("return_home", context, "return_home", way_home, outcomes=AT_HOME),
+    )
+
+
+def _named(root: Behaviour, name: str) -> Behaviour:
+    return next(node for node in root.iterate() if node.name == name)
+
+
+def _parent(node: Behaviour) -> Composite:
+    assert isinstance(node.parent, Composite), f"`{node.name}` is one of several"
+    return node.parent
+
+
+def _exchange(root: Behaviour, name: str, new: Behaviour) -> None:
+    old = _named(root, name)
+    _parent(old).replace_child(old, new)
+
+
+MISSION = InspectionOtherwise()

@@ -1,0 +1,71 @@
+"""The library's mapping mission with another answer to the camera's failure, to compare its own with.
+
+Not for flying: one of the answers is none. It is the library's tree with its LiDAR branch exchanged, after the guards
+above have taken hold of the leaves, so that neither the operator nor the safety pilot can hold the new branch.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import msgspec
+from py_trees.behaviour import Behaviour
+from py_trees.composites import Composite
+
+from skillwing.bt_missions.leaves.context import MissionContext
+from skillwing.bt_missions.leaves.settling import NoteSwitch
+from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.missions.mapping import AT_HOME, LEG_FLOWN, MappingMission, MappingOptions
+from skillwing.bt_missions.planning.waypoints import Route, WaypointWriter
+from skillwing.bt_missions.running.mission import MissionTrees
+from skillwing.bt_missions.subtrees.composites import in_order
+from skillwing.bt_missions.subtrees.loop import Until
+
+TIME_LIMIT = 240.0
+"""Robot seconds until it lands: a drone that hangs on a wall does not end by itself."""
+
+
+class OtherwiseOptions(MappingOptions, frozen=True, kw_only=True):
+    """instead: come home at once, or fly on along the route with nothing that looks ahead."""
+
+    instead: Literal["home", "blind"]
+
+
+class MappingOtherwise(MappingMission):
+    Options = OtherwiseOptions
+
+    def build(self, context: MissionContext, options: MappingOptions) -> MissionTrees:
+        assert isinstance(options, OtherwiseOptions), "a mission is built with options of its own"
+        trees = super().build(context, msgspec.structs.replace(options, time_limit=TIME_LIMIT))
+        nodes = list(trees.root.iterate())
+        route = next(node.route for node in nodes if isinstance(node, WaypointWriter))
+        by_lidar = next(node for node in nodes if node.name == "LiDAR branch")
+        assert isinstance(by_lidar.parent, Composite), "the LiDAR branch hangs below the choice of branches"
+        by_lidar.parent.replace_child(by_lidar, _branch(context, route, options))
+        return trees
+
+
+def _branch(context: MissionContext, route: Route, options: OtherwiseOptions) -> Behaviour:
+    way_home = {"height": options.return_height, "speed": options.speed}
+    come_home = SkillAction("return_home", context, "return_home", way_home, outcomes=AT_HOME)
+    if options.instead == "home":
+        note = NoteSwitch("why", context, "navigation", "ZED", "home at once")
+        return in_order("home at once", note, come_home)
+    fly_leg = SkillAction(
+        "goto_straight",
+        context,
+        "goto_straight",
+        {"target": route.target, "speed": options.speed},
+        outcomes=LEG_FLOWN,
+        on_end=route.leg_ended,
+    )
+    leg = in_order("leg", WaypointWriter("WaypointWriter", context, route), fly_leg)
+    return in_order(
+        "fly on",
+        NoteSwitch("why", context, "navigation", "ZED", "flying blind"),
+        Until("until the route is done", route.is_done, leg),
+        come_home,
+    )
+
+
+MISSION = MappingOtherwise()
