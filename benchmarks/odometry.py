@@ -133,8 +133,9 @@ def fly(job: tuple[int, bool]) -> Result:
     seed, across = job
     flight = MappingFlight(seed, across=across)
     options = MappingOptions()
-    odometry = Odometry(subtract(options.low, BEYOND), add(options.high, BEYOND))
-    mapper, reference = (Mapper(OccupancyGrid(options.low, options.high, options.voxel_size)) for _ in range(2))
+    low, high = options.box.low, options.box.high
+    odometry = Odometry(subtract(low, BEYOND), add(high, BEYOND))
+    mapper, reference = (Mapper(OccupancyGrid(low, high, options.voxel_size)) for _ in range(2))
     by_navigation = ByNavigation()
     fixes: list[Fix] = []
     truths: list[Motion] = []

@@ -16,8 +16,8 @@ def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
     options: `seed` and kind of the `world`, `speed` (robot seconds per wall second, 0 for as fast as possible),
     `faults` as the simulator schedules them (`[{"sensor": "zed", "kind": "blackout", "at": 60.0}]`), the path of a
     `scenario` file, `wind`, `turbulence`, `gusts`, `battery` at the start, what the safety `pilot` does; `fence` and
-    `bounds` of the site, boxes from `low` to `high`; `watch` False has guidance ignore obstacles; `link`, what the
-    radio can do where (docs/video.md). Absent ones keep their defaults.
+    `bounds`, boxes from `low` to `high`, else those of the site; `watch` False has guidance ignore obstacles; `link`,
+    what the radio can do where (docs/video.md). Absent ones keep their defaults.
     """
     names = {
         "seed": "seed",
@@ -34,17 +34,18 @@ def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
     sim = {names[option]: value for option, value in options.items() if option in names and value is not None}
     guides = {"fence": "geofence", "watch": "watch"}
     guidance = {guides[option]: value for option, value in options.items() if option in guides and value is not None}
+    site = _site(options)
     radio = {name: options[name] for name in ("seed", "scenario") if options.get(name) is not None}
-    link = dict(options.get("link") or {}) | radio
+    link = dict(options.get("link") or {}) | radio | site
     return (
         # A new simulator would begin with a drone on the ground at time 0, and nobody else would.
         ProcessSpec("sim", f"{SIMULATION}.simulator.node:make_sim", sim, extra="sim", restart="never"),
-        ProcessSpec("guidance", f"{SIMULATION}.guidance.node:make_guidance", guidance, extra="sim"),
+        ProcessSpec("guidance", f"{SIMULATION}.guidance.node:make_guidance", site | guidance, extra="sim"),
         ProcessSpec("obstacles", f"{SIMULATION}.obstacles.node:make_obstacles", essential=False, extra="sim"),
         ProcessSpec(
             "mapping",
             f"{SIMULATION}.mapping.node:make_mapping",
-            dict(options.get("bounds") or {}),
+            site | dict(options.get("bounds") or {}),
             essential=False,
             extra="sim",
         ),
@@ -53,6 +54,14 @@ def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
         ProcessSpec("ground", f"{SIMULATION}.video.ground:make_ground", essential=False, extra="sim"),
         ProcessSpec("bridge", "skillwing.m600.bridge.node:make_bridge", {"skillset": str(SKILLSET)}),
     )
+
+
+def _site(options: dict[str, Any]) -> dict[str, Any]:
+    """Over which site the nodes fly that know one. They find out what follows: a manager reads this table as well, and
+    has no numpy."""
+    if options.get("world") is None:
+        return {}
+    return {"site": {"seed": options.get("seed", 1), "kind": options["world"]}}
 
 
 def observers(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
@@ -83,5 +92,6 @@ ROBOT = Robot(
     skillset=SKILLSET,
     functional_layer=functional_layer,
     observers=observers,
+    briefing="skillwing.m600.briefing:brief",
     hooks=HOOKS,
 )

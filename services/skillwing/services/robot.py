@@ -21,6 +21,7 @@ from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.dsl.packages import import_name, name_problem
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.names import DATA_MANAGER, JOURNAL_FILE, RESOURCE_MANAGER, skill_process
+from skillwing.services.options import imported
 from skillwing.services.processes.restart_policy import Restart
 
 ROBOTS = "skillwing.robots"
@@ -64,6 +65,8 @@ class Robot:
     below the managers; none by default.
     clock: `robot` where one process of the functional layer owns the time, `wall` where the robot lives in ours.
     observers: like `functional_layer`, for processes that only look on, such as the recorder; they start on request.
+    briefing: `package.module:function`, from run options to what is known beforehand of the place where the robot is:
+    options of missions, by mission. It is named, for what it needs managers do without; None where nothing is known.
     """
 
     name: str
@@ -72,6 +75,7 @@ class Robot:
     functional_layer: Callable[[dict[str, Any]], tuple[ProcessSpec, ...]] = _nothing
     clock: ClockKind = "robot"
     observers: Callable[[dict[str, Any]], tuple[ProcessSpec, ...]] = _nothing
+    briefing: str | None = None
 
     def load_skillset(self) -> Skillset:
         """Read the skillset file; raises `SkillsetError` with everything that is wrong in it."""
@@ -101,6 +105,10 @@ class Robot:
                 for skill, hooks in self.hooks.items()
             ),
         )
+
+    def brief(self, run: dict[str, Any]) -> dict[str, dict[str, Any]]:
+        """What missions are told of the place of this run, by mission. Raises InvalidOptionError where there is none."""
+        return {} if self.briefing is None else imported({"briefing": self.briefing}, "briefing")(run)
 
     def process(self, name: str, options: dict[str, Any]) -> ProcessSpec:
         """One process of the table, by name, for these run options; raises UnknownNameError."""

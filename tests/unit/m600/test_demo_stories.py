@@ -9,9 +9,11 @@ import pytest
 
 from skillwing.bt_missions.running.library import find_mission
 from skillwing.dsl.model import UnknownNameError
-from skillwing.m600.demo.story import CAMERA_FAILS_AT, CRITICAL, POOR, Story, tell
+from skillwing.m600.demo.story import CAMERA_FAILS_AT, Story, tell
 from skillwing.services.errors import InvalidOptionError
 from skillwing.sim_mujoco.link.radio import Radio, RadioOptions
+from skillwing.sim_mujoco.link.shadow import CRITICAL, POOR, shadow_of
+from skillwing.sim_mujoco.world.kinds import make_site
 
 
 def story(mission: str, *, fault: bool = True, fault_at: float | None = None, scenario: Path | None = None) -> Story:
@@ -34,7 +36,10 @@ def test_without_a_fault_nothing_fails_and_the_mission_takes_its_options(mission
 
 def test_the_link_gets_worse_round_the_building_and_recovers_on_the_way_home() -> None:
     told = story("inspection")
-    radio = Radio(msgspec.convert(told.robot["link"], RadioOptions))
+    assert told.robot["link"] == {"shadow": True}
+    target = make_site(1, told.world).target
+    assert target is not None
+    radio = Radio(RadioOptions(zones=shadow_of(target)))
     (x, y, _), radius, height = told.options["center"], told.options["radius"], told.options["height"]
     west, south, east = ((x - radius, y, height), (x, y - radius, height), (x + radius, y, height))
     carried = [radio.at(30.0, place).bandwidth for place in (west, south, east)]

@@ -6,11 +6,14 @@ import json
 
 import pytest
 
+from skillwing.bt_missions.running.library import find_mission
 from skillwing.m600.robot import ROBOT
+from skillwing.services.errors import InvalidOptionError
 from skillwing.services.managers.hooks import SkillHooks
 from skillwing.services.options import imported
 from skillwing.services.robot import ProcessSpec, find_robot
 from skillwing.services.telemetry.recorder_options import RecorderOptions
+from skillwing.sim_mujoco.world.kinds import KINDS
 
 SKILLSET = ROBOT.load_skillset()
 OPTIONS = {"seed": 3, "speed": 2.0, "faults": [{"sensor": "zed", "kind": "blackout", "at": 60.0}], "run_dir": "/tmp/x"}
@@ -41,6 +44,32 @@ def test_the_hooks_are_those_of_their_skill(skill: str) -> None:
 def test_the_simulator_gets_the_run_it_was_asked_for() -> None:
     (sim,) = (spec for spec in PROCESSES if spec.name == "sim")
     assert sim.options == {"seed": 3, "factor": 2.0, "faults": OPTIONS["faults"]}
+
+
+def test_who_knows_the_site_gets_the_one_that_is_simulated_and_what_is_said_of_it_counts_first() -> None:
+    run = {"seed": 3, "world": "village"}
+    site = {"site": {"seed": 3, "kind": "village"}}
+    told = {spec.name: spec.options for spec in ROBOT.functional_layer(run)}
+    assert (told["sim"], told["guidance"], told["mapping"]) == ({"seed": 3, "world": "village"}, site, site)
+    fence = {"low": [0.0, 0.0, 0.0], "high": [9.0, 9.0, 9.0]}
+    told = {spec.name: spec.options for spec in ROBOT.functional_layer(run | {"fence": fence, "bounds": fence})}
+    assert (told["guidance"], told["mapping"]) == (site | {"geofence": fence}, site | fence)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_missions_are_told_what_is_known_of_the_chosen_world(kind: str) -> None:
+    told = ROBOT.brief({"seed": 3, "world": kind})
+    assert set(told) == ({"mapping", "inspection"} if kind == "inspection" else {"mapping"})
+    for mission, options in told.items():
+        find_mission(mission).read_options(options)
+
+
+def test_without_a_choice_missions_know_the_courtyard_and_an_unknown_world_is_refused() -> None:
+    assert ROBOT.brief({"seed": 3}) == {}
+    known, told = find_mission("mapping"), ROBOT.brief({"world": "courtyard"})
+    assert known.read_options(told["mapping"]) == known.read_options({})
+    with pytest.raises(InvalidOptionError, match="known are courtyard"):
+        ROBOT.brief({"world": "moon"})
 
 
 @pytest.mark.parametrize(

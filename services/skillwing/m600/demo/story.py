@@ -13,10 +13,8 @@ from skillwing.services.errors import InvalidOptionError
 MAPPING, INSPECTION = "mapping", "inspection"
 CAMERA_FAILS_AT = 45.0
 """Robot time in seconds: by then the drone has gone round its first obstacle and is on the second leg."""
-POOR, CRITICAL = 0.4, 0.008
-"""What the link carries beside the building and behind it, as seen from home [Mbit/s]."""
-RIM = 30.0
-"""How far the zones reach beyond the circle of the inspection [m]."""
+CRITICAL = 0.008
+"""What is left of a link that narrows [Mbit/s]: as much as in the shadow of a building."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +56,6 @@ def _inspection(seed: int, *, fault: bool, fault_at: float | None) -> Story:
         FlightPlan,
         options_on,
         planned_way,
-        site_options,
     )
 
     site = FlightPlan(mission=INSPECTION, world=INSPECTION, seed=seed, condition=Condition.NONE).site()
@@ -69,21 +66,9 @@ def _inspection(seed: int, *, fault: bool, fault_at: float | None) -> Story:
         happens = f"the link narrows at {fault_at:g} s"
         link = {"faults": [{"kind": "narrow", "at": fault_at, "magnitude": CRITICAL}]}
     else:
-        happens, link = "a critical link behind the building", {"zones": _zones(options)}
-    robot = {"world": INSPECTION, "link": link, **site_options(site)}
+        happens, link = "a critical link behind the building", {"shadow": True}
+    robot = {"world": INSPECTION, "link": link}
     return Story(INSPECTION, INSPECTION, happens, robot, options, planned_way(site, INSPECTION))
-
-
-def _zones(circle: dict[str, Any]) -> list[dict[str, Any]]:
-    """The farther round the building, the worse the link."""
-    x, y, _ = circle["center"]
-    radius = circle["radius"]
-
-    def east_of(west: float, bandwidth: float) -> dict[str, Any]:
-        low, high = [west, y - radius - RIM, -10.0], [x + radius + RIM, y + radius + RIM, 100.0]
-        return {"low": low, "high": high, "bandwidth": bandwidth}
-
-    return [east_of(x - 0.3 * radius, POOR), east_of(x + 0.6 * radius, CRITICAL)]
 
 
 def _by_scenario(story: Story, path: Path) -> Story:

@@ -11,10 +11,11 @@ from skillwing.services.bus import Bus, Publisher
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.protocol import Message, encode
 from skillwing.sim_mujoco import topics
-from skillwing.sim_mujoco.geofence import COURTYARD_FENCE, FenceOptions
+from skillwing.sim_mujoco.geofence import COURTYARD_FENCE, Box, FenceOptions
 from skillwing.sim_mujoco.guidance.core import GuidanceCore
 from skillwing.sim_mujoco.messaging import answer_with
 from skillwing.sim_mujoco.options import read_options
+from skillwing.sim_mujoco.world.chosen import SiteOptions
 
 M = TypeVar("M", bound=Message)
 STATUS_PERIOD = 0.05
@@ -75,15 +76,21 @@ class GuidanceNode:
 
 
 class GuidanceOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Options of `make_guidance`. Without a geofence that of the courtyard holds. `watch` False flies without regard to
-    obstacles: a test switch."""
+    """Options of `make_guidance`. Without a geofence that of the `site` holds, without a site that of the courtyard.
+    `watch` False flies without regard to obstacles: a test switch."""
 
     geofence: FenceOptions | None = None
+    site: SiteOptions | None = None
     watch: bool = True
 
 
 def make_guidance(options: dict[str, Any]) -> GuidanceNode:
     """The guidance node. Raises OptionsError."""
     wanted = read_options(options, GuidanceOptions)
-    fence = wanted.geofence.box if wanted.geofence else COURTYARD_FENCE
-    return GuidanceNode(GuidanceCore(fence, watch=wanted.watch))
+    return GuidanceNode(GuidanceCore(_fence(wanted), watch=wanted.watch))
+
+
+def _fence(wanted: GuidanceOptions) -> Box:
+    if wanted.geofence is not None:
+        return wanted.geofence.box
+    return COURTYARD_FENCE if wanted.site is None else wanted.site.site().fence

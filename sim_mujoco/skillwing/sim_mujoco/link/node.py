@@ -15,11 +15,13 @@ from skillwing.services.protocol import ErrorCode, encode
 from skillwing.sim_mujoco import topics
 from skillwing.sim_mujoco.axis import RefusedError
 from skillwing.sim_mujoco.link.pipe import Packet, Pipe
-from skillwing.sim_mujoco.link.radio import Conditions, Radio, RadioOptions, UnknownLinkFaultError
+from skillwing.sim_mujoco.link.radio import Conditions, Radio, RadioOptions, RadioZone, UnknownLinkFaultError
+from skillwing.sim_mujoco.link.shadow import shadow_of
 from skillwing.sim_mujoco.messaging import answer_with
 from skillwing.sim_mujoco.options import OptionsError, read_options
 from skillwing.sim_mujoco.scenario import ScenarioError, read_scenario
 from skillwing.sim_mujoco.topics import Vector3
+from skillwing.sim_mujoco.world.chosen import SiteOptions
 
 STEP = 0.01
 """While something is under way the link moves it on this often [s]."""
@@ -132,10 +134,13 @@ def _deliver(end: Publisher, packets: list[Packet]) -> None:
 
 class LinkOptions(RadioOptions, frozen=True, forbid_unknown_fields=True):
     """Options of `make_link`: those of the radio, the seed of its losses, and a scenario file whose section `link` adds
-    zones and faults and takes the place of other options."""
+    zones and faults and takes the place of other options. With `shadow` the building of the `site` shadows the link,
+    besides all that."""
 
     seed: int = 1
     scenario: str | None = None
+    site: SiteOptions | None = None
+    shadow: bool = False
 
 
 def make_link(options: dict[str, Any]) -> LinkNode:
@@ -150,4 +155,13 @@ def make_link(options: dict[str, Any]) -> LinkNode:
         if section is not None:
             zones, faults = section.zones + wanted.zones, section.faults + wanted.faults
             radio = msgspec.structs.replace(section, zones=zones, faults=faults)
+    if wanted.shadow:
+        radio = msgspec.structs.replace(radio, zones=(*radio.zones, *_shadow(wanted.site or SiteOptions())))
     return LinkNode(Radio(radio), wanted.seed)
+
+
+def _shadow(chosen: SiteOptions) -> tuple[RadioZone, ...]:
+    target = chosen.site().target
+    if target is None:
+        raise OptionsError(f"a world of kind `{chosen.kind}` has no building to shadow the link; `inspection` has one")
+    return shadow_of(target)

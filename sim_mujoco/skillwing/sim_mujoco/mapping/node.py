@@ -17,6 +17,7 @@ from skillwing.services.protocol import ErrorCode, ErrorReply, ProtocolError, de
 from skillwing.sim_mujoco import topics
 from skillwing.sim_mujoco.axis import Axis
 from skillwing.sim_mujoco.frames.vectors import Vector, add, subtract
+from skillwing.sim_mujoco.geofence import COURTYARD_BOUNDS, Box
 from skillwing.sim_mujoco.mapping.localiser import ByNavigation, ByOdometry, Localiser, Placement
 from skillwing.sim_mujoco.mapping.mapper import Mapper
 from skillwing.sim_mujoco.mapping.occupancy import OccupancyGrid, Voxels, grid_shape
@@ -24,6 +25,7 @@ from skillwing.sim_mujoco.messaging import answer_with, stream_reader
 from skillwing.sim_mujoco.options import OptionsError, read_options
 from skillwing.sim_mujoco.sensors.scans import LidarScan
 from skillwing.sim_mujoco.slam.inertial import Inertial
+from skillwing.sim_mujoco.world.chosen import SiteOptions
 
 MISFITS = "the scans no longer fit the map"
 STATUS_PERIOD, MAP_PERIOD = 0.5, 1.0
@@ -166,29 +168,39 @@ class MappingNode:
 class MappingOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Options of `make_mapping`: the corners of the box that is mapped, the size of its voxels [m], whence the poses.
 
-    The box is the courtyard and what can be seen from there.
+    Without corners the box is the `site` and what can be seen from there, without a site either the courtyard.
     """
 
-    low: topics.Vector3 = (-50.0, -50.0, -8.0)
-    high: topics.Vector3 = (80.0, 70.0, 24.0)
+    low: topics.Vector3 | None = None
+    high: topics.Vector3 | None = None
+    site: SiteOptions | None = None
     voxel_size: float = 0.4
     poses: Poses = "odometry"
+
+    @property
+    def box(self) -> Box:
+        """What is mapped. Raises OptionsError for a site that there is not."""
+        if self.low is not None and self.high is not None:
+            return Box(self.low, self.high)
+        bounds = COURTYARD_BOUNDS if self.site is None else self.site.site().bounds
+        return Box(self.low or bounds.low, self.high or bounds.high)
 
 
 def make_mapping(options: dict[str, Any]) -> MappingNode:
     """The mapping node. Raises OptionsError."""
     wanted = read_options(options, MappingOptions)
+    box = wanted.box
     try:
-        shape = grid_shape(wanted.low, wanted.high, wanted.voxel_size)
+        shape = grid_shape(box.low, box.high, wanted.voxel_size)
     except ValueError as error:
         raise OptionsError(f"these options do not fit the mapping node: {error}") from error
     if (count := shape[0] * shape[1] * shape[2]) > _LARGEST:
         raise OptionsError(f"a map of {count} voxels does not fit into memory; choose a smaller box or larger voxels")
-    mapper = Mapper(OccupancyGrid(wanted.low, wanted.high, wanted.voxel_size))
-    return MappingNode(mapper, _localiser(wanted))
+    mapper = Mapper(OccupancyGrid(box.low, box.high, wanted.voxel_size))
+    return MappingNode(mapper, _localiser(wanted.poses, box))
 
 
-def _localiser(wanted: MappingOptions) -> Localiser:
-    if wanted.poses == "navigation":
+def _localiser(poses: Poses, box: Box) -> Localiser:
+    if poses == "navigation":
         return ByNavigation()
-    return ByOdometry(subtract(wanted.low, BEYOND), add(wanted.high, BEYOND))
+    return ByOdometry(subtract(box.low, BEYOND), add(box.high, BEYOND))

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from skillwing.sim_mujoco.frames.vectors import Vector
-from skillwing.sim_mujoco.geofence import COURTYARD_FENCE, Box
+from skillwing.sim_mujoco.geofence import COURTYARD_BOUNDS, COURTYARD_FENCE
 from skillwing.sim_mujoco.world.footprint import Footprint, Point
 from skillwing.sim_mujoco.world.layouts.plot import Plot
 from skillwing.sim_mujoco.world.site import Site
@@ -32,7 +32,7 @@ def courtyard_site(seed: int) -> Site:
         route=ROUTE,
         area=(-11.0, -11.0, 41.0, 31.0),
         fence=COURTYARD_FENCE,
-        bounds=Box((-50.0, -50.0, -8.0), (80.0, 70.0, 24.0)),
+        bounds=COURTYARD_BOUNDS,
         ceiling=8.0,
         return_height=12.0,
         passage=PASSAGE,

@@ -1,0 +1,43 @@
+"""Nodes that are told which site they fly over know its fence and bounds, and its building's radio shadow."""
+
+from __future__ import annotations
+
+import pytest
+
+from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.bus.reading import message_reader
+from skillwing.sim_mujoco import topics
+from skillwing.sim_mujoco.guidance.node import make_guidance
+from skillwing.sim_mujoco.link.node import make_link
+from skillwing.sim_mujoco.mapping.node import MappingOptions
+from skillwing.sim_mujoco.options import OptionsError, read_options
+from skillwing.sim_mujoco.world.kinds import KINDS, make_site
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_guidance_keeps_to_the_fence_and_the_map_to_the_bounds_of_the_chosen_site(kind: str) -> None:
+    network, site, chosen = InProcessNetwork(), make_site(4, kind), {"site": {"seed": 4, "kind": kind}}
+    network.attach(make_guidance(chosen))
+    told: list[topics.Geofence] = []
+    network.bus("listener").subscribe(topics.GEOFENCE, message_reader(topics.Geofence, told.append), events=True)
+    network.run_for(0.1)
+    assert [fence.high for fence in told] == [site.fence.high]
+    assert told[0].low[:2] == site.fence.low[:2]
+    assert read_options(chosen, MappingOptions).box == site.bounds
+
+
+def test_a_corner_that_is_given_counts_before_that_of_the_site() -> None:
+    box = read_options({"site": {"kind": "village"}, "low": [-1.0, -2.0, -3.0]}, MappingOptions).box
+    assert (box.low, box.high) == ((-1.0, -2.0, -3.0), make_site(1, "village").bounds.high)
+
+
+def test_only_a_site_with_a_building_shadows_the_link() -> None:
+    assert make_link({"site": {"kind": "inspection"}, "shadow": True}).name == "link"
+    for site in ({}, {"site": {"kind": "street"}}):
+        with pytest.raises(OptionsError, match="no building to shadow the link"):
+            make_link({**site, "shadow": True})
+
+
+def test_a_site_that_there_is_not_is_refused() -> None:
+    with pytest.raises(OptionsError, match="known are courtyard"):
+        make_guidance({"site": {"kind": "moon"}})
