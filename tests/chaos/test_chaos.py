@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+import chaos_run
 import pytest
 from flights_with_faults import FlightCell, FlightResult, Moment
 from signs import Fault, Sign
@@ -93,6 +94,16 @@ def test_what_is_noticed_or_over_too_late_is_not_as_promised() -> None:
     assert replace(harmed, free=11.0, lasted=4.0).kept
     assert replace(RESULT, answered=11.0, free=11.0).kept, "a goal that goes its way takes its time"
     assert "**late**" in "\n".join(manager_table([replace(RESULT, again=11.0)], 60.0))
+
+
+@pytest.mark.parametrize(("again", "code"), [(0.1, 0), (11.0, 1), (None, 1)])
+def test_a_limit_that_is_broken_is_the_exit_code(
+    monkeypatch: pytest.MonkeyPatch, again: float | None, code: int
+) -> None:
+    """Limits are wall time, so that `make chaos` judges them and the cells above do not."""
+    monkeypatch.setenv("PYTHONPATH", "")  # main changes it, and this brings it back
+    monkeypatch.setattr(chaos_run, "run_managers", lambda *_: iter([RESULT, replace(RESULT, again=again)]))
+    assert chaos_run.main(["--managers"]) == code
 
 
 def test_a_flight_is_as_promised_only_on_the_ground_and_unhurt() -> None:
