@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from skillwing.dsl import parse
+from skillwing.services.bus import Answer, Answered, Refused
 from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.mocking import MockRun, MockScript, make_mock_skill
 from skillwing.services.mocking.skill import MockSkillNode
 from skillwing.services.names import skill_process
-from skillwing.services.protocol import Keys, State
+from skillwing.services.protocol import ErrorCode, GoalStatus, InterruptGoal, Keys, State, decode, encode
 from skillwing.services.testing import SkillsetInProcess
 
 ROVER = parse(
@@ -49,6 +50,21 @@ def started(robot: SkillsetInProcess, interface: SkillsetInterface) -> GoalHandl
     return goal
 
 
+def interrupted(robot: SkillsetInProcess, goal_id: str) -> str | None:
+    """How the manager says that a goal has ended, whose end a client asks for past the interface; or its refusal."""
+    told: list[Answer] = []
+    robot.bus.ask(KEYS.interrupt("drive"), encode(InterruptGoal(goal_id=goal_id, client="second")), told.append)
+    robot.run_until(lambda: bool(told))
+    match told:
+        case [Answered(payload)]:
+            terminal = decode(payload, GoalStatus).terminal
+            return terminal.label if terminal else None
+        case [Refused(error)]:
+            return error.code
+        case _:
+            return None
+
+
 def test_mistake_a_late_acknowledgement_leaves_two_controllers_at_once() -> None:
     """Nav2 #4278, #4659: the client gives up, the server begins all the same."""
     robot = rover()
@@ -69,16 +85,29 @@ def test_mistake_a_late_acknowledgement_leaves_two_controllers_at_once() -> None
 
 
 def test_mistake_to_cancel_all_of_ones_own_goals_ends_those_of_others() -> None:
-    """Nav2 #6373."""
+    """Nav2 #6373: there a goal that has ended, or was refused, is cancelled by way of the one that runs."""
     robot = rover()
-    goal = started(robot, client(robot, "first"))
-    second = client(robot, "second")
+    first, second = client(robot, "first"), client(robot, "second")
+    ended = started(robot, second)
+    second.interrupt(ended)
+    robot.run_until(lambda: ended.done)
+    goal = started(robot, first)
     refused = started(robot, second)
-    second.interrupt(refused)
+    at_once = second.start("drive", {})
+    second.interrupt(at_once)
+    robot.run_until(lambda: at_once.done)
+    labels = [each.terminal.label for each in (ended, refused, at_once) if each.terminal is not None]
+    assert labels == ["IT", "BUSY", "BUSY"]
+    # The interface sends nothing for what is over; other clients may, and for no id, which elsewhere means all of them.
+    told = [interrupted(robot, goal_id) for goal_id in (ended.goal_id, refused.goal_id, "of-nobody", "")]
+    assert told[:2] == ["IT", "BUSY"]
+    assert told[2:] == [ErrorCode.UNKNOWN_GOAL, ErrorCode.BAD_REQUEST]
     robot.run(5.0)
-    assert refused.terminal is not None
-    assert refused.terminal.label == "BUSY"
     assert goal.state is State.RUNNING
+    first.interrupt(goal)
+    robot.run_until(lambda: goal.done)
+    assert goal.terminal is not None
+    assert goal.terminal.label == "IT"
 
 
 def test_mistake_a_refusal_carries_no_reason() -> None:
