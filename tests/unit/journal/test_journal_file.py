@@ -112,6 +112,24 @@ def test_a_later_process_takes_the_journal_from_an_earlier_one(path: Path, journ
     assert held(later).grants == (opened(2),)
 
 
+@pytest.mark.parametrize("another", [False, True], ids=["nothing in its place", "another one in its place"])
+def test_a_journal_that_was_moved_away_is_not_written_until_it_is_back(
+    path: Path, journal: Journal, another: bool
+) -> None:
+    away = path.with_name("elsewhere.sqlite")
+    path.rename(away)
+    if another:
+        path.write_bytes(away.read_bytes())
+    with pytest.raises(JournalWriteError, match=r"deleted or moved away\. Move it back"):
+        journal.write((ResourceStands("hook", "USED", 1, "rm#1"),), (), 1.0)
+    with pytest.raises(JournalWriteError):
+        journal.check_hold()
+    away.replace(path)
+    journal.check_hold()
+    assert held(journal).resources == (ResourceStands("hook", "FREE", 0, ""),)
+    journal.write((ResourceStands("hook", "USED", 1, "rm#1"),), (), 1.0)
+
+
 def test_it_stays_small(path: Path, journal: Journal) -> None:
     for start in range(0, 12_000, 500):
         numbers = range(start + 1, start + 501)

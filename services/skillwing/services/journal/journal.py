@@ -74,6 +74,7 @@ class Journal:
 
         Raises JournalWriteError and JournalTakenError; nothing is written then.
         """
+        self._check_place()
         connection = self._connection
         try:
             with _transaction(connection):
@@ -88,7 +89,10 @@ class Journal:
             raise self._unwritten(error) from error
 
     def check_hold(self) -> None:
-        """Raise JournalTakenError if this hold has ended, JournalUnreadableError where that cannot be told."""
+        """Raise JournalTakenError if this hold has ended, JournalUnreadableError where that cannot be told, and
+        JournalWriteError where the file is no longer in its place.
+        """
+        self._check_place()
         with _reading(self.path):
             (owner,) = self._connection.execute("SELECT owner FROM journal").fetchone()
         if owner != self._owner:
@@ -112,6 +116,12 @@ class Journal:
         """Idempotent."""
         self._connection.close()
 
+    def _check_place(self) -> None:
+        """Raise JournalWriteError if the file was deleted or moved: nobody will go on from what is written to it then."""
+        if self._on_disk and _file_at(self.path) != self._file:
+            text = f"The journal {self.path} was deleted or moved away. Move it back, or restart the system without it."
+            raise JournalWriteError(self.path, text)
+
     def _open(self) -> sqlite3.Connection:
         try:
             connection = sqlite3.connect(self.path, timeout=PATIENCE, isolation_level=None)
@@ -123,6 +133,7 @@ class Journal:
                     check_form(connection, self.path)
                     check_owner(select_identity(connection), self._identity, self.path)
             self._configure(connection)
+            self._file = _file_at(self.path) if self._on_disk else None
             return connection
         except BaseException:
             connection.close()
@@ -150,6 +161,15 @@ class Journal:
             f"The journal {self.path} cannot be written: {error}. Make room on its disk, and see who may write there."
         )
         return JournalWriteError(self.path, text)
+
+
+def _file_at(path: Path) -> tuple[int, int] | None:
+    """Which file it is, whatever it is called; None if nobody can tell."""
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_dev, found.st_ino
 
 
 @contextmanager
