@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from skillwing.dsl import parse
-from skillwing.services.bus import Node
+from skillwing.services.bus import Node, Topology
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.managers.presence import LOSS_DEBOUNCE
@@ -100,9 +100,13 @@ bus.run_until(lambda: False)
 
 
 class Crew:
-    """The managers of the winch and a client on one router, which the test kills: each node on a thread of its own."""
+    """The managers of the winch and a client on one router, which the test kills: each node on a thread of its own.
 
-    def __init__(self, endpoint: str) -> None:
+    topology: of the managers. The client, who owns its goals, is one of the router like any that comes from outside.
+    """
+
+    def __init__(self, endpoint: str, topology: Topology) -> None:
+        self._topology: Topology = topology
         skillset = parse(WINCH, "winch.skillset")
         script = MockScript(skills={"pull": (MockRun(delay=600.0),)})
         self.keys = Keys("winch")
@@ -117,7 +121,7 @@ class Crew:
     def _run(self, make: Callable[[], Node], endpoint: str) -> None:
         def live() -> None:
             node = make()
-            bus = ZenohBus(node.name, "winch", endpoint)
+            bus = ZenohBus(node.name, "winch", endpoint, topology=self._topology)
             self._buses.append(bus)
             node.attach(bus)
             bus.run_until(lambda: self._over)
@@ -150,10 +154,11 @@ def router_at(endpoint: str = LOOPBACK) -> Iterator[str]:
         process.wait()
 
 
-def test_a_router_that_is_back_within_some_seconds_costs_nobody_a_goal() -> None:
+@pytest.mark.parametrize("topology", ["router", "mesh"])
+def test_a_router_that_is_back_within_some_seconds_costs_nobody_a_goal(topology: Topology) -> None:
     with ExitStack() as cleaning:
         with router_at() as endpoint:
-            crew = Crew(endpoint)
+            crew = Crew(endpoint, topology)
             cleaning.callback(crew.close)
             goal = crew.client.start("pull", {})
             crew.wait_until(lambda: goal.state is State.RUNNING)

@@ -111,6 +111,12 @@ class Bus(Protocol):
         """False while this node is cut off from the network, so that the silence of others means nothing."""
         ...
 
+    @property
+    def routed(self) -> bool:
+        """False while no router is linked: peers may be connected then, and those from outside, who are clients of the
+        router, are not heard."""
+        ...
+
     def advertise(self, key: str, *, events: bool = False) -> Publisher:
         """A publisher. `events=True`: nothing may be lost (cache, recovery, history for late joiners);
         otherwise a stream, where an old sample may be dropped for a new one."""

@@ -224,6 +224,10 @@ class InProcessBus:
         return not (self.closed or self.given_up)
 
     @property
+    def routed(self) -> bool:
+        return self.connected
+
+    @property
     def unanswered(self) -> int:
         """How many questions have come in that are not answered yet."""
         return sum(not question.answered for question in self._serving)

@@ -121,6 +121,10 @@ class ZenohBus:
         # Peers that have met need no router to hear one another.
         return bool(info.routers_zid()) or bool(info.peers_zid())
 
+    @property
+    def routed(self) -> bool:
+        return not self._closed and bool(self._session.info.routers_zid())
+
     # --- messages ----------------------------------------------------------------------------------------------------
 
     def advertise(self, key: str, *, events: bool = False) -> _Publisher:

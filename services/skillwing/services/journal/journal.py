@@ -117,7 +117,7 @@ class Journal:
         self._connection.close()
 
     def _check_place(self) -> None:
-        """Raise JournalWriteError if the file was deleted or moved: nobody will go on from what is written to it then."""
+        """Raise JournalWriteError if the file was deleted or moved: nobody will go on from what it is told then."""
         if self._on_disk and _file_at(self.path) != self._file:
             text = f"The journal {self.path} was deleted or moved away. Move it back, or restart the system without it."
             raise JournalWriteError(self.path, text)

@@ -40,6 +40,10 @@ class HookBus:
     def connected(self) -> bool:
         return self._bus.connected
 
+    @property
+    def routed(self) -> bool:
+        return self._bus.routed
+
     def advertise(self, key: str, *, events: bool = False) -> Publisher:
         return self._bus.advertise(key, events=events)
 

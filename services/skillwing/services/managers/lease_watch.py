@@ -9,10 +9,14 @@ from skillwing.services.core.leases import Expired, Leases
 
 
 class LeaseWatch:
-    """Shell of `Leases`. on_expired is called once for each lease that has run out; it may begin others."""
+    """Shell of `Leases`. on_expired is called once for each lease that has run out; it may begin others.
 
-    def __init__(self, bus: Bus, on_expired: Callable[[Expired], None]) -> None:
+    from_outside: the leases are of those that are heard through the router only.
+    """
+
+    def __init__(self, bus: Bus, on_expired: Callable[[Expired], None], *, from_outside: bool = False) -> None:
         self._bus = bus
+        self._from_outside = from_outside
         self._on_expired = on_expired
         self._leases = Leases()
         self._timer: Handle | None = None
@@ -44,7 +48,8 @@ class LeaseWatch:
         self._timer = None if delay is None else self._bus.after(delay, self._look, wall=True)
 
     def _look(self) -> None:
-        expired = self._leases.look(self._bus.wall(), hearing=self._bus.connected)
+        hearing = self._bus.routed if self._from_outside else self._bus.connected
+        expired = self._leases.look(self._bus.wall(), hearing=hearing)
         for each in expired:
             self._on_expired(each)
         self._wait()

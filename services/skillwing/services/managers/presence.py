@@ -16,14 +16,17 @@ LOSS_DEBOUNCE = 1.0
 class Presence:
     """Watches the alive tokens of `processes`, a key expression such as `**`.
 
-    on_gone gets the name of each process whose token was away for a second while we were connected.
+    on_gone gets the name of each process whose token was away for a second while we were connected. from_outside: they
+    are clients of the router also where we are not, so that the second passes only while there is one.
     """
 
-    def __init__(self, bus: Bus, keys: Keys, processes: str, on_gone: Callable[[str], None]) -> None:
+    def __init__(
+        self, bus: Bus, keys: Keys, processes: str, on_gone: Callable[[str], None], *, from_outside: bool = False
+    ) -> None:
         self._prefix = keys.alive("")
         self._on_gone = on_gone
         self._here: set[str] = set()
-        self._absences = LeaseWatch(bus, self._on_expired)
+        self._absences = LeaseWatch(bus, self._on_expired, from_outside=from_outside)
         bus.watch_alive(keys.alive(processes), self._on_alive)
 
     def expect(self, process: str) -> None:

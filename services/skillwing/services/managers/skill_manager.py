@@ -99,7 +99,7 @@ class SkillManagerNode:
         self._hooks.bind(HookBus(bus, self._guard_callback), self)
         self._hooks.setup()
         bus.subscribe(keys.verdict(skill), self._on_verdict, events=True)
-        self._owners = Presence(bus, keys, f"{CLIENT}*", self._on_owner_gone)
+        self._owners = Presence(bus, keys, f"{CLIENT}*", self._on_owner_gone, from_outside=True)
         serve(bus, keys.start(skill), StartGoal, self._answer_start)
         serve(bus, keys.interrupt(skill), InterruptGoal, self._answer_interrupt)
         serve(bus, keys.goal(skill), QueryGoal, lambda query, key: self._core.status(query.goal_id))
