@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
 
-.PHONY: setup demo test mutants lint format errors pictures worlds reference lock clean history simulate mutation fuzz chaos bench flight-tests fault-detection campaign
+.PHONY: setup demo test mutants lint format errors pictures worlds reference lock clean history simulate mutation fuzz chaos bench flight-tests fault-detection campaign paper
 
 setup: $(READY)
 
@@ -95,6 +95,12 @@ CAMPAIGN ?= mapping
 CAMPAIGN_ARGS ?=
 campaign: setup
 	$(BIN)/skillwing campaign $(CAMPAIGN) --seeds 0:100 --faults all --write docs/missions.md $(CAMPAIGN_ARGS)
+
+# Both scenarios of the paper, nominal and failing, into docs/results.md: an hour of one core, and it goes on where it
+# was interrupted. PAPER_ARGS="--seeds 0:20 --jobs 2" for more flights.
+PAPER_ARGS ?=
+paper: setup
+	$(BIN)/python benchmarks/paper/run.py $(PAPER_ARGS)
 
 # The reference page of the robot's skillset.
 reference: setup

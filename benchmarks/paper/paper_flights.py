@@ -12,7 +12,7 @@ from skillwing.m600.demo.story import INSPECTION, MAPPING, tell
 
 HERE = Path(__file__).parent
 FIRST, LAST = 0.25, 1.15
-"""The camera fails between these shares of the time that the route takes, which does not count take-off and way home."""
+"""The camera fails between these shares of the time that the route takes, not counting take-off and way home."""
 GOLDEN = 0.6180339887498949
 """Multiples of it, without their whole part, spread evenly however many there are."""
 

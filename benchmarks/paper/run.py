@@ -1,0 +1,91 @@
+"""The results of the paper, flown again: docs/results.md (`make paper`).
+
+    python benchmarks/paper/run.py [--seeds 0:5] [--jobs 1] [-o runs/paper] [--page docs/results.md]
+
+Flies what is missing in the folder and writes the page from all that is there for these seeds; a run that was killed
+goes on. The flights of the first seed are recorded, for the page shows their maps and timelines. A mapping flight takes
+about a minute of one core, an inspection two.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import sys
+from pathlib import Path
+
+from paper_flights import paper_plans
+from paper_page import PICTURES, picture_name, write_page
+
+from skillwing.m600.campaign.command import parse_seeds
+from skillwing.m600.campaign.crew import Crew
+from skillwing.m600.campaign.ledger import Ledger
+from skillwing.m600.campaign.plan import FlightPlan
+from skillwing.services.errors import InvalidOptionError
+
+ROOT = Path(__file__).parents[2]
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    options.add_argument("--seeds", default="0:5", metavar="A:B")
+    options.add_argument("--jobs", type=int, default=1, metavar="N", help="flights at once")
+    options.add_argument("-o", "--output", type=Path, default=ROOT / "runs" / "paper", metavar="DIR")
+    options.add_argument("--page", type=Path, default=ROOT / "docs" / "results.md", metavar="FILE")
+    options.add_argument("--only-write", action="store_true", help="fly nothing: the page from what is there")
+    chosen = options.parse_args()
+    try:
+        plans = paper_plans(parse_seeds(chosen.seeds))
+        ledger = Ledger(chosen.output, resume=True)
+    except InvalidOptionError as error:
+        sys.exit(str(error))
+    if chosen.jobs < 1:
+        sys.exit("No flight can be flown by so few. Give `--jobs 1` or more.")
+    try:
+        if not chosen.only_write:
+            fly(plans, ledger, chosen.jobs)
+    except KeyboardInterrupt:
+        sys.exit("Called off. The same command goes on with it.")
+    finally:
+        ledger.close()
+    names = {plan.name for plan in plans}
+    results = [result for result in ledger.results if result.plan.name in names]
+    if not results:
+        sys.exit("Nothing has been flown yet. Leave out `--only-write`.")
+    write_page(chosen.page, results, len(plans))
+    copy_pictures(plans[0].seed, ledger.folder, chosen.page.parent / "images" / "results")
+
+
+def fly(plans: list[FlightPlan], ledger: Ledger, jobs: int) -> None:
+    """Fly what the ledger has not. Those of the first seed are recorded, each in a folder of its own."""
+    flown = {result.plan.name for result in ledger.results}
+    missing = [plan for plan in plans if plan.name not in flown]
+
+    def run_dir(plan: FlightPlan) -> Path | None:
+        if plan.seed != plans[0].seed:
+            return None
+        folder = (ledger.folder / plan.name).absolute()
+        # What a flight left that was killed would be taken for a part of this one.
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
+        return folder
+
+    with Crew(jobs) as crew:
+        for count, result in enumerate(crew.fly(missing, run_dir), start=1):
+            ledger.add(result)
+            end = f"{result.end}, {result.end_time:.0f} s, {', '.join(result.broken) or 'promises kept'}"
+            sys.stdout.write(f"{count}/{len(missing)} {result.plan.name}: {end}\n")
+            sys.stdout.flush()
+
+
+def copy_pictures(seed: int, runs: Path, images: Path) -> None:
+    """Put the recorded pictures beside the page."""
+    images.mkdir(parents=True, exist_ok=True)
+    for picture in PICTURES:
+        source = runs / f"{picture.flight}-{seed}-{picture.label}" / picture.file
+        if source.exists():
+            shutil.copyfile(source, images / picture_name(picture))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,221 @@
+"""The page of the paper's results: what is flown for it, what a flight costs, and what the page says of it."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from msgspec.structs import replace
+
+from skillwing.bt_missions.running.library import find_mission
+from skillwing.bt_missions.running.rehearsal import rehearse
+from skillwing.m600.campaign.plan import FlightPlan, planned_circle
+from skillwing.m600.campaign.price import AWAY, LIVE_FOR, Price, PriceMeter
+from skillwing.m600.campaign.result import End, FlightResult
+from skillwing.m600.robot import ROBOT
+from skillwing.sim_mujoco.topics import Battery, FlightState, Truth, Vector3, VideoStatus
+
+PAPER = Path(__file__).parents[3] / "benchmarks" / "paper"
+
+
+def script(name: str) -> ModuleType:
+    """A module of the benchmark, under the name by which its others import it."""
+    if name not in sys.modules:
+        spec = importlib.util.spec_from_file_location(name, PAPER / f"{name}.py")
+        assert spec is not None
+        assert spec.loader is not None
+        sys.modules[name] = module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+    return sys.modules[name]
+
+
+flights = script("paper_flights")
+page = script("paper_page")
+
+
+def plan_of(mission: str, label: str, seed: int) -> FlightPlan:
+    (found,) = (
+        plan for plan in flights.paper_plans(range(seed, seed + 1)) if (plan.mission, plan.label) == (mission, label)
+    )
+    return found
+
+
+# --- what is flown ---------------------------------------------------------------------------------------------------
+
+
+def test_every_flight_has_a_name_of_its_own_and_fits_the_robot() -> None:
+    plans = flights.paper_plans(range(2))
+    assert len({plan.name for plan in plans}) == len(plans) == 16
+    skillset = ROBOT.load_skillset()
+    for plan in plans[:8]:
+        mission = find_mission(plan.flown_as or plan.mission)
+        assert rehearse(mission, skillset, mission.read_options(plan.mission_options())) == []
+
+
+@pytest.mark.parametrize("mission", ["mapping", "inspection"])
+def test_all_policies_but_the_nominal_one_meet_the_same_failure(mission: str) -> None:
+    nominal, *others = (plan_of(mission, policy.label, 3) for policy in flights.POLICIES[mission])
+    met = [plan.circumstances() for plan in others]
+    assert met[0]
+    assert met == met[:1] * len(others)
+    assert not any(nominal.circumstances().values())
+
+
+@given(st.integers(0, 1000))
+def test_the_camera_fails_early_in_some_flights_and_late_in_others(first: int) -> None:
+    route = flights.flight_time(flights.planned_way(plan_of("mapping", "nominal", 0).site(), "mapping"))
+    shares = [flights.camera_fails_at(seed) / route for seed in range(first, first + 5)]
+    assert all(0.0 < share < 2.0 for share in shares)
+    assert max(shares) - min(shares) > 0.4
+
+
+# --- what a flight costs ---------------------------------------------------------------------------------------------
+
+CIRCLE = tuple((10.0 * math.cos(k * math.pi / 2), 10.0 * math.sin(k * math.pi / 2), 5.0) for k in range(4))
+
+
+def truth(t: float, position: Vector3) -> Truth:
+    return Truth(
+        t=t,
+        position=position,
+        quaternion=(1.0, 0.0, 0.0, 0.0),
+        velocity=(0.0, 0.0, 0.0),
+        collisions=0,
+        clearance=1.0,
+        inside_fence=True,
+    )
+
+
+def picture(t: float, fps: float = 20.0, quality: float | None = 0.9) -> VideoStatus:
+    return VideoStatus(t=t, stream="s", fps=fps, quality=quality, bitrate=1e6, lost=0.0, latency=0.1)
+
+
+def airborne(circle: tuple[Vector3, ...] = ()) -> PriceMeter:
+    meter = PriceMeter(circle)
+    meter.flight(FlightState(t=0.0, on_ground=False, rotors_on=True, home_valid=True, authority=True))
+    return meter
+
+
+def test_a_meter_that_saw_nothing_knows_nothing() -> None:
+    assert PriceMeter().price == Price()
+
+
+def test_charge_is_what_went_out_of_the_battery() -> None:
+    meter = PriceMeter()
+    for percent in (90.0, 89.0, 84.5):
+        meter.charge(Battery(t=0.0, percent=percent, voltage=24.0))
+    assert meter.price.charge == 5.5
+
+
+@given(st.lists(st.booleans(), min_size=4, max_size=4))
+def test_corners_count_as_seen_when_there_is_video_while_they_are_passed(live: list[bool]) -> None:
+    meter = airborne(CIRCLE)
+    for k, corner in enumerate(CIRCLE[:3]):
+        t = 10.0 * k
+        if live[k]:
+            meter.video(picture(t))
+        meter.truth(truth(t, corner))
+    assert meter.price.circled == 0.75
+    assert meter.price.circled_live == sum(live[:3]) / 4
+
+
+@given(st.floats(0.0, 30.0))
+def test_seconds_without_video_count_away_from_home_from_the_first_picture_on(silence: float) -> None:
+    meter, step = airborne(), 0.25
+    meter.truth(truth(0.0, (2 * AWAY, 0.0, 5.0)))
+    meter.truth(truth(50.0, (2 * AWAY, 0.0, 5.0)))
+    assert meter.price.unseen is None
+    meter.video(picture(50.0))
+    for k in range(1, 1 + int(silence / step)):
+        meter.truth(truth(50.0 + k * step, (2 * AWAY, 0.0, 5.0)))
+    assert meter.price.unseen == pytest.approx(max(0.0, step * int(silence / step) - LIVE_FOR))
+
+
+@pytest.mark.parametrize("bad", [picture(1.0, fps=3.0), picture(1.0, quality=0.3), picture(1.0, quality=None)])
+def test_a_poor_picture_is_no_video(bad: VideoStatus) -> None:
+    meter = airborne()
+    meter.video(bad)
+    assert meter.price.unseen is None
+
+
+def test_at_home_and_on_the_ground_nobody_needs_video() -> None:
+    meter = airborne()
+    meter.video(picture(0.0))
+    meter.truth(truth(10.0, (AWAY / 2, 0.0, 5.0)))
+    meter.truth(truth(20.0, (AWAY / 2, 0.0, 5.0)))
+    meter.flight(FlightState(t=20.0, on_ground=True, rotors_on=False, home_valid=True, authority=True))
+    meter.truth(truth(30.0, (2 * AWAY, 0.0, 0.0)))
+    assert meter.price.unseen == 0.0
+
+
+def test_the_circle_is_that_of_the_site() -> None:
+    plan = plan_of("inspection", "nominal", 0)
+    target = plan.site().target
+    assert target is not None
+    circle = planned_circle(plan.site(), "inspection")
+    assert all(math.dist(corner[:2], target.centre) == pytest.approx(target.radius) for corner in circle)
+    assert planned_circle(plan.site(), "mapping") == ()
+
+
+# --- what the page says ----------------------------------------------------------------------------------------------
+
+
+def flown(mission: str, label: str, seed: int, **figures: object) -> FlightResult:
+    result = FlightResult(
+        plan=plan_of(mission, label, seed),
+        end=End.HOME,
+        phase="SUCCEEDED",
+        coverage=0.8,
+        clearance=2.0,
+        end_time=100.0,
+        price=Price(charge=10.0, circled=1.0, circled_live=0.5, unseen=4.0),
+    )
+    return replace(result, **figures)
+
+
+def test_the_price_is_the_difference_to_the_nominal_flight_of_the_same_seed() -> None:
+    results = [
+        flown("mapping", "nominal", 0),
+        flown("mapping", "nominal", 1, coverage=0.6, end_time=200.0),
+        flown("mapping", "recovery", 0, coverage=0.75, end_time=110.0, price=Price(charge=12.0)),
+        flown("mapping", "recovery", 1, coverage=0.5, end_time=200.0, price=Price(charge=11.0)),
+    ]
+    text = page.tables(results, 16)
+    assert "4 of 16 flights" in text
+    row = next(line for line in text.splitlines() if "-10 points" in line)
+    assert row == "| recovery: on by LiDAR | -8 points (-10 points to -5 points) | +5 % (+0 % to +10 %) | " + (
+        "+15 % (+10 % to +20 %) |"
+    )
+
+
+def test_what_was_hit_is_said() -> None:
+    results = [flown("mapping", "nominal", 0), flown("mapping", "none", 0, collisions=2, phase="FAILED", coverage=None)]
+    text = page.tables(results, 16)
+    assert "no map, 2 collisions" in text
+    row = next(line for line in text.splitlines() if line.startswith("| none: on, blind | 1 |"))
+    assert row.startswith("| none: on, blind | 1 | 0 | 1 | 1 landed at home | - |")
+
+
+@pytest.mark.parametrize("mission", ["mapping", "inspection"])
+def test_without_a_nominal_flight_there_is_no_price(mission: str) -> None:
+    assert "No nominal flight to compare with." in page.tables([flown(mission, "recovery", 0)], 1)
+
+
+def test_writing_keeps_what_stands_around_the_tables(tmp_path: Path) -> None:
+    file = tmp_path / "results.md"
+    write: Callable[..., None] = page.write_page
+    write(file, [flown("mapping", "nominal", 0)], 2)
+    file.write_text("before\n" + file.read_text(encoding="utf-8") + "after\n", encoding="utf-8")
+    write(file, [flown("mapping", "nominal", 0), flown("inspection", "nominal", 0)], 2)
+    text = file.read_text(encoding="utf-8")
+    assert text.startswith("before\n")
+    assert text.endswith("after\n")
+    assert "2 of 2 flights" in text
+    assert "1 of 2 flights" not in text
