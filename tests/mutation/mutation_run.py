@@ -25,6 +25,7 @@ from mutants import WORKSPACE, function_of, is_of_rule, make_mutants, module_of
 from rules import RULES
 
 UNIT_TESTS = (
+    "tests/unit/client/test_goal_pursuit.py",
     "tests/unit/services/test_asking.py",
     "tests/unit/services/test_data_core.py",
     "tests/unit/services/test_going_on.py",
