@@ -42,8 +42,8 @@ def process(condition: Condition, *, stopped: bool = False, words: str = "", nam
     return replace(WELL, entries=(Entry(ProcessState(name=name, pid=7, last_words=words), condition, used),))
 
 
-def replies(*given: Reply) -> SystemSeen:
-    return replace(WELL, probes=(Probe("skill/goto", given),))
+def replies(*given: Reply, process: str = "skill/goto") -> SystemSeen:
+    return replace(WELL, probes=(Probe(process, given),))
 
 
 def refused(code: ErrorCode, message: str = "No.", help_text: str = "") -> SystemSeen:
@@ -77,6 +77,16 @@ def clock(elapsed: float, factor: float = 1.0, ticks: int = 100) -> SystemSeen:
             "two_of_a_name",
             True,
             "2 processes are skill/goto",
+        ),
+        (
+            replies(
+                Reply("zid-1", PROTOCOL_VERSION, b""),
+                Reply("zid-2", PROTOCOL_VERSION, b""),
+                process="resource_manager",
+            ),
+            "two_of_a_name",
+            True,
+            "Start no skill, and look again",
         ),
         (replies(Reply("zid-1", 99, b"")), "protocol_version", True, "speaks protocol 99"),
         (replies(Reply("zid-1", None, b"")), "protocol_version", True, "speaks another protocol"),

@@ -19,6 +19,15 @@ CROWD = 2.0
 LITTLE_ROOM = 200 << 20
 """Free bytes below which a run is about to fill its disk: a recording takes more than that."""
 
+TWO_MANAGERS = (
+    "End all but one (a `node_host` started by hand, a container, a second system?). The resource manager knows the "
+    "one that came last; any other ends at its next goal, and is started anew by `up`."
+)
+TWO_JUDGES = (
+    "Start no skill, and look again in some seconds: the one that began first ends by itself when it sees the other. "
+    "If both stay, end the one that `skillwing status` does not name: what one has granted, the other grants once more."
+)
+
 
 class Finding(msgspec.Struct, frozen=True, kw_only=True):
     """One thing that is wrong, or, unless `serious`, worth knowing. about: its name for programs.
@@ -167,8 +176,7 @@ def two_of_a_name(system: SystemSeen) -> Iterator[Finding]:
             yield Finding(
                 about="two_of_a_name",
                 what=f"{len(repliers)} processes are {probe.process}, and both do what is asked of one.",
-                remedy="End all but one (a `node_host` started by hand, a container, a second system?). The resource "
-                "manager knows the one that came last; any other ends at its next goal, and is started anew by `up`.",
+                remedy=TWO_JUDGES if probe.process == RESOURCE_MANAGER else TWO_MANAGERS,
             )
 
 
