@@ -203,7 +203,7 @@ def test_who_failed_at_the_start_is_asked_what_became_of_it(answer: GoalStatus |
     assert desk.terminal.reason == (SUCCESS.reason if answer is ENDED else "The manager refused to start: It failed.")
 
 
-def test_interrupting_twice_asks_once_and_nothing_is_asked_for_what_is_over() -> None:
+def test_interrupting_twice_asks_once() -> None:
     desk = Desk()
     desk.asked.to_interrupt.append(INTERRUPTING)
     desk.pursuit.interrupt(cause="tree#3")
@@ -211,11 +211,16 @@ def test_interrupting_twice_asks_once_and_nothing_is_asked_for_what_is_over() ->
     desk.wait()
     [request] = desk.asked.interrupts
     assert (request.goal_id, request.client, request.cause) == ("g", "mission", "tree#3")
+
+
+def test_nothing_is_asked_for_what_is_over() -> None:
+    desk = Desk()
     desk.pursuit.advance(ENDED)
     desk.pursuit.interrupt()
     desk.pursuit.probe()
     desk.wait()
-    assert (len(desk.asked.interrupts), len(desk.asked.questions)) == (1, 0)
+    assert not desk.asked.interrupts
+    assert not desk.asked.questions
 
 
 def test_an_interrupt_is_repeated_until_somebody_hears_it_and_lost_with_a_manager_that_is_gone() -> None:
