@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import importlib.util
 import math
+import shlex
 import sys
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 
+import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -57,6 +59,12 @@ def test_every_flight_has_a_name_of_its_own_and_fits_the_robot() -> None:
     for plan in plans[:8]:
         mission = find_mission(plan.flown_as or plan.mission)
         assert rehearse(mission, skillset, mission.read_options(plan.mission_options())) == []
+
+
+def test_the_command_of_a_flight_is_that_very_flight() -> None:
+    plan = plan_of("mapping", "none", 1)
+    *_, told = shlex.split(plan.command)
+    assert msgspec.json.decode(told, type=FlightPlan) == plan
 
 
 @pytest.mark.parametrize("mission", ["mapping", "inspection"])

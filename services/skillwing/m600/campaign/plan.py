@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 from collections.abc import Sequence
 from enum import StrEnum
 from itertools import pairwise
@@ -67,7 +68,9 @@ class FlightPlan(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def command(self) -> str:
-        """What flies this flight again, and records it."""
+        """What flies this flight again, and records it; one of a comparison is not recorded."""
+        if self.label:
+            return f"python -m skillwing.m600.campaign.worker {shlex.quote(msgspec.json.encode(self).decode())}"
         kind = "" if self.watched else " --without-obstacles"
         kind += "" if self.network is Network.IN_PROCESS else f" --on {self.network}"
         return (
