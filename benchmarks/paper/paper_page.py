@@ -18,30 +18,33 @@ from skillwing.m600.demo.story import INSPECTION, MAPPING
 
 BEGIN, END = "<!-- figures: make paper -->", "<!-- end of figures -->"
 NOMINAL = "nominal"
+BOTH = "map", "timeline"
 Figure: TypeAlias = Callable[[FlightResult], float | None]
 Show: TypeAlias = Callable[[float], str]
 
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """One that a recorded flight left. flight: begin of its folder's name."""
+    """One that a recorded flight of a mission under a policy left."""
 
-    flight: str
+    mission: str
+    world: str
     label: str
     file: str
 
 
-_MAPPED, _ROUND = f"{MAPPING}-courtyard-none", f"{INSPECTION}-inspection-none"
 PICTURES = (
-    *(Picture(_MAPPED, label, file) for label in ("nominal", "recovery") for file in ("map.png", "timeline.png")),
-    Picture(_MAPPED, "none", "map.png"),
-    *(Picture(_ROUND, "recovery", file) for file in ("map.png", "timeline.png")),
+    *(Picture(MAPPING, "courtyard", label, f"{what}.png") for label in (NOMINAL, "recovery") for what in BOTH),
+    Picture(MAPPING, "courtyard", "none", "map.png"),
+    *(Picture(INSPECTION, "inspection", "recovery", f"{what}.png") for what in BOTH),
 )
+SHOWN = frozenset((picture.mission, picture.label) for picture in PICTURES)
+"""Missions and policies of which the page has pictures."""
 
 
 def picture_name(picture: Picture) -> str:
     """Beside the page, where there is one folder for all of them."""
-    return f"{picture.flight.partition('-')[0]}-{picture.label}-{picture.file}"
+    return f"{picture.mission}-{picture.label}-{picture.file}"
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,7 @@
     python benchmarks/paper/run.py [--seeds 0:5] [--jobs 1] [-o runs/paper] [--page docs/results.md]
 
 Flies what is missing in the folder and writes the page from all that is there for these seeds; a run that was killed
-goes on. The flights of the first seed are recorded, for the page shows their maps and timelines. A mapping flight takes
+goes on. Those flights of the first seed are recorded whose pictures the page shows. A mapping flight takes
 about a minute of one core, an inspection two.
 """
 
@@ -15,7 +15,7 @@ import sys
 from pathlib import Path
 
 from paper_flights import paper_plans
-from paper_page import PICTURES, picture_name, write_page
+from paper_page import PICTURES, SHOWN, picture_name, write_page
 
 from skillwing.m600.campaign.command import parse_seeds
 from skillwing.m600.campaign.crew import Crew
@@ -57,12 +57,12 @@ def main() -> None:
 
 
 def fly(plans: list[FlightPlan], ledger: Ledger, jobs: int) -> None:
-    """Fly what the ledger has not. Those of the first seed are recorded, each in a folder of its own."""
+    """Fly what the ledger has not. Those that the page shows are recorded, each in a folder of its own."""
     flown = {result.plan.name for result in ledger.results}
     missing = [plan for plan in plans if plan.name not in flown]
 
     def run_dir(plan: FlightPlan) -> Path | None:
-        if plan.seed != plans[0].seed:
+        if plan.seed != plans[0].seed or (plan.mission, plan.label) not in SHOWN:
             return None
         folder = (ledger.folder / plan.name).absolute()
         # What a flight left that was killed would be taken for a part of this one.
@@ -82,7 +82,7 @@ def copy_pictures(seed: int, runs: Path, images: Path) -> None:
     """Put the recorded pictures beside the page."""
     images.mkdir(parents=True, exist_ok=True)
     for picture in PICTURES:
-        source = runs / f"{picture.flight}-{seed}-{picture.label}" / picture.file
+        source = runs / f"{picture.mission}-{picture.world}-none-{seed}-{picture.label}" / picture.file
         if source.exists():
             shutil.copyfile(source, images / picture_name(picture))
 
