@@ -69,7 +69,7 @@ class Flight:
         self._watch(KEYS.status("*"), GoalStatus, self._follow)
         managers = [
             make_data_manager({"skillset": str(M600_FILE)}),
-            make_resource_manager({"skillset": str(M600_FILE)}),
+            make_resource_manager({"skillset": str(M600_FILE), "contended": False}),
         ]
         for node in (*managers, *make_toy_drone(M600, self.drone)):
             self.buses[node.name] = self.network.attach(node)

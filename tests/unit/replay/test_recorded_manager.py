@@ -27,7 +27,8 @@ class Robot:
     def __init__(self, run_dir: Path) -> None:
         self._file = run_dir / "crane.skillset"
         self._file.write_text(SOURCE)
-        self._options = {"skillset": str(self._file), "robot": "r1", "journal": str(run_dir / JOURNAL_FILE)}
+        journal = str(run_dir / JOURNAL_FILE)
+        self._options = {"skillset": str(self._file), "robot": "r1", "journal": journal, "contended": False}
         self.network = InProcessNetwork()
         model = load(self._file)
         self.keys = Keys(model.name)

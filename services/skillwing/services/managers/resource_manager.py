@@ -336,7 +336,8 @@ def _crash(error: JournalError) -> NoReturn:
 
 def make_resource_manager(options: dict[str, Any]) -> Node:
     """Options: `skillset`, the path of the .skillset file; `robot`, its name; `journal`, the path of the journal, in
-    memory by default, beside which all steps are written down; `durable`, whether it is to be safe from power loss.
+    memory by default, beside which all steps are written down; `durable`, whether it is to be safe from power loss;
+    `contended`, whether another one could be there, which by default it could.
 
     Raises JournalRefusedError for a journal that may not be used, JournalWriteError where none can be written.
     """
@@ -350,4 +351,4 @@ def make_resource_manager(options: dict[str, Any]) -> Node:
     # A journal that cannot be read is to be refused here, with a sentence, before anything runs.
     journal.kept()
     steps = None if path is None else StepWriter(Path(path).with_name(STEPS_FOLDER), head_of(identity, source))
-    return ResourceManagerNode(skillset, journal=journal, steps=steps, contended=True)
+    return ResourceManagerNode(skillset, journal=journal, steps=steps, contended=options.get("contended", True))

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from types import TracebackType
 from typing import Self
 
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.bus import Bus, Node
 from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.names import RESOURCE_MANAGER
 from skillwing.services.processes.node_host import make_node
 from skillwing.services.protocol import Keys
 from skillwing.services.robot import ProcessSpec, Robot
@@ -30,7 +32,7 @@ class RobotInProcess:
     def start(self, specs: Iterable[ProcessSpec]) -> None:
         """Make each node and attach it. Raises as `make_node` does, and ValueError for a name that is there already."""
         for spec in specs:
-            self.attach(make_node(spec))
+            self.attach(make_node(_uncontended(spec)))
 
     def attach(self, node: Node) -> Bus:
         """Have a node live among the others, with the liveliness token of a process."""
@@ -58,3 +60,10 @@ class RobotInProcess:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None):
         self.close()
+
+
+def _uncontended(spec: ProcessSpec) -> ProcessSpec:
+    """The resource manager without its question whether anybody judges: on this network a name is given once."""
+    if spec.name != RESOURCE_MANAGER:
+        return spec
+    return replace(spec, options={**spec.options, "contended": False})
