@@ -22,7 +22,7 @@ from skillwing.services.journal.errors import (
 )
 from skillwing.services.journal.journal import ROOM, Journal, look_into, set_aside
 from skillwing.services.journal.rows import HISTORY_KEPT, MANAGERS_KEPT, TRIM_EVERY
-from skillwing.services.journal.schema import FORMAT, Identity
+from skillwing.services.journal.schema import FORMAT, Identity, damaged
 from skillwing.services.protocol import Granted, NotReady, Record, RecordKind
 
 ME = Identity("r1", "crane", "0123456789abcdef")
@@ -220,7 +220,7 @@ def test_pages_overwritten_by_something_else_are_noticed(path: Path, journal: Jo
     for page in range(1, len(content) // 4096):
         content[page * 4096 : page * 4096 + 64] = b"\x5a" * 64
     path.write_bytes(content)
-    with pytest.raises(JournalRefusedError, match="is damaged"):
+    with pytest.raises(JournalRefusedError, match=r"is damaged: [^*]"):
         Journal(path, ME)
 
 
@@ -285,3 +285,21 @@ def test_a_journal_that_is_set_aside_is_whole_and_never_overwritten(path: Path, 
     second.close()
     assert set_aside(path) == path.with_name("journal-2.sqlite")
     assert look_into(path.with_name("journal-1.sqlite"))[1].grants == (opened(1),)
+
+
+def test_a_heading_says_nothing_about_a_damage(path: Path) -> None:
+    assert "is damaged: Tree 2 page 3: unused. Move" in str(
+        damaged(path, "*** in database main ***\nTree 2 page 3: unused")
+    )
+    assert "is damaged: *** in database main ***. Move" in str(damaged(path, "*** in database main ***"))
+
+
+def test_a_journal_that_cannot_be_set_aside_is_an_error_with_a_sentence(
+    path: Path, journal: Journal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> Path:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "rename", refuse)
+    with pytest.raises(JournalWriteError, match=r"cannot be written: .*Permission denied"):
+        journal.set_aside()

@@ -125,6 +125,34 @@ def test_a_full_disk_is_told_once_and_harms_nobody(
     assert replay_folder(tmp_path).steps == 1
 
 
+def test_a_disk_with_room_for_half_a_line_gets_none_of_it(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    writer = StepWriter(tmp_path, HEAD)
+    writer.write(lambda: MADE)
+    (path,) = step_files(tmp_path)
+    whole = path.read_bytes()
+
+    with path.open("r+b", buffering=0) as file:
+
+        class NearlyFullDisk:
+            def write(self, payload: bytes) -> int:
+                file.seek(0, 2)
+                return file.write(payload[: len(payload) // 2])
+
+            def truncate(self, size: int) -> int:
+                return file.truncate(size)
+
+            def close(self) -> None:
+                pass
+
+        monkeypatch.setattr(writer, "_file", NearlyFullDisk())
+        with caplog.at_level(logging.WARNING):
+            writer.write(lambda: MADE)
+    assert "no room for a whole line" in caplog.text
+    assert path.read_bytes() == whole
+
+
 def test_the_skillset_of_then_is_in_the_file(tmp_path: Path) -> None:
     file = read_steps(write(tmp_path))
     assert file is not None

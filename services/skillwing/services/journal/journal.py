@@ -100,11 +100,15 @@ class Journal:
 
     def set_aside(self) -> Path | None:
         """Begin anew with a journal that knows the last token only; returns where the old one is now, None for one in
-        memory. Raises JournalWriteError.
+        memory. Raises JournalRefusedError, JournalUnreadableError and JournalWriteError.
         """
-        (last_token,) = self._connection.execute("SELECT last_token FROM journal").fetchone()
+        with _reading(self.path):
+            (last_token,) = self._connection.execute("SELECT last_token FROM journal").fetchone()
         self._connection.close()
-        moved = set_aside(self.path)
+        try:
+            moved = set_aside(self.path)
+        except OSError as error:
+            raise self._unwritten(error) from error
         self._connection = self._open()
         try:
             self._connection.execute("UPDATE journal SET last_token = ?", (last_token,))
@@ -156,7 +160,7 @@ class Journal:
     def _taken(self) -> JournalTakenError:
         return JournalTakenError(self.path, f"Another process goes on from the journal {self.path}. End this one.")
 
-    def _unwritten(self, error: sqlite3.Error) -> JournalWriteError:
+    def _unwritten(self, error: sqlite3.Error | OSError) -> JournalWriteError:
         text = (
             f"The journal {self.path} cannot be written: {error}. Make room on its disk, and see who may write there."
         )

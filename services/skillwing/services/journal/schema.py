@@ -86,6 +86,8 @@ def check_owner(found: Identity, wanted: Identity, path: Path) -> None:
 
 def damaged(path: Path, detail: object) -> JournalRefusedError:
     """The refusal of a file that cannot be read."""
-    first = str(detail).strip().splitlines()[0].rstrip(".")
+    # SQLite puts a heading such as `*** in database main ***` above what it has found.
+    lines = [line for line in str(detail).strip().splitlines() if not line.startswith("***")]
+    first = lines[0].rstrip(".") if lines else str(detail).strip()
     text = f"The journal {path} is damaged: {first}. Move it away to start afresh, or put a copy in its place."
     return JournalRefusedError(path, text)

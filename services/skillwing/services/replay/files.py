@@ -81,7 +81,11 @@ class StepWriter:
     def _put(self, file: BinaryIO, line: Head | Line) -> None:
         payload = encoded(line)
         # One call, so that a process that dies leaves whole lines.
-        self._size += file.write(_LENGTH.pack(len(payload)) + payload)
+        whole = _LENGTH.pack(len(payload)) + payload
+        if file.write(whole) < len(whole):
+            file.truncate(self._size)
+            raise OSError("the disk has no room for a whole line")
+        self._size += len(whole)
 
     def _next_file(self) -> BinaryIO:
         self._folder.mkdir(parents=True, exist_ok=True)
