@@ -136,7 +136,7 @@ def _figures(mission: str, results: Sequence[FlightResult]) -> str:
     heads = ["policy", "flights", "succeeded", "collided", "ended", *(column.heading for column in COLUMNS[mission])]
     rows: list[list[str]] = []
     for policy, flown in _by_policy(mission, results):
-        ends = Counter(str(each.end) for each in flown)
+        ends = Counter("crashed" if each.collisions else str(each.end) for each in flown)
         cells = [_spread(list(map(column.figure, flown)), column.show) for column in COLUMNS[mission]]
         rows.append(
             [

@@ -208,7 +208,7 @@ def test_what_was_hit_is_said() -> None:
     text = page.tables(results, 16)
     assert "no map, 2 collisions" in text
     row = next(line for line in text.splitlines() if line.startswith("| none: on, blind | 1 |"))
-    assert row.startswith("| none: on, blind | 1 | 0 | 1 | 1 landed at home | - |")
+    assert row.startswith("| none: on, blind | 1 | 0 | 1 | 1 crashed | - |")
 
 
 @pytest.mark.parametrize("mission", ["mapping", "inspection"])
