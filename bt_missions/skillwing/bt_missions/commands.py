@@ -21,6 +21,7 @@ from skillwing.bt_missions.templates.template import write_template
 from skillwing.bt_missions.watching import MissionWatch, status_line, stay
 from skillwing.bt_missions.xml.writer import write_mission, write_models
 from skillwing.dsl import load
+from skillwing.services.commands.briefing import briefing
 from skillwing.services.commands.completion import missions
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.commands.exit_codes import FAILED, OK
@@ -81,12 +82,22 @@ def run(
 ) -> None:
     """Fly a mission on the running system and show what it does until it is over. Ctrl-C aborts it and lands.
 
+    Where the system runs in a chosen world (`up --world KIND`) the mission knows its site, as a planner would tell it;
+    options that are given count first.
+
     Exit codes: 0 it succeeded, 1 it failed or was aborted, 2 unknown name or malformed value, 3 no system is running.
     """
     chosen = find_mission(name)
-    given = chosen.read_options(parse_options(options or []))
+    asked = parse_options(options or [])
+    chosen.read_options(asked)
     console = None if as_json else make_console()
     with connect(robot) as system:
+        known = briefing(system.target, chosen.name)
+        told = {key: value for key, value in known.items() if key in chosen.describe() and key not in asked}
+        given = chosen.read_options(told | asked)
+        if console is not None and told:
+            site = "  ".join(f"{key}={written(value)}" for key, value in told.items())
+            console.print(f"Known of the site: {site}", highlight=False)
 
         def show(status: MissionStatus) -> None:
             if console is not None:

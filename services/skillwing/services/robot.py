@@ -107,7 +107,7 @@ class Robot:
         )
 
     def brief(self, run: dict[str, Any]) -> dict[str, dict[str, Any]]:
-        """What missions are told of the place of this run, by mission. Raises InvalidOptionError where there is none."""
+        """What missions are told of the place of this run, by mission. Raises InvalidOptionError for an unknown one."""
         return {} if self.briefing is None else imported({"briefing": self.briefing}, "briefing")(run)
 
     def process(self, name: str, options: dict[str, Any]) -> ProcessSpec:

@@ -85,9 +85,16 @@ def test_the_detached_process_has_the_same_scenario(launched: Any, tmp_path: Pat
     assert up_options(command[command.index("skillwing.services.cli") + 2 :])["scenario"] == scenario
 
 
+def test_the_detached_process_has_the_same_world(launched: Any, tmp_path: Path) -> None:
+    command = launched("up", "-d", "--world", "village", "--run-dir", str(tmp_path / "run"))
+    assert up_options(command[command.index("skillwing.services.cli") + 2 :])["world"] == "village"
+
+
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
+        (["--world", "moon"], "There is no world of kind 'moon'; known are courtyard,"),
+        (["--mock", "--world", "village"], "Mock some skills only"),
         (["goto"], "Write `up --mock goto`."),
         (["--mock", "gotoo"], "did you mean `goto`?"),
         (["--script", "x.toml"], "Write `up --mock --script FILE`."),

@@ -8,11 +8,11 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
 from queue import SimpleQueue
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -89,6 +89,7 @@ class Setting:
     """How to run a system. clock: who tells robot time; listen: where its router does; mock: nothing in it is real.
 
     topology, colocate: how processes meet, and whether managers share one; router: where somebody else's is.
+    briefing: what missions are told of the place, by mission.
     """
 
     clock: ClockKind
@@ -97,6 +98,7 @@ class Setting:
     topology: Topology = "router"
     colocate: bool = False
     router: str | None = None
+    briefing: dict[str, dict[str, Any]] = field(default_factory=dict[str, dict[str, Any]])
 
     def __post_init__(self) -> None:
         if self.router is not None and self.listen != LOOPBACK:
@@ -142,6 +144,7 @@ def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, setting: S
                 mock=setting.mock,
                 topology=setting.topology,
                 processes=launcher.states,
+                briefing=setting.briefing,
             ) as announcement:
                 count, seconds = how_many_run(launcher.states), time.monotonic() - begun
                 console.print(f"{robot.name} runs: {count} processes, up in {seconds:.1f} s.")

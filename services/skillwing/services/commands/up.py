@@ -61,6 +61,10 @@ def up(
         int | None,
         typer.Option(metavar="N", min=0, help="Of the simulated world, default 1; of mocks, default their script's."),
     ] = None,
+    world: Annotated[
+        str | None,
+        typer.Option(metavar="KIND", help="Of simulated world, default courtyard; `skillwing world` lists them."),
+    ] = None,
     mock: Annotated[
         bool, typer.Option("--mock", help="Mock skills: all of them without a robot, or those named.")
     ] = False,
@@ -98,7 +102,13 @@ def up(
     table = _called(find_robot(robot), robot_name)
     skills = tuple(dict.fromkeys(mocked or ()))
     _check_mocks(table, mock, skills, script)
-    _check_scenario(scenario, robotless=mock and not skills)
+    everything = mock and not skills
+    _check_world(world, robotless=everything)
+    _check_scenario(scenario, robotless=everything)
+    run: dict[str, Any] = {"seed": WORLD_SEED if seed is None else seed, "speed": speed, "durable": durable}
+    run |= {} if world is None else {"world": world}
+    run |= {} if scenario is None else {"scenario": str(scenario.absolute())}
+    known = table.brief(run)
     require_not_running(table.name, ", or give this one a name of its own with `--robot-name`")
     directory = make_run_dir(run_dir, "up")
     if detach:
@@ -106,6 +116,7 @@ def up(
         words = ["up", *skills, "--robot", robot, "--speed", written_pace(speed), "--listen", listen]
         words += [] if robot_name is None else ["--robot-name", robot_name]
         words += [] if seed is None else ["--seed", str(seed)]
+        words += [] if world is None else ["--world", world]
         words += ["--mock"] if mock else []
         words += [] if script is None else ["--script", str(script.absolute())]
         words += [] if scenario is None else ["--scenario", str(scenario.absolute())]
@@ -114,11 +125,7 @@ def up(
         run_detached(table.name, words, directory)
         return
     make_room_for_journal(directory, resume=resume)
-    everything = mock and not skills
-    world = WORLD_SEED if seed is None else seed
-    run: dict[str, Any] = {"seed": world, "speed": speed, "run_dir": str(directory), "durable": durable}
-    if scenario is not None:
-        run["scenario"] = str(scenario.absolute())
+    run["run_dir"] = str(directory)
     layer = () if everything else table.functional_layer(run)
     managers = (
         mock_processes(table, scripts=scripts_for(table.skillset, script), seed=seed, skills=skills or None, run=run)
@@ -126,8 +133,23 @@ def up(
         else table.managers(run)
     )
     clock = "wall" if everything else table.clock
-    setting = Setting(clock=clock, listen=listen, mock=everything, topology=topology, colocate=colocate, router=router)
+    setting = Setting(
+        clock=clock,
+        listen=listen,
+        mock=everything,
+        topology=topology,
+        colocate=colocate,
+        router=router,
+        briefing=known,
+    )
     raise typer.Exit(run_system(table, (*layer, *managers), directory, setting))
+
+
+def _check_world(world: str | None, *, robotless: bool) -> None:
+    """Which worlds there are, the robot knows best."""
+    if world is not None and robotless:
+        text = "A world is for a simulated robot, and `--mock` runs without one. Mock some skills only, by their names."
+        raise InvalidOptionError("world", text)
 
 
 def _check_scenario(scenario: Path | None, *, robotless: bool) -> None:

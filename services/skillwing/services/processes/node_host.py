@@ -6,8 +6,7 @@
 The first form looks a process up in the robot's table, the second names it outright. Given again, `--process`, or
 `--name` with its own `--factory`, `--options` and `--alive`, names one more node of the same process. What is not given
 is taken from the environment: SKILLWING_CONNECT, SKILLWING_ROBOT, SKILLWING_TOPOLOGY, SKILLWING_HEARTBEAT, and for the
-run SKILLWING_SEED, SKILLWING_SPEED, SKILLWING_FAULTS (JSON), SKILLWING_RUN_DIR, SKILLWING_DURABLE (1 or 0) and
-SKILLWING_VIEWER_URL.
+run those that run_options.py tells of.
 
 It runs until SIGTERM or SIGINT, or with `--parent-pipe` until its standard input ends, or until one of its nodes ends.
 Exit codes: 0 it was told to end, 69 no router answers, 70 a node crashed (the log has the traceback), 74 what it needs
@@ -32,6 +31,7 @@ from skillwing.services.errors import InvalidOptionError, PassingError, Skillwin
 from skillwing.services.options import imported
 from skillwing.services.processes.hosting import Heartbeat, Place, Tenant, give_up, live, live_together
 from skillwing.services.processes.lifetime import EXIT_CONFIGURATION, EXIT_CRASHED, EXIT_PASSING, Lifetime
+from skillwing.services.processes.run_options import run_options
 from skillwing.services.protocol import Keys
 from skillwing.services.robot import ClockKind, ProcessSpec, find_robot
 
@@ -43,15 +43,6 @@ fastest data."""
 LOG_FORMAT = "%(asctime)s.%(msecs)03d %(levelname)s %(name)s: %(message)s"
 SHARED_LOG_FORMAT = "%(asctime)s.%(msecs)03d %(levelname)s [%(threadName)s] %(name)s: %(message)s"
 """Where several nodes write into one log each line names its thread, which is called after the node."""
-RUN_OPTIONS = {
-    "seed": int,
-    "speed": float,
-    "faults": json.loads,
-    "run_dir": str,
-    "durable": int,
-    "viewer_url": str,
-}
-
 logger = logging.getLogger("skillwing.node_host")
 
 
@@ -182,20 +173,6 @@ def _resolve(options: argparse.Namespace) -> tuple[str, ClockKind, Sequence[tupl
     specs = [ProcessSpec(name, factory, _json_object(text)) for name, factory, text in named]
     alive = options.alive or [None] * len(specs)
     return options.robot, options.clock or "wall", list(zip(specs, alive, strict=True))
-
-
-def run_options(environment: os._Environ[str] | dict[str, str]) -> dict[str, Any]:
-    """The options of the run that SKILLWING_* variables give; raises InvalidOptionError for one that means nothing."""
-    found: dict[str, Any] = {}
-    for option, convert in RUN_OPTIONS.items():
-        variable = f"SKILLWING_{option.upper()}"
-        text = environment.get(variable)
-        if text:
-            try:
-                found[option] = convert(text)
-            except ValueError as error:
-                raise InvalidOptionError(option, f"{variable} is `{text}`, which cannot be read: {error}.") from error
-    return found
 
 
 def _json_object(text: str) -> dict[str, Any]:

@@ -11,9 +11,11 @@ import fcntl
 import os
 import tempfile
 import threading
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from types import MappingProxyType
+from typing import Any
 
 import msgspec
 
@@ -29,7 +31,8 @@ class RunState(msgspec.Struct, frozen=True, kw_only=True):
 
     robot: its name and namespace; endpoint: of the router; skillset: path of the `.skillset` file; clock: who tells
     robot time; pid and pid_started: of the process that runs it; run_dir: where its logs are; mock: nothing in it is
-    real; topology: how its processes meet; processes: those that were started, and what has become of them.
+    real; topology: how its processes meet; processes: those that were started, and what has become of them; briefing:
+    what missions are told of the place, by mission.
     """
 
     robot: str
@@ -42,6 +45,7 @@ class RunState(msgspec.Struct, frozen=True, kw_only=True):
     mock: bool = False
     topology: Topology = "router"
     processes: tuple[ProcessState, ...] = ()
+    briefing: dict[str, dict[str, Any]] = {}
 
 
 def runtime_dir() -> Path:
@@ -124,6 +128,7 @@ def announced(
     mock: bool = False,
     topology: Topology = "router",
     processes: Iterable[ProcessState] = (),
+    briefing: Mapping[str, dict[str, Any]] = MappingProxyType({}),
 ) -> Iterator[Announcement]:
     """Let other commands find the system that this process runs, for as long as the context lasts."""
     pid = os.getpid()
@@ -139,6 +144,7 @@ def announced(
             mock=mock,
             topology=topology,
             processes=tuple(processes),
+            briefing=dict(briefing),
         )
     )
     try:

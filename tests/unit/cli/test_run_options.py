@@ -1,0 +1,63 @@
+"""What the environment says of a run, and what missions are told because of it."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from skillwing.m600.robot import ROBOT
+from skillwing.services.client.connection import find_target
+from skillwing.services.commands.briefing import briefing
+from skillwing.services.errors import InvalidOptionError
+from skillwing.services.processes.run_options import run_options
+from skillwing.services.processes.run_state import announced
+
+ENVIRONMENT = {
+    "SKILLWING_SEED": "7",
+    "SKILLWING_WORLD": "inspection",
+    "SKILLWING_LINK": '{"shadow": true}',
+    "SKILLWING_SCENARIO": "/scenario.toml",
+    "SKILLWING_FAULTS": "",
+    "SKILLWING_CONNECT": "tcp/127.0.0.1:1",
+}
+
+
+@pytest.fixture(autouse=True)
+def own_environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for variable in [name for name in os.environ if name.startswith("SKILLWING_")]:
+        monkeypatch.delenv(variable)
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+
+
+def test_options_of_a_run_are_read_and_empty_ones_count_for_nothing() -> None:
+    expected: dict[str, Any] = {
+        "seed": 7,
+        "world": "inspection",
+        "link": {"shadow": True},
+        "scenario": "/scenario.toml",
+    }
+    assert run_options(ENVIRONMENT) == expected
+
+
+@pytest.mark.parametrize(("name", "text"), [("SEED", "one"), ("LINK", "shadow"), ("FAULTS", "[")])
+def test_an_option_that_means_nothing_is_named(name: str, text: str) -> None:
+    with pytest.raises(InvalidOptionError, match=f"SKILLWING_{name} is "):
+        run_options({f"SKILLWING_{name}": text})
+
+
+def test_a_mission_is_told_what_up_has_left_of_the_place(tmp_path: Path) -> None:
+    known = ROBOT.brief({"world": "inspection", "seed": 7})
+    with announced(ROBOT, "tcp/127.0.0.1:1", tmp_path, briefing=known):
+        told = briefing(find_target(), "inspection")
+        assert told["radius"] == known["inspection"]["radius"]
+        assert told.keys() == known["inspection"].keys()
+        assert briefing(find_target(), "another") == {}
+
+
+def test_a_mission_is_told_the_same_where_the_environment_tells_of_the_system(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, value in ENVIRONMENT.items():
+        monkeypatch.setenv(name, value)
+    assert briefing(find_target(), "inspection") == ROBOT.brief({"world": "inspection", "seed": 7})["inspection"]
