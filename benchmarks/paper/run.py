@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import shutil
 import sys
+from contextlib import closing
 from pathlib import Path
 
 from paper_flights import paper_plans
@@ -19,8 +20,9 @@ from paper_page import PICTURES, SHOWN, picture_name, write_page
 
 from skillwing.m600.campaign.command import parse_seeds
 from skillwing.m600.campaign.crew import Crew
-from skillwing.m600.campaign.ledger import Ledger
+from skillwing.m600.campaign.ledger import LEDGER_FILE, Ledger, read_results
 from skillwing.m600.campaign.plan import FlightPlan
+from skillwing.m600.campaign.result import FlightResult
 from skillwing.services.errors import InvalidOptionError
 
 ROOT = Path(__file__).parents[2]
@@ -34,30 +36,32 @@ def main() -> None:
     options.add_argument("--page", type=Path, default=ROOT / "docs" / "results.md", metavar="FILE")
     options.add_argument("--only-write", action="store_true", help="fly nothing: the page from what is there")
     chosen = options.parse_args()
-    try:
-        plans = paper_plans(parse_seeds(chosen.seeds))
-        ledger = Ledger(chosen.output, resume=True)
-    except InvalidOptionError as error:
-        sys.exit(str(error))
     if chosen.jobs < 1:
         sys.exit("No flight can be flown by so few. Give `--jobs 1` or more.")
     try:
-        if not chosen.only_write:
-            fly(plans, ledger, chosen.jobs)
+        plans = paper_plans(parse_seeds(chosen.seeds))
+        flown = known(chosen.output) if chosen.only_write else fly(plans, chosen.output, chosen.jobs)
+    except InvalidOptionError as error:
+        sys.exit(str(error))
     except KeyboardInterrupt:
         sys.exit("Called off. The same command goes on with it.")
-    finally:
-        ledger.close()
     names = {plan.name for plan in plans}
-    results = [result for result in ledger.results if result.plan.name in names]
+    results = [result for result in flown if result.plan.name in names]
     if not results:
         sys.exit("Nothing has been flown yet. Leave out `--only-write`.")
     write_page(chosen.page, results, len(plans))
-    copy_pictures(plans[0].seed, ledger.folder, chosen.page.parent / "images" / "results")
+    copy_pictures(plans[0].seed, chosen.output, chosen.page.parent / "images" / "results")
 
 
-def fly(plans: list[FlightPlan], ledger: Ledger, jobs: int) -> None:
+def known(folder: Path) -> list[FlightResult]:
+    """What has been flown so far, also while somebody is still flying."""
+    ledger = folder / LEDGER_FILE
+    return read_results(ledger) if ledger.exists() else []
+
+
+def fly(plans: list[FlightPlan], output: Path, jobs: int) -> list[FlightResult]:
     """Fly what the ledger has not. Those that the page shows are recorded, each in a folder of its own."""
+    ledger = Ledger(output, resume=True)
     flown = {result.plan.name for result in ledger.results}
     missing = [plan for plan in plans if plan.name not in flown]
 
@@ -70,12 +74,13 @@ def fly(plans: list[FlightPlan], ledger: Ledger, jobs: int) -> None:
         folder.mkdir(parents=True)
         return folder
 
-    with Crew(jobs) as crew:
+    with closing(ledger), Crew(jobs) as crew:
         for count, result in enumerate(crew.fly(missing, run_dir), start=1):
             ledger.add(result)
             end = f"{result.end}, {result.end_time:.0f} s, {', '.join(result.broken) or 'promises kept'}"
             sys.stdout.write(f"{count}/{len(missing)} {result.plan.name}: {end}\n")
             sys.stdout.flush()
+    return ledger.results
 
 
 def copy_pictures(seed: int, runs: Path, images: Path) -> None:
