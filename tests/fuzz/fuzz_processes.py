@@ -175,7 +175,7 @@ class Thrower:
         }
         if endpoint.key in servers:
             return servers[endpoint.key] in processes
-        if endpoint.key in (KEYS.mission_abort, KEYS.mocked_world):
+        if endpoint.key in (KEYS.mission_abort, KEYS.mission_pause, KEYS.mission_resume, KEYS.mocked_world):
             return False
         parts = endpoint.key.split("/")
         if "mock" in parts:
