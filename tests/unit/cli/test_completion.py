@@ -45,7 +45,7 @@ def offered(line: str, shell: str = "bash") -> set[str]:
         ("skillwing trigger axes_authority ", set[str]()),
         ("skillwing script ", SKILLS | DATA),
         ("skillwing up --mock hov", {"hover"}),
-        ("skillwing up --robot m", {"m600"}),
+        ("skillwing up --robot m", {"m600", "m600-mocks"}),
         ("skillwing campaign ma", {"mapping"}),
         ("skillwing fault l", {"lidar", "link"}),
         ("skillwing fault rotor/", {f"rotor/{number}" for number in range(1, 7)}),
