@@ -13,6 +13,7 @@ from typing import TypeAlias
 from paper_flights import POLICIES, Policy, camera_fails_at
 
 from skillwing.m600.campaign.page import machine
+from skillwing.m600.campaign.price import Price
 from skillwing.m600.campaign.result import FlightResult
 from skillwing.m600.demo.story import INSPECTION, MAPPING
 
@@ -87,6 +88,11 @@ def _metres(value: float) -> str:
     return f"{value:.2f} m"
 
 
+def _flown_unseen(price: Price) -> float | None:
+    """Share of the circle that was flown without live video."""
+    return None if price.circled is None or price.circled_live is None else price.circled - price.circled_live
+
+
 TIME = Column("robot time", lambda each: each.end_time, _seconds, _relative, relative=True)
 BATTERY = Column("of the battery", lambda each: each.price.charge, _charge, _relative, relative=True)
 COLUMNS = {
@@ -98,7 +104,7 @@ COLUMNS = {
     ),
     INSPECTION: (
         Column("circle flown", lambda each: each.price.circled, _share, _points),
-        Column("circle seen live", lambda each: each.price.circled_live, _share, _points),
+        Column("flown unseen", lambda each: _flown_unseen(each.price), _share, _points),
         Column("away without video", lambda each: each.price.unseen, _seconds, lambda value: f"{value:+.0f} s"),
         TIME,
         BATTERY,
@@ -120,15 +126,15 @@ def tables(results: Sequence[FlightResult], planned: int) -> str:
     versions = ", ".join(sorted({each.version for each in results if each.version}))
     hours = sum(each.processor_time for each in results) / 3600.0
     parts = [
-        f"{len(results)} of {planned} flights, seeds {', '.join(map(str, seeds))}, of version {versions}; {hours:.1f} "
-        f"hours of processor time. {machine()}, {datetime.now(tz=UTC):%Y-%m-%d}. Cells: median (least to most)."
+        f"{len(results)} of {planned} flights, of seed {', '.join(map(str, seeds))}, of version {versions}; "
+        f"{hours:.1f} hours of processor time. {machine()}, {datetime.now(tz=UTC):%Y-%m-%d}. Cells of several flights: "
+        "median (least to most)."
     ]
     for mission in POLICIES:
         flown = [each for each in results if each.plan.mission == mission]
         if flown:
             parts += [f"### {mission.capitalize()}", _figures(mission, flown), _price(mission, flown)]
-    if any(each.plan.mission == MAPPING for each in results):
-        parts.append(_by_seed(results))
+            parts += [_by_seed(flown)] if mission == MAPPING else []
     return "\n\n".join(parts)
 
 
@@ -176,7 +182,7 @@ def _change(column: Column, flight: FlightResult, nominal: FlightResult) -> floa
 
 def _by_seed(results: Sequence[FlightResult]) -> str:
     """How much was mapped, and what was hit, seed by seed."""
-    flights = {(each.plan.seed, each.plan.label): each for each in results if each.plan.mission == MAPPING}
+    flights = {(each.plan.seed, each.plan.label): each for each in results}
     policies = POLICIES[MAPPING]
     rows: list[list[str]] = []
     for seed in sorted({seed for seed, _ in flights}):

@@ -211,6 +211,13 @@ def test_what_was_hit_is_said() -> None:
     assert row.startswith("| none: on, blind | 1 | 0 | 1 | 1 crashed | - |")
 
 
+def test_what_was_flown_without_video_is_the_circle_that_was_not_seen() -> None:
+    price = Price(charge=10.0, circled=0.75, circled_live=0.5, unseen=4.0)
+    text = page.tables([flown("inspection", "recovery", 0, price=price)], 1)
+    row = next(line for line in text.splitlines() if line.startswith("| recovery"))
+    assert "| 75 % | 25 % | 4 s |" in row
+
+
 @pytest.mark.parametrize("mission", ["mapping", "inspection"])
 def test_without_a_nominal_flight_there_is_no_price(mission: str) -> None:
     assert "No nominal flight to compare with." in page.tables([flown(mission, "recovery", 0)], 1)
