@@ -57,7 +57,10 @@ class InspectionOtherwise(InspectionMission):
         assert isinstance(options, OtherwiseOptions), "a mission is built with options of its own"
         trees = super().build(context, options)
         if options.instead == "home":
-            _exchange(trees.root, "hover", _come_home(context, options))
+            # Another hover is that of a pause.
+            giving_up = _named(trees.root, "hover, then land")
+            assert isinstance(giving_up, Composite), "it does one thing after the other"
+            giving_up.replace_child(giving_up.children[-1], _come_home(context, options))
         else:
             stream = _named(trees.root, "stream")
             parent = _parent(stream)
@@ -84,11 +87,6 @@ def _named(root: Behaviour, name: str) -> Behaviour:
 def _parent(node: Behaviour) -> Composite:
     assert isinstance(node.parent, Composite), f"`{node.name}` is one of several"
     return node.parent
-
-
-def _exchange(root: Behaviour, name: str, new: Behaviour) -> None:
-    old = _named(root, name)
-    _parent(old).replace_child(old, new)
 
 
 MISSION = InspectionOtherwise()

@@ -16,8 +16,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
+from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.running.library import find_mission
-from skillwing.bt_missions.running.rehearsal import rehearse
+from skillwing.bt_missions.running.rehearsal import grounded_context, rehearse
 from skillwing.m600.campaign.plan import FlightPlan, planned_circle
 from skillwing.m600.campaign.price import AWAY, LIVE_FOR, Price, PriceMeter
 from skillwing.m600.campaign.result import End, FlightResult
@@ -65,6 +66,27 @@ def test_the_command_of_a_flight_is_that_very_flight() -> None:
     plan = plan_of("mapping", "none", 1)
     *_, told = shlex.split(plan.command)
     assert msgspec.json.decode(told, type=FlightPlan) == plan
+
+
+@pytest.mark.parametrize(
+    ("mission", "label", "leads", "skills"),
+    [
+        ("mapping", "abort", "home at once", ["return_home"]),
+        ("mapping", "none", "fly on", ["goto_straight", "return_home"]),
+        ("inspection", "abort", "hover, then land", ["lidar_depthmap", "return_home"]),
+        ("inspection", "none", "nobody watches", ["stream"]),
+    ],
+)
+def test_each_other_answer_is_flown_where_the_library_has_its_own(
+    mission: str, label: str, leads: str, skills: list[str]
+) -> None:
+    plan, skillset = plan_of(mission, label, 0), ROBOT.load_skillset()
+    found = find_mission(plan.flown_as)
+    trees, misfits = found.draft(grounded_context(skillset), found.read_options(plan.mission_options()))
+    assert misfits == []
+    (branch,) = (node for node in trees.root.iterate() if node.name == leads)
+    assert [leaf.skill for leaf in branch.iterate() if isinstance(leaf, SkillAction)] == skills
+    assert not any(node.name == "LiDAR branch" for node in trees.root.iterate())
 
 
 @pytest.mark.parametrize("mission", ["mapping", "inspection"])
