@@ -22,6 +22,8 @@ ROOT = Path(__file__).parents[2]
 ENDPOINT = "tcp/127.0.0.1:7447"
 IMAGE = "skillwing-manager"
 UP_WITHIN = 120.0
+READY = {"flight_status": "ON_GROUND", "homepoint_status": "VALID", "battery_status": "NORMAL"}
+"""What the mocked world brings about, which comes up among the others."""
 
 
 def works(*command: str) -> bool:
@@ -69,7 +71,9 @@ def test_mocks_in_containers_take_a_goal_through_the_published_port(mocks: None)
         wanted = {keys.alive(spec.name) for spec in ROBOT.managers()}
         assert keys.alive(RESOURCE_MANAGER) in wanted
         assert connection.bus.run_until(lambda: wanted <= alive, UP_WITHIN), wanted - alive
-        goal = connection.make_interface("test").start("takeoff", {"height": 5.0, "speed": 1.0})
+        interface = connection.make_interface("test")
+        assert connection.bus.run_until(lambda: READY.items() <= interface.states.items(), UP_WITHIN), interface.states
+        goal = interface.start("takeoff", {"height": 5.0, "speed": 1.0})
         assert connection.bus.run_until(lambda: goal.terminal is not None, UP_WITHIN)
         assert goal.terminal is not None
-        assert goal.terminal.label == "S_AT_ALTITUDE"
+        assert goal.terminal.label == "S_AT_ALTITUDE", goal.terminal
