@@ -16,7 +16,6 @@ from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Answered, Bus, Refused, Unanswered
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.protocol import (
-    Attached,
     AttachManager,
     BeginGoal,
     Ended,
@@ -219,8 +218,6 @@ def _kind_of_reply(call: Call) -> Any:
     match call:
         case BeginGoal() | EndGoal() | RenewGoal():
             return GoalVerdict
-        case AttachManager():
-            return Attached
         case _:
             return ResourceStates
 

@@ -19,7 +19,6 @@ from skillwing.services.core.kept import Entry, GoalOver, GrantOpened, Kept, Man
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import NOTHING_KEPT, ResourceCore, Step
 from skillwing.services.protocol import (
-    Attached,
     AttachManager,
     BeginGoal,
     EndGoal,
@@ -111,9 +110,7 @@ class SequentialManager:
             self._at = state, ResourceCore(self._skillset, source="model", new_record_id=_no_id, kept=state.kept)
         return self._at[1]
 
-    def _perform(
-        self, core: ResourceCore, call: Call
-    ) -> Step[GoalVerdict] | Step[ResourceStates] | Step[Attached] | Step[None]:
+    def _perform(self, core: ResourceCore, call: Call) -> Step[GoalVerdict] | Step[ResourceStates] | Step[None]:
         match call:
             case BeginGoal():
                 step = core.begin(call, self._time_of_grant(call.goal_id))

@@ -29,7 +29,7 @@ UNIT_TESTS = (
     "tests/unit/services/test_asking.py",
     "tests/unit/services/test_data_core.py",
     "tests/unit/services/test_going_on.py",
-    "tests/unit/services/test_heirs.py",
+    "tests/unit/services/test_own_word.py",
     "tests/unit/services/test_laws.py",
     "tests/unit/services/test_leases.py",
     "tests/unit/services/test_resource_core.py",

@@ -61,7 +61,6 @@ RULES: Mapping[str, tuple[str, ...]] = {
         "gives_up_unheard",
         "Incarnations.check",
         "Incarnations.check_attached",
-        "Incarnations.is_heir",
         "Incarnations.note",
         "Incarnations._take",
         "Leases.begin",

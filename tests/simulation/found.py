@@ -177,4 +177,17 @@ FOUND: Mapping[str, Plan] = {
             Act(4.0, "skill/sense", Deed.TWIN, {"for": 5.0}),
         ),
     ),
+    "a manager that was stopped while it validated told of its successor's goal that it was busy": Plan(
+        300458,
+        "leak",
+        Weather(latency=(0.0002, 0.02), slow=0.1, slowest=3.0, loss=0.02, duplication=0.3),
+        True,
+        (
+            Act(1.4888, "operator", Deed.INTERRUPT_UNKNOWN, _goal(2, "wash")),
+            Act(1.5388, "operator", Deed.START, _goal(2, "wash") | {"valid": True}),
+            Act(3.252, "operator", Deed.START, _goal(0, "grasp") | {"valid": True}),
+            Act(3.3081, "mission", Deed.START, _goal(1, "grasp") | {"valid": False}),
+            Act(3.801, "skill/grasp", Deed.TWIN, {"for": 5.0}),
+        ),
+    ),
 }

@@ -12,7 +12,6 @@ from simulation.plan import Plan
 from skillwing.services.bus import Bus
 from skillwing.services.bus.inprocess import Utterance
 from skillwing.services.protocol import (
-    Attached,
     Ending,
     ErrorCode,
     ErrorReply,
@@ -70,7 +69,7 @@ class Witness:
         }
         for resource in skillset.resources:
             self._listeners["put", keys.resource(resource.name)] = self._on_change
-        self._listeners["reply", keys.resource_attach] = self._on_attached
+        self._listeners["reply", keys.resource_attach] = self._on_states
         for key in (keys.resource_states, keys.resource_extern):
             self._listeners["reply", key] = self._on_states
         for event in skillset.events:
@@ -161,13 +160,8 @@ class Witness:
         self.states[change.resource] = change.after
         self.revision = change.revision
 
-    def _on_attached(self, said: Utterance) -> None:
-        self._judge_states(said, decode(said.payload, Attached))
-
     def _on_states(self, said: Utterance) -> None:
-        self._judge_states(said, decode(said.payload, ResourceStates))
-
-    def _judge_states(self, said: Utterance, told: ResourceStates) -> None:
+        told = decode(said.payload, ResourceStates)
         if (told.revision, told.states) != (self.revision, self.states):
             text = f"told {told.states} of revision {told.revision}, published {self.states} of {self.revision}"
             self.note(said.t, "no transition lost", text)

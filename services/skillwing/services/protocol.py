@@ -268,12 +268,6 @@ class ResourceChange(Message, frozen=True, kw_only=True):
     cause: str | None = None
 
 
-class Attached(ResourceStates, frozen=True, kw_only=True):
-    """A manager counts as the latest of its name. `heir`: other processes of that name have been here before it."""
-
-    heir: bool
-
-
 class QueryStates(Message, frozen=True, kw_only=True):
     pass
 
@@ -301,7 +295,7 @@ class FireEvent(Message, frozen=True, kw_only=True):
 
 
 class AttachManager(Message, frozen=True, kw_only=True):
-    """A manager has started: what an earlier process of its name holds is lost. Answered by `Attached`.
+    """A manager has started: what an earlier process of its name holds is lost. Answered by `ResourceStates`.
 
     Sent again every few seconds, by which a process learns that another one has come after it (`REPLACED`).
     `incarnation` tells processes of one name apart; a manager draws it anew each time it starts. `schema` as in
@@ -348,8 +342,9 @@ class EndGoal(Message, frozen=True, kw_only=True, tag="end"):
 class RenewGoal(Message, frozen=True, kw_only=True, tag="renew"):
     """Keep a grant, and learn whether it still stands.
 
-    With token 0 it keeps nothing: an heir asks what has become of a goal that it does not know (`UNKNOWN_GOAL`:
-    nobody does). Then `manager` and `incarnation` are those of `AttachManager`.
+    With token 0 it keeps nothing: a manager asks what has become of a goal that was not granted to it, before it ends
+    that by its own word (`UNKNOWN_GOAL`: it was granted to nobody). Then `manager` and `incarnation` are those of
+    `AttachManager`.
     """
 
     goal_id: Label

@@ -72,6 +72,9 @@ class Desk:
     def answer(self, verdict: Any) -> None:
         self.take(self.core.answered(self.asked, verdict, self.now))
 
+    def granted_to_nobody(self) -> None:
+        self.answer(ErrorReply(code=ErrorCode.UNKNOWN_GOAL, message="No such goal was ever granted here."))
+
     def granted(self) -> None:
         self.answer(Granted(goal_id="g", token=TOKEN, revision=1, record="rm#1"))
 

@@ -15,8 +15,10 @@ from skillwing.services.core.skill_actions import Action, AskResources, CallHook
 from skillwing.services.core.skill_core import SILENCES_UNTIL_SETTLED, SkillCore
 from skillwing.services.ids import RecordIds
 from skillwing.services.protocol import (
+    AttachManager,
     BeginGoal,
     DataSample,
+    EndGoal,
     Ending,
     FireExtern,
     GoalStatus,
@@ -31,6 +33,7 @@ from skillwing.services.protocol import (
 
 MOVERS = ("move", "carry")
 SKILLS = (*MOVERS, "shine", "watch")
+INCARNATION = "the only one"
 RESULTS = {"move": ("DONE", "STUCK"), "carry": ("END",), "shine": ("END",), "watch": ("END",)}
 EXTERNS = tuple(
     (resource.name, edge.target) for resource in RIG.resources for edge in resource.transitions if edge.extern
@@ -47,8 +50,12 @@ class Managers(RuleBasedStateMachine):
         self.now = 0.0
         self.resources = ResourceCore(RIG, source="rm", new_record_id=RecordIds("rm"))
         self.skills = {
-            name: SkillCore(RIG, name, source=f"skill/{name}", new_record_id=RecordIds(name)) for name in SKILLS
+            name: SkillCore(RIG, name, source=f"skill/{name}", new_record_id=RecordIds(name), incarnation=INCARNATION)
+            for name in SKILLS
         }
+        for name in SKILLS:
+            attach = AttachManager(manager=f"skill/{name}", incarnation=INCARNATION, schema=RIG.schema_hash)
+            self.resources.attach_manager(attach, self.now)
         self.revision = 0
         self.questions: list[tuple[str, AskResources]] = []
         self.pushes: list[Violated | Lost] = []
@@ -88,10 +95,15 @@ class Managers(RuleBasedStateMachine):
 
     def execute(self, asked: AskResources) -> Any:
         """What the resource manager does and answers; a refusal is an answer."""
-        call = asked.call
         try:
-            step = self.resources.begin(call, self.now) if isinstance(call, BeginGoal) else None
-            return self.judge(step or self.resources.end(call, self.now))  # pyright: ignore[reportArgumentType]
+            match asked.call:
+                case BeginGoal() as call:
+                    step = self.resources.begin(call, self.now)
+                case EndGoal() as call:
+                    step = self.resources.end(call, self.now)
+                case call:
+                    step = self.resources.renew(call)
+            return self.judge(step)
         except RefusedError as refusal:
             assert self.resources.revision == self.revision, "a refusal changes nothing"
             return refusal.reply

@@ -36,9 +36,9 @@ def then(*steps: Callable[[Desk], None]) -> Callable[[Desk], None]:
 
 
 ENDINGS: list[tuple[Callable[[], Desk], Callable[[Desk], None], str]] = [
-    (Desk, lambda d: d.start(inputs={"speed": 9.0}), "NV"),
-    (Desk, then(lambda d: d.start(), lambda d: d.validated("Too windy.")), "NV"),
-    (Desk, then(lambda d: d.start(), lambda d: d.take(d.core.raised("g", "validate", "E: x", 0.0))), "ERROR"),
+    (Desk, then(lambda d: d.start(inputs={"speed": 9.0}), Desk.granted_to_nobody), "NV"),
+    (Desk, then(Desk.start, lambda d: d.validated("Too windy."), Desk.granted_to_nobody), "NV"),
+    (Desk, then(Desk.start, Desk.raised, Desk.granted_to_nobody), "ERROR"),
     (validating, lambda d: d.answer(NotReady(goal_id="g", failing={"free": "It is not."}, record="rm#1")), "NR"),
     (validating, lambda d: d.answer(VIOLATED), "RI"),
     (validating, then(Desk.violated, Desk.granted, Desk.ended), "RI"),
@@ -134,6 +134,7 @@ def test_inputs_reach_hooks_and_preconditions_with_defaults() -> None:
 def test_a_refused_input_is_named() -> None:
     desk = Desk()
     desk.start(inputs={"speed": 9.0, "lable": "x"})
+    desk.granted_to_nobody()
     assert set(desk.terminal().failing) == {"speed", "lable"}
     assert "between 0.1 and 3" in desk.terminal().reason
     assert desk.hooks == []
@@ -149,6 +150,7 @@ class Unread(dict[str, object]):
 def test_a_busy_skill_spends_no_time_on_the_inputs() -> None:
     desk = running()
     desk.start("other", inputs=Unread(speed=1.0))
+    desk.granted_to_nobody()
     assert desk.terminal("other").label == "BUSY"
 
 
@@ -164,6 +166,7 @@ def test_start_again_with_the_same_id_runs_nothing_twice() -> None:
 def test_mistake_busy_answers_the_running_goal() -> None:
     desk = running()
     desk.start("new")
+    desk.granted_to_nobody()
     assert desk.state is State.RUNNING
     assert desk.terminal("new").ending is Ending.BUSY
     assert desk.terminal("new").running_goal == "g"
@@ -177,6 +180,7 @@ def test_a_flood_of_new_callers_makes_nobody_forget_the_running_goal() -> None:
     desk = running()
     for number in range(GOALS_REMEMBERED + 10):
         desk.start(f"new{number}")
+        desk.granted_to_nobody()
     assert desk.state is State.RUNNING
     count = len(desk.actions)
     desk.start()
@@ -191,6 +195,7 @@ def test_mistake_halt_before_the_acknowledgement_orphans_the_goal() -> None:
         desk.interrupt()
     assert refusal.value.code is ErrorCode.UNKNOWN_GOAL
     desk.start()
+    desk.granted_to_nobody()
     assert desk.terminal().ending is Ending.INTERRUPTED
     assert desk.hooks == []
 
@@ -406,6 +411,7 @@ def test_memory_stays_bounded() -> None:
         with pytest.raises(RefusedError):
             desk.interrupt(f"unknown{number}")
         desk.start(f"bad{number}", inputs={"speed": 9.0})
+        desk.granted_to_nobody()
     with pytest.raises(RefusedError):
         desk.core.status("bad0")
     desk.core.status(f"bad{3 * GOALS_REMEMBERED - 1}")

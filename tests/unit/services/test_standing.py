@@ -15,11 +15,11 @@ from skillwing.services.managers.hooks import SkillHooks
 from skillwing.services.managers.resource_manager import ResourceManagerNode
 from skillwing.services.managers.skill_manager import SkillManagerNode
 from skillwing.services.managers.standing import STANDING_PERIOD, Standing
-from skillwing.services.protocol import Attached, AttachManager, ErrorCode, ErrorReply, Keys, encode
+from skillwing.services.protocol import AttachManager, ErrorCode, ErrorReply, Keys, ResourceStates, encode
 
 KEYS = Keys(RIG.name)
 THIS = AttachManager(manager="skill/watch", incarnation="this")
-TAKEN = encode(Attached(revision=0, states={}, t=0.0, heir=False))
+TAKEN = encode(ResourceStates(revision=0, states={}, t=0.0))
 SLACK = 0.01
 """Seconds that messages take."""
 
@@ -46,7 +46,7 @@ class Judge:
 
 
 def standing(network: InProcessNetwork, on_replaced: Callable[[ErrorReply], None]) -> Standing:
-    result = Standing(network.bus("skill/watch"), KEYS, THIS, on_replaced, lambda attached: None)
+    result = Standing(network.bus("skill/watch"), KEYS, THIS, on_replaced)
     result.ask()
     return result
 

@@ -58,6 +58,7 @@ def test_without_an_id_one_is_told_of_the_goal_that_runs_else_of_the_latest() ->
     with pytest.raises(RefusedError, match="`move` knows of no goal x"):
         desk.core.status("x")
     desk.start("early", inputs={"speed": 9.0})
+    desk.granted_to_nobody()
     assert desk.core.status(None).goal_id == "early"
     desk.start()
     assert (desk.core.status(None).goal_id, desk.core.status(None).state) == ("g", State.VALIDATING)

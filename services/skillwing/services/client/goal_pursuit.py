@@ -140,8 +140,8 @@ class GoalPursuit:
             return
         text = f"The manager refused to start: {answer.error.message} {answer.error.help}".strip()
         refusal = Terminal(ending=Ending.ERROR, reason=text, detected_by="client")
-        if answer.error.code is ErrorCode.INTERNAL:
-            # It may have taken the goal before it failed.
+        if answer.error.code is ErrorCode.INTERNAL or self.handle.state is not None:
+            # It may have taken the goal before it failed, or another process of its name has.
             self._ask_how_it_is(lambda told: self._answered(told) if isinstance(told, Answered) else self._end(refusal))
         else:
             self._end(refusal)

@@ -21,7 +21,6 @@ class Incarnations:
     def __init__(self, keep: Keep, kept: Iterable[ManagerNoted] = ()) -> None:
         self._keep = keep
         self._latest: Recent[str, str] = Recent(INCARNATIONS_REMEMBERED)
-        self._heirs: Recent[str, None] = Recent(INCARNATIONS_REMEMBERED)
         self._replaced: Recent[tuple[str, str], None] = Recent(INCARNATIONS_REMEMBERED)
         for noted in kept:
             self._take(noted)
@@ -39,10 +38,6 @@ class Incarnations:
             text = f"This `{manager}` has not attached to the resource manager yet."
             raise RefusedError(ErrorCode.UNAVAILABLE, text, help="Attach, then ask again.")
 
-    def is_heir(self, manager: str) -> bool:
-        """Tell whether the latest of this name has replaced another one."""
-        return manager in self._heirs
-
     def note(self, manager: str, incarnation: str) -> None:
         """Take it for the latest."""
         if self._latest.get(manager) != incarnation:
@@ -54,5 +49,4 @@ class Incarnations:
         before = self._latest.get(noted.manager)
         if before is not None:
             self._replaced[noted.manager, before] = None
-            self._heirs[noted.manager] = None
         self._latest[noted.manager] = noted.incarnation

@@ -32,7 +32,6 @@ from skillwing.services.core.resource_table import Event, ResourceTable
 from skillwing.services.core.scribe import Scribe
 from skillwing.services.core.values import fit_fields
 from skillwing.services.protocol import (
-    Attached,
     AttachManager,
     BeginGoal,
     DataSample,
@@ -221,13 +220,12 @@ class ResourceCore:
 
     # --- from skill managers -----------------------------------------------------------------------------------------
 
-    def attach_manager(self, request: AttachManager, now: float) -> Step[Attached]:
+    def attach_manager(self, request: AttachManager, now: float) -> Step[ResourceStates]:
         """A manager has started. Its predecessor is gone, however short its alive token was away."""
         self._check_schema_if_told(request.schema)
         self._incarnations.check(request.manager, request.incarnation)
         self._replace(request.manager, request.incarnation, now)
-        heir = self._incarnations.is_heir(request.manager)
-        return self._finish(Attached(revision=self.revision, states=dict(self.states), t=now, heir=heir))
+        return self._finish(self.snapshot(now))
 
     def begin(self, request: BeginGoal, now: float) -> Step[GoalVerdict]:
         """Judge the preconditions and apply the start effect. The same goal id again gets the latest verdict on it."""
@@ -292,7 +290,7 @@ class ResourceCore:
     def renew(self, request: RenewGoal) -> Step[GoalVerdict]:
         """Tell a manager whether its goal still stands: `Granted`, or what has happened to it.
 
-        Without a token it is an heir that asks, for a goal which it does not know.
+        Without a token it asks for a goal that it does not know, before it ends that by its own word.
         """
         if request.token == NO_TOKEN:
             self._incarnations.check_attached(request.manager, request.incarnation)

@@ -55,7 +55,7 @@ AS_GOOD_AS_SILENCE = (ErrorCode.UNAVAILABLE, ErrorCode.INTERNAL)
 RENEWAL_PERIOD = 0.5
 """Wall time in seconds between two renewals of a grant."""
 DOUBTS_AT_ONCE = 100
-"""Goals of which an heir asks at the same time whether a predecessor has run them."""
+"""Goals of which a manager asks at the same time whether another process of its name has run them."""
 RENEWALS_UNTIL_UNWATCHED = 20
 """Renewals in a row that stay unanswered, 10 s to 12 s of wall time, until a goal is interrupted: nobody watches its
 invariants. A resource manager that is started again is back long before that."""
@@ -65,7 +65,7 @@ class SkillCore:
     """The state of one skill's manager.
 
     source: name of the process, for grants and the timeline; incarnation: which one of that name.
-    new_record_id: gives each timeline record its id. heir: an earlier process of that name may have run goals.
+    new_record_id: gives each timeline record its id.
     """
 
     def __init__(
@@ -76,16 +76,14 @@ class SkillCore:
         source: str,
         new_record_id: Callable[[], str],
         incarnation: str = "",
-        heir: bool = False,
     ) -> None:
         self._skillset = skillset
         self.skill = skillset.skill(skill)
         self._source = source
         self._incarnation = incarnation
         self._scribe: Scribe[Action] = Scribe(source, new_record_id)
-        self.heir = heir
         self._run: GoalRun | None = None
-        # Goals that this process did not run, of which it asks whether a predecessor has.
+        # Goals that this process did not run, of which it asks whether another one of its name has.
         self._in_doubt: dict[str, GoalRun] = {}
         self._ended: Recent[str, GoalStatus] = Recent(GOALS_REMEMBERED)
         # Ids of goals whose interrupt came before their start.
@@ -344,10 +342,10 @@ class SkillCore:
         self._call(Hook.VALIDATE, run)
 
     def _conclude(self, run: GoalRun, terminal: Terminal, now: float) -> None:
-        """End a goal that was never granted here. An heir first asks what a predecessor may have made of it."""
-        if not self.heir:
-            self._finish(run, terminal, now)
-            return
+        """End a goal that was never granted here, as soon as it is certain that it was granted nowhere else.
+
+        A predecessor may have run it; so may a successor, while this process was stopped without knowing it.
+        """
         if self._run is run:
             self._run = None
         else:

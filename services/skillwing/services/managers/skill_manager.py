@@ -27,7 +27,6 @@ from skillwing.services.managers.standing import Standing
 from skillwing.services.names import BLOCKED, CLIENT, skill_process
 from skillwing.services.options import imported, required
 from skillwing.services.protocol import (
-    Attached,
     AttachManager,
     Ending,
     ErrorCode,
@@ -91,7 +90,6 @@ class SkillManagerNode:
             source=self.name,
             new_record_id=self._timeline.new_id,
             incarnation=incarnation,
-            heir=True,  # until we are told that nobody was here before us
         )
         self._alarm = Alarm(bus, lambda: self._perform(self._core.tick(bus.now())))
         self._status = bus.advertise(keys.status(skill), events=True)
@@ -105,7 +103,7 @@ class SkillManagerNode:
         serve(bus, keys.goal(skill), QueryGoal, lambda query, key: self._core.status(query.goal_id))
         # The resource manager must not take this process for a predecessor whose token was away for a moment.
         attach = AttachManager(manager=self.name, incarnation=incarnation, schema=self._skillset.schema_hash)
-        self._standing = Standing(bus, keys, attach, self._make_way, self._on_attached)
+        self._standing = Standing(bus, keys, attach, self._make_way)
         self._standing.ask()
         self._alive: Handle = bus.declare_alive(keys.alive(self.name))
 
@@ -143,9 +141,6 @@ class SkillManagerNode:
         else:
             self._perform(self._core.pushed(verdict, self._bus.now()))
             self._look_for_successor(verdict)
-
-    def _on_attached(self, attached: Attached) -> None:
-        self._core.heir = attached.heir
 
     def _make_way(self, refusal: ErrorReply) -> None:
         """Leave to the successor: nothing that we ask for is granted any more. Supervision may start us anew."""

@@ -9,13 +9,10 @@ from skillwing.services.bus import Answered, Bus, Handle, Refused
 from skillwing.services.client.asking import ask_until_answered
 from skillwing.services.errors import WrongSkillsetError
 from skillwing.services.protocol import (
-    Attached,
     AttachManager,
     ErrorCode,
     ErrorReply,
     Keys,
-    ProtocolError,
-    decode,
     encode,
 )
 
@@ -28,9 +25,8 @@ log = logging.getLogger(__name__)
 class Standing:
     """Attaches a manager to the resource manager, and asks from time to time whether another process has come after it.
 
-    on_replaced is called once, with the refusal that says so. Questions end then, or with `give_up`. on_attached gets
-    each answer that says that it counts. Where the resource manager has another version of the skillset a
-    WrongSkillsetError ends the process: nothing would be granted to it.
+    on_replaced is called once, with the refusal that says so. Questions end then, or with `give_up`. Where the resource
+    manager has another version of the skillset a WrongSkillsetError ends the process: nothing would be granted to it.
     """
 
     def __init__(
@@ -39,14 +35,12 @@ class Standing:
         keys: Keys,
         attach: AttachManager,
         on_replaced: Callable[[ErrorReply], None],
-        on_attached: Callable[[Attached], None],
     ) -> None:
         self._bus = bus
         self._key = keys.resource_attach
         self._manager = attach.manager
         self._question = encode(attach)
         self._on_replaced = on_replaced
-        self._on_attached = on_attached
         self._refused = False
         self._timer: Handle | None = None
         self._over = False
@@ -70,13 +64,9 @@ class Standing:
         if self._over:
             return
         match answer:
-            case Answered(payload):
+            case Answered():
                 self._refused = False
                 self._ask_after(STANDING_PERIOD)
-                try:
-                    self._on_attached(decode(payload, Attached))
-                except ProtocolError as error:
-                    log.warning("the resource manager's answer to %s is unreadable: %s", self._manager, error)
             case Refused(error) if error.code is ErrorCode.REPLACED:
                 self.give_up()
                 self._on_replaced(error)

@@ -323,7 +323,7 @@ CHANNELS = (
         "skill managers",
         "A manager has started; what an earlier process of its name holds is lost.",
         message=protocol.AttachManager,
-        reply=protocol.Attached,
+        reply=protocol.ResourceStates,
         refusals=(ErrorCode.SCHEMA_MISMATCH, ErrorCode.REPLACED, ErrorCode.UNAVAILABLE),
         internal=True,
     ),

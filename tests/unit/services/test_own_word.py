@@ -1,4 +1,4 @@
-"""A process that has come after another one of its name says nothing of goals that it does not know on its own."""
+"""A manager ends no goal by its own word before it knows that nobody else of its name was granted it."""
 
 from __future__ import annotations
 
@@ -27,15 +27,9 @@ UNKNOWN = ErrorReply(code=ErrorCode.UNKNOWN_GOAL, message="No goal g was ever gr
 LOST = Lost(goal_id="g", skill="move", reason="It was replaced.", t=0.0, record="rm#9", token=TOKEN)
 
 
-def heir() -> Desk:
-    desk = Desk()
-    desk.core.heir = True
-    return desk
-
-
-def busy_heir() -> Desk:
+def busy() -> Desk:
     """One that runs another goal, and is asked for a goal `g` that it does not know."""
-    desk = heir()
+    desk = Desk()
     desk.start("other")
     desk.take(desk.core.validated("other", None, 0.0))
     desk.answer(Granted(goal_id="other", token=TOKEN, revision=1, record="rm#1"))
@@ -44,7 +38,7 @@ def busy_heir() -> Desk:
 
 
 def interrupted_early() -> Desk:
-    desk = heir()
+    desk = Desk()
     with pytest.raises(RefusedError):
         desk.interrupt()
     desk.start()
@@ -52,20 +46,20 @@ def interrupted_early() -> Desk:
 
 
 def out_of_range() -> Desk:
-    desk = heir()
+    desk = Desk()
     desk.start(inputs={"speed": 99.0})
     return desk
 
 
 def not_validated() -> Desk:
-    desk = heir()
+    desk = Desk()
     desk.start()
     desk.validated("It makes no sense.")
     return desk
 
 
 def interrupted_while_validating() -> Desk:
-    desk = heir()
+    desk = Desk()
     desk.start()
     desk.interrupt()
     desk.validated()
@@ -73,14 +67,14 @@ def interrupted_while_validating() -> Desk:
 
 
 def failed_to_validate() -> Desk:
-    desk = heir()
+    desk = Desk()
     desk.start()
     desk.raised()
     return desk
 
 
 OWN_WORDS = [
-    (busy_heir, "BUSY"),
+    (busy, "BUSY"),
     (interrupted_early, "IT"),
     (out_of_range, "NV"),
     (not_validated, "NV"),
@@ -90,7 +84,7 @@ OWN_WORDS = [
 
 
 @pytest.mark.parametrize(("make", "label"), OWN_WORDS)
-def test_an_heir_asks_before_it_ends_a_goal_on_its_own(make: Any, label: str) -> None:
+def test_it_asks_before_it_ends_a_goal_by_its_own_word(make: Any, label: str) -> None:
     desk = make()
     assert [goal for goal, _ in desk.terminals] == []
     assert desk.asked.call == RenewGoal(
@@ -115,20 +109,13 @@ ANSWERS = [
 
 @pytest.mark.parametrize(("answer", "label"), ANSWERS)
 @pytest.mark.parametrize("make", [make for make, _ in OWN_WORDS])
-def test_what_a_predecessor_did_is_the_answer(make: Any, answer: Any, label: str) -> None:
+def test_what_another_one_did_is_the_answer(make: Any, answer: Any, label: str) -> None:
     desk = make()
     desk.answer(answer)
     assert desk.terminal().label == label
     desk.answer(UNKNOWN)
     assert desk.terminal().label == label
     assert "g" not in [run.goal_id for run in [desk.core.current] if run is not None]
-
-
-def test_whoever_is_the_first_of_its_name_need_not_ask() -> None:
-    desk = Desk()
-    desk.start(inputs={"speed": 99.0})
-    assert desk.terminal().label == "NV"
-    assert [action for action in desk.actions if isinstance(action, AskResources)] == []
 
 
 def test_a_goal_in_doubt_is_known_and_keeps_nobody_from_running() -> None:
@@ -144,7 +131,7 @@ def test_a_goal_in_doubt_is_known_and_keeps_nobody_from_running() -> None:
 
 
 def test_a_silent_resource_manager_is_asked_again_until_the_goal_gets_its_answer_all_the_same() -> None:
-    desk = busy_heir()
+    desk = busy()
     for silences in range(1, SILENCES_UNTIL_ERROR):
         desk.answer(None if silences % 2 else ErrorReply(code=ErrorCode.UNAVAILABLE, message="Not now."))
         assert desk.asked.silences == silences
@@ -159,7 +146,7 @@ def test_a_silent_resource_manager_is_asked_again_until_the_goal_gets_its_answer
 
 
 def test_doubts_are_bounded_and_no_goal_is_forgotten_for_that() -> None:
-    desk = busy_heir()
+    desk = busy()
     for number in range(1, DOUBTS_AT_ONCE):
         desk.start(f"g{number}")
     with pytest.raises(RefusedError) as refusal:
@@ -198,15 +185,6 @@ def refused(bench: Bench, incarnation: str) -> ErrorCode:
     return refusal.value.code
 
 
-def test_whoever_attaches_hears_whether_others_were_here_before() -> None:
-    bench = Bench()
-    assert not bench.attach("skill/move", "one").heir
-    assert not bench.attach("skill/move", "one").heir
-    assert not bench.attach("skill/watch", "two").heir
-    assert bench.attach("skill/move", "two").heir
-    assert bench.attach("skill/move", "two").heir
-
-
 def test_only_the_latest_of_a_name_hears_what_became_of_a_goal(bench: Bench) -> None:
     bench.attach("skill/move", "one")
     bench.begin("move", "g", incarnation="one")
@@ -216,7 +194,7 @@ def test_only_the_latest_of_a_name_hears_what_became_of_a_goal(bench: Bench) -> 
     assert refused(bench, "two") is ErrorCode.STALE_TOKEN, "it was lost when another process attached"
 
 
-def test_an_heir_hears_how_a_goal_ended_and_that_one_never_was(bench: Bench) -> None:
+def test_a_successor_hears_how_a_goal_ended_and_that_one_never_was(bench: Bench) -> None:
     bench.attach("skill/move", "one")
     assert refused(bench, "one") is ErrorCode.UNKNOWN_GOAL
     token = begun(bench)
