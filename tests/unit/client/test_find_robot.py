@@ -90,7 +90,7 @@ def test_a_folder_that_cannot_be_imported_says_so(folder: Path) -> None:
 
 
 def test_what_is_no_robot_at_all() -> None:
-    with pytest.raises(UnknownNameError, match=r"`m600`. The folder of a robot package may be named, too: `./m60`\."):
+    with pytest.raises(UnknownNameError, match=r"did you mean `m600`\?.* The folder of a robot package may be named, too: `./m60`\."):
         find_robot("m60")
     with pytest.raises(InvalidOptionError, match="no folder"):
         find_robot("robots/nowhere")
