@@ -16,6 +16,8 @@ from skillwing.sim_mujoco import topics
 
 ONLY_OBSERVED = {
     KEYS.alive("x"): "a liveliness token has no payload",
+    KEYS.candidate("x"): "a liveliness token, too",
+    KEYS.judge("x"): "a liveliness token, too",
     topics.IMU: "nobody reads it yet",
     topics.SLAM_ODOMETRY: "the map is made where the odometry is",
     topics.GNSS: "read where it is made, and by whoever looks on",

@@ -21,7 +21,16 @@ from skillwing.services.core.skill_core import SkillCore
 from skillwing.services.managers.data_manager import DataManagerNode
 from skillwing.services.managers.resource_manager import ResourceManagerNode
 from skillwing.services.mocking.system import make_mock_skill
-from skillwing.services.protocol import BeginGoal, InterruptGoal, StartGoal
+from skillwing.services.protocol import (
+    AttachManager,
+    BeginGoal,
+    EndGoal,
+    ErrorReply,
+    GoalVerdict,
+    InterruptGoal,
+    RenewGoal,
+    StartGoal,
+)
 
 GOALS = int(os.environ.get("SOAK_GOALS", "4000"))
 """For the cores; whole managers get a tenth, but at least what makes them forget something."""
@@ -48,7 +57,11 @@ class Goals:
     def __init__(self) -> None:
         records = count()
         self.resources = ResourceCore(SKILLSET, source="rm", new_record_id=lambda: f"r{next(records)}")
-        self.skill = SkillCore(SKILLSET, "pack", source="skill/pack", new_record_id=lambda: f"s{next(records)}")
+        self.skill = SkillCore(
+            SKILLSET, "pack", source="skill/pack", new_record_id=lambda: f"s{next(records)}", incarnation="one"
+        )
+        attach = AttachManager(manager="skill/pack", incarnation="one", schema=SKILLSET.schema_hash)
+        self.resources.attach_manager(attach, 0.0)
         self.number = 0
 
     def run(self, goals: int) -> None:
@@ -76,11 +89,21 @@ class Goals:
                 case CallHook(hook=Hook.DISPATCH, goal_id=goal_id):
                     self._perform(self.skill.dispatched(goal_id, now), now)
                 case AskResources(call=call):
-                    resources = self.resources
-                    step = resources.begin(call, now) if isinstance(call, BeginGoal) else resources.end(call, now)
-                    self._perform(self.skill.answered(action, step.reply, now), now)
+                    self._perform(self.skill.answered(action, self._judged(call, now), now), now)
                 case _:
                     pass
+
+    def _judged(self, call: BeginGoal | EndGoal | RenewGoal, now: float) -> GoalVerdict | ErrorReply:
+        try:
+            match call:
+                case BeginGoal():
+                    return self.resources.begin(call, now).reply
+                case EndGoal():
+                    return self.resources.end(call, now).reply
+                case RenewGoal():
+                    return self.resources.renew(call).reply
+        except RefusedError as refusal:
+            return refusal.reply
 
 
 def test_a_memory_that_grows_is_noticed() -> None:

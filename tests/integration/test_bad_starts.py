@@ -96,7 +96,8 @@ TOO_MUCH: list[dict[str, object]] = [
 @pytest.mark.parametrize("inputs", TOO_MUCH, ids=["many names", "a long name", "a wrong list", "a list that grows"])
 def test_a_start_that_is_too_much_is_not_validated_and_in_nobodys_way(inputs: dict[str, object]) -> None:
     line = Line()
-    refused = line.start("bad", **inputs)
+    line.start("bad", **inputs)
+    refused = line.status("bad")
     assert refused.terminal is not None
     assert refused.terminal.label == "NV"
     assert refused.terminal.reason

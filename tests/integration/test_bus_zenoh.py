@@ -67,6 +67,12 @@ class Network:
                 bus.run_until(done, 0.001)
         return done()
 
+    def wait_for_answer(self, asker: ZenohBus, key: str) -> None:
+        """Ask until somebody answers: what was declared just now may not be known everywhere yet."""
+        deadline = time.monotonic() + PATIENCE
+        while not self.answers(asker, key):
+            assert time.monotonic() < deadline, f"nobody answers on {key}"
+
     def answers(self, asker: ZenohBus, key: str) -> bool:
         """Ask, and tell whether somebody has answered."""
         answers: list[Answer] = []
@@ -172,7 +178,7 @@ def test_who_asks_a_busy_node_too_much_is_told_so_and_what_others_tell_it_gets_t
     busy.subscribe("event", lambda sample: heard.append(sample.payload), events=True)
     idle.serve("y", lambda request: request.reply(b"y"))
     events = asker.advertise("event", events=True)
-    network.run_until(lambda: network.answers(asker, "x"))
+    network.wait_for_answer(asker, "x")
     taken_up.clear()
     busy.ask("y", b"", told.append, timeout=PATIENCE)
     too_many = MOST_REQUESTS + 20
