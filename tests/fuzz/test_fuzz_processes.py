@@ -9,7 +9,7 @@ from fuzz_processes import Thrower, fuzz, managers_and_guidance
 
 pytestmark = pytest.mark.slow
 ROOM = 80.0
-"""MB that a process may take for what it remembers, and for messages of up to 1 MiB that wait for it on a busy machine."""
+"""MB that a process may take for what it remembers, and for large messages that wait on a busy machine."""
 
 
 def test_processes_live_on_and_answer(tmp_path: Path) -> None:
