@@ -86,7 +86,7 @@ def test_mistake_a_manager_that_hangs_keeps_its_resources_for_ever() -> None:
     robot.bus.subscribe(KEYS.resource("hook"), lambda sample: changes.append(decode(sample.payload, ResourceChange)))
     goal = robot.start_skill("lift")
     taken_at = changes[-1].t
-    goal.assert_ended("LOST", within=20.0, detected_by="resource manager", reason="silent for")
+    goal.assert_ended("LOST", within=20.0, detected_by="resource_manager", reason="silent for")
     freed = changes[-1]
     assert freed.after == "FREE"
     assert GRANT_LEASE - RENEWAL_PERIOD <= freed.t - (taken_at + 10.0) <= GRANT_LEASE + 0.1
@@ -109,7 +109,7 @@ def test_the_first_lease_leaves_time_for_a_slow_dispatch(monkeypatch: pytest.Mon
     goal = robot.start_skill("lift")
     robot.run(CRANE.skill("lift").dispatch_timeout + DISPATCH_GRACE - 0.1)
     goal.assert_running()
-    goal.assert_ended("LOST", within=0.2, detected_by="resource manager")
+    goal.assert_ended("LOST", within=0.2, detected_by="resource_manager")
 
 
 def test_a_hook_that_blocks_its_manager_is_on_the_timeline(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -95,7 +95,7 @@ def test_a_loss_is_told_with_who_noticed_it(way: str) -> None:
     assert (terminal.ending, terminal.reason, terminal.detected_by) == (
         Ending.LOST,
         "It was silent.",
-        "resource manager",
+        "resource_manager",
     )
     assert last_record(desk).cause == "rm#9"
 
@@ -109,7 +109,7 @@ def test_a_goal_that_is_no_longer_ours_is_lost(code: ErrorCode) -> None:
     assert (terminal.ending, terminal.reason, terminal.detected_by) == (
         Ending.LOST,
         "It is another's.",
-        "resource manager",
+        "resource_manager",
     )
 
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+from skillwing.services.names import RESOURCE_MANAGER
 from skillwing.services.protocol import Ending, Lost, Terminal, Violated
-
-RESOURCE_MANAGER = "resource manager"
 
 
 def terminal_of(verdict: Violated | Lost) -> Terminal:
