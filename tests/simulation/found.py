@@ -41,6 +41,19 @@ FOUND: Mapping[str, Plan] = {
             Act(7.5144, "operator", Deed.START_AGAIN, _goal(0, "look")),
         ),
     ),
+    "an interrupt that overtook its start was answered after it, and the client took the goal for lost": Plan(
+        2619,
+        "streams",
+        Weather(latency=(0.0002, 0.2), slow=0.0, slowest=0.5, loss=0.0, duplication=0.0),
+        True,
+        (
+            Act(5.5096, "robot", Deed.PUBLISH, {"datum": "depth", "value": 3.0}),
+            Act(6.5144, "mission", Deed.START, _goal(0, "look") | {"valid": True}),
+            Act(6.5194, "mission", Deed.INTERRUPT, _goal(0, "look")),
+            Act(7.0854, "skill/look", Deed.TWIN, {"for": 0.5}),
+            Act(7.5144, "operator", Deed.START_AGAIN, _goal(0, "look")),
+        ),
+    ),
     "a manager's successor got the grant of the process before it, and ran the goal a second time": Plan(
         14260,
         "streams",

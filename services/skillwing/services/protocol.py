@@ -65,9 +65,9 @@ def encode(message: Message) -> bytes:
     return _encoded(message)
 
 
-def require_sendable(value: object) -> None:
-    """Raise `ProtocolError` if no message could hold `value`, be it alone in it."""
-    _encoded(value, limit=MAX_MESSAGE_BYTES - ROOM_FOR_THE_REST)
+def require_sendable(value: object, limit: int = MAX_MESSAGE_BYTES - ROOM_FOR_THE_REST) -> None:
+    """Raise `ProtocolError` if `value` has more than `limit` bytes; by default, if no message could hold it."""
+    _encoded(value, limit)
 
 
 def _encoded(value: object, limit: int = MAX_MESSAGE_BYTES) -> bytes:
@@ -328,6 +328,10 @@ class EndGoal(Message, frozen=True, kw_only=True, tag="end"):
 
     `token` is the grant's. A manager that never learned it sends 0 with an `error`; then `incarnation`, as in
     `BeginGoal`, tells whether the goal was granted to this very process.
+
+    A goal that was never granted to it a manager ends with `ungranted`, 0 and `terminal`, the answer that it is about
+    to give by its own word; `manager` and `incarnation` are those of `AttachManager`. What has become of the goal
+    elsewhere is answered, or an `Ended` with the same `terminal`: from then on that goal begins nowhere.
     """
 
     goal_id: Label
@@ -337,21 +341,16 @@ class EndGoal(Message, frozen=True, kw_only=True, tag="end"):
     result: Label | None = None
     cause: Label | None = None
     incarnation: Label = ""
+    manager: Label = ""
+    terminal: Terminal | None = None
 
 
 class RenewGoal(Message, frozen=True, kw_only=True, tag="renew"):
-    """Keep a grant, and learn whether it still stands.
-
-    With token 0 it keeps nothing: a manager asks what has become of a goal that was not granted to it, before it ends
-    that by its own word (`UNKNOWN_GOAL`: it was granted to nobody). Then `manager` and `incarnation` are those of
-    `AttachManager`.
-    """
+    """Keep a grant, and learn whether it still stands."""
 
     goal_id: Label
     skill: Label
     token: int
-    manager: Label = ""
-    incarnation: Label = ""
 
 
 GoalCall = BeginGoal | EndGoal | RenewGoal
@@ -407,7 +406,8 @@ class Lost(Message, frozen=True, kw_only=True, tag="lost"):
 class Ended(Message, frozen=True, kw_only=True, tag="ended"):
     """The end was applied. `held=False`: effect or postcondition did not hold, `reason` says which.
 
-    `how` and `result` repeat the `EndGoal`, for a manager that asks for a goal which its predecessor has ended.
+    `how`, `result` and `terminal` repeat the `EndGoal`, for a manager that asks for a goal which its predecessor has
+    ended.
     """
 
     goal_id: str
@@ -417,6 +417,7 @@ class Ended(Message, frozen=True, kw_only=True, tag="ended"):
     record: str
     how: str = ""
     result: str | None = None
+    terminal: Terminal | None = None
 
 
 GoalVerdict = Granted | NotReady | Violated | Lost | Ended

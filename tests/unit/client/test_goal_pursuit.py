@@ -280,6 +280,17 @@ def test_a_goal_that_nobody_knows_yet_may_still_arrive() -> None:
     assert not desk.handle.done
 
 
+@pytest.mark.parametrize("question", ["probe", "interrupt"])
+def test_a_question_that_has_overtaken_the_start_does_not_make_the_goal_lost(question: str) -> None:
+    desk = Desk()
+    desk.asked.to_interrupt.append(UNKNOWN)
+    desk.asked.to_question.extend([UNKNOWN] * (question == "probe") + [ENDED])
+    getattr(desk.pursuit, question)()
+    desk.pursuit.advance(RUNNING)
+    desk.wait()
+    assert desk.terminal.label == "S_THERE"
+
+
 def test_whoever_follows_a_goal_that_nobody_knows_is_told_so() -> None:
     desk = Desk()
     desk.asked.to_question.append(UNKNOWN)

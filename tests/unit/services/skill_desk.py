@@ -72,8 +72,24 @@ class Desk:
     def answer(self, verdict: Any) -> None:
         self.take(self.core.answered(self.asked, verdict, self.now))
 
+    @property
+    def own_word(self) -> Ended:
+        """The answer to an end by its own word that was just asked for, where nobody else has done anything."""
+        asked = self.asked.call
+        assert isinstance(asked, EndGoal)
+        assert asked.terminal is not None
+        return Ended(
+            goal_id=asked.goal_id,
+            held=False,
+            reason=asked.terminal.reason,
+            revision=1,
+            record=asked.cause or "",
+            how=asked.how,
+            terminal=asked.terminal,
+        )
+
     def granted_to_nobody(self) -> None:
-        self.answer(ErrorReply(code=ErrorCode.UNKNOWN_GOAL, message="No such goal was ever granted here."))
+        self.answer(self.own_word)
 
     def granted(self) -> None:
         self.answer(Granted(goal_id="g", token=TOKEN, revision=1, record="rm#1"))

@@ -8,22 +8,26 @@ import pytest
 from rig import Bench
 from skill_desk import REFUSED, TOKEN, VIOLATED, Desk
 
-from skillwing.services.core.grants import NO_TOKEN
+from skillwing.services.core.grants import NO_TOKEN, UNGRANTED
+from skillwing.services.core.kept import GoalOver
 from skillwing.services.core.refusal import RefusedError
+from skillwing.services.core.resource_core import LONGEST_OWN_WORD
 from skillwing.services.core.skill_actions import AskResources, Hook
 from skillwing.services.core.skill_core import DOUBTS_AT_ONCE, SILENCES_UNTIL_ERROR
 from skillwing.services.protocol import (
     Ended,
+    EndGoal,
     ErrorCode,
     ErrorReply,
     Granted,
     Lost,
     NotReady,
-    RenewGoal,
     State,
+    Terminal,
+    encode,
 )
+from skillwing.services.protocol import Ending as End
 
-UNKNOWN = ErrorReply(code=ErrorCode.UNKNOWN_GOAL, message="No goal g was ever granted here.")
 LOST = Lost(goal_id="g", skill="move", reason="It was replaced.", t=0.0, record="rm#9", token=TOKEN)
 
 
@@ -87,15 +91,22 @@ OWN_WORDS = [
 def test_it_asks_before_it_ends_a_goal_by_its_own_word(make: Any, label: str) -> None:
     desk = make()
     assert [goal for goal, _ in desk.terminals] == []
-    assert desk.asked.call == RenewGoal(
-        goal_id="g", skill="move", token=NO_TOKEN, manager="skill/move", incarnation="this"
-    )
-    desk.answer(UNKNOWN)
-    assert desk.terminal().label == label
+    asked = desk.asked.call
+    assert isinstance(asked, EndGoal) and asked.terminal is not None
+    assert (asked.goal_id, asked.skill, asked.token, asked.how) == ("g", "move", NO_TOKEN, "ungranted")
+    assert (asked.manager, asked.incarnation, asked.cause) == ("skill/move", "this", desk.core.status("g").record)
+    assert asked.terminal.label == label
+    desk.granted_to_nobody()
+    assert desk.terminal() == asked.terminal
     assert Hook.ENDED not in desk.hooks
 
 
+INTERRUPTED = Terminal(ending=End.INTERRUPTED, reason="It was interrupted before it started.")
 ANSWERS = [
+    (
+        Ended(goal_id="g", held=False, reason="", revision=2, record="m#2", how=UNGRANTED, terminal=INTERRUPTED),
+        "IT",
+    ),
     (Ended(goal_id="g", held=True, reason="", revision=2, record="rm#2", how="result", result="DONE"), "S_DONE"),
     (Ended(goal_id="g", held=True, reason="", revision=2, record="rm#2", how="interrupt"), "IT"),
     (NotReady(goal_id="g", failing={"free": "It is not."}, record="rm#1"), "NR"),
@@ -111,9 +122,10 @@ ANSWERS = [
 @pytest.mark.parametrize("make", [make for make, _ in OWN_WORDS])
 def test_what_another_one_did_is_the_answer(make: Any, answer: Any, label: str) -> None:
     desk = make()
+    late = desk.own_word
     desk.answer(answer)
     assert desk.terminal().label == label
-    desk.answer(UNKNOWN)
+    desk.answer(late)
     assert desk.terminal().label == label
     assert "g" not in [run.goal_id for run in [desk.core.current] if run is not None]
 
@@ -147,13 +159,13 @@ def test_a_silent_resource_manager_is_asked_again_until_the_goal_gets_its_answer
 
 def test_doubts_are_bounded_and_no_goal_is_forgotten_for_that() -> None:
     desk = busy()
+    first, answer = desk.asked, desk.own_word
     for number in range(1, DOUBTS_AT_ONCE):
         desk.start(f"g{number}")
     with pytest.raises(RefusedError) as refusal:
         desk.start("one too many")
     assert refusal.value.code is ErrorCode.UNAVAILABLE
-    desk.start()
-    desk.answer(UNKNOWN)
+    desk.take(desk.core.answered(first, answer, 0.0))
     desk.start("one too many")
     assert desk.core.status("one too many").state is State.VALIDATING
 
@@ -168,9 +180,18 @@ def bench() -> Bench:
     return bench
 
 
-def ask(bench: Bench, incarnation: str, goal_id: str = "g") -> Any:
-    request = RenewGoal(goal_id=goal_id, skill="move", token=NO_TOKEN, manager="skill/move", incarnation=incarnation)
-    return bench.perform(bench.core.renew(request))
+def ask(bench: Bench, incarnation: str, goal_id: str = "g", terminal: Terminal | None = INTERRUPTED) -> Any:
+    request = EndGoal(
+        goal_id=goal_id,
+        skill="move",
+        token=NO_TOKEN,
+        how=UNGRANTED,
+        cause="m#1",
+        manager="skill/move",
+        incarnation=incarnation,
+        terminal=terminal,
+    )
+    return bench.perform(bench.core.end(request, bench.now))
 
 
 def begun(bench: Bench) -> int:
@@ -185,7 +206,7 @@ def refused(bench: Bench, incarnation: str) -> ErrorCode:
     return refusal.value.code
 
 
-def test_only_the_latest_of_a_name_hears_what_became_of_a_goal(bench: Bench) -> None:
+def test_only_the_latest_of_a_name_ends_a_goal_by_its_own_word(bench: Bench) -> None:
     bench.attach("skill/move", "one")
     bench.begin("move", "g", incarnation="one")
     assert refused(bench, "two") is ErrorCode.UNAVAILABLE
@@ -194,9 +215,8 @@ def test_only_the_latest_of_a_name_hears_what_became_of_a_goal(bench: Bench) -> 
     assert refused(bench, "two") is ErrorCode.STALE_TOKEN, "it was lost when another process attached"
 
 
-def test_a_successor_hears_how_a_goal_ended_and_that_one_never_was(bench: Bench) -> None:
+def test_a_successor_hears_how_a_goal_has_ended(bench: Bench) -> None:
     bench.attach("skill/move", "one")
-    assert refused(bench, "one") is ErrorCode.UNKNOWN_GOAL
     token = begun(bench)
     ended = bench.end("move", "g", token, result="DONE")
     bench.attach("skill/move", "two")
@@ -205,7 +225,43 @@ def test_a_successor_hears_how_a_goal_ended_and_that_one_never_was(bench: Bench)
     assert len(bench.published) == before
 
 
-def test_asking_without_a_token_keeps_no_grant(bench: Bench) -> None:
+def test_a_goal_that_was_ended_by_a_managers_own_word_begins_nowhere(bench: Bench) -> None:
+    bench.attach("skill/move", "one")
+    ended = ask(bench, "one")
+    assert (ended.terminal, ended.record, ended.held) == (INTERRUPTED, "m#1", False)
+    assert bench.kept[-1:] == [GoalOver("g", "move", NO_TOKEN, ended)]
+    bench.attach("skill/move", "two")
+    states = dict(bench.core.states)
+    assert bench.begin("move", "g", incarnation="two") == ended
+    assert ask(bench, "two", terminal=Terminal(ending=End.BUSY, reason="It runs another.")) == ended
+    assert bench.core.states == states
+    assert not bench.core.grants
+
+
+def test_a_goal_that_somebody_holds_is_left_alone(bench: Bench) -> None:
     bench.attach("skill/move", "one")
     bench.begin("move", "g", incarnation="one")
     assert refused(bench, "one") is ErrorCode.STALE_TOKEN
+    assert [grant.goal_id for grant in bench.core.grants] == ["g"]
+
+
+def test_a_word_that_is_too_long_is_not_kept(bench: Bench) -> None:
+    bench.attach("skill/move", "one")
+    with pytest.raises(RefusedError) as refusal:
+        ask(bench, "one", terminal=Terminal(ending=End.ERROR, reason="a" * LONGEST_OWN_WORD))
+    assert refusal.value.code is ErrorCode.BAD_REQUEST
+    assert isinstance(ask(bench, "one"), Ended)
+
+
+def test_the_word_on_a_start_with_a_huge_name_is_short() -> None:
+    desk = Desk()
+    desk.start(inputs={"a" * 1_000_000: 1.0})
+    assert len(encode(desk.own_word)) < 5000
+
+
+def test_an_end_by_ones_own_word_needs_the_word(bench: Bench) -> None:
+    bench.attach("skill/move", "one")
+    with pytest.raises(RefusedError) as refusal:
+        ask(bench, "one", terminal=None)
+    assert refusal.value.code is ErrorCode.BAD_REQUEST
+    assert "ungranted" in refusal.value.known

@@ -83,11 +83,12 @@ class GoalPursuit:
             return
         self._interrupting, self._interrupt_cause = True, cause
         request = InterruptGoal(goal_id=self.handle.goal_id, client=self._client, cause=cause)
+        seen = self._seen
         ask_until_answered(
             self._bus,
             self._keys.interrupt(self.handle.skill),
             encode(request),
-            lambda answer: self._interrupt_answered(answer, cause),
+            lambda answer: self._interrupt_answered(answer, cause, seen=seen),
             keep_asking=self._keep_asking,
             on_silence=self._lose_to_silence,
         )
@@ -102,7 +103,8 @@ class GoalPursuit:
         if self._probing or self.handle.done:
             return
         self._probing = True
-        self._ask_how_it_is(self._probe_answered)
+        seen = self._seen
+        self._ask_how_it_is(lambda answer: self._probe_answered(answer, seen=seen))
 
     def judged(self, verdict: Violated | Lost) -> None:
         """The resource manager has ended the goal. Its manager is about to say so, if it still can."""
@@ -119,6 +121,11 @@ class GoalPursuit:
             self.interrupt(self._interrupt_cause)
         if self.handle.advance(status):
             self._on_change(self.handle)
+
+    @property
+    def _seen(self) -> bool:
+        """Whether a manager is known to have taken the goal."""
+        return self.handle.state is not None
 
     def _ask_how_it_is(self, on_answer: Callable[[Answered | Refused], None]) -> None:
         ask_until_answered(
@@ -140,32 +147,36 @@ class GoalPursuit:
             return
         text = f"The manager refused to start: {answer.error.message} {answer.error.help}".strip()
         refusal = Terminal(ending=Ending.ERROR, reason=text, detected_by="client")
-        if answer.error.code is ErrorCode.INTERNAL or self.handle.state is not None:
+        if answer.error.code is ErrorCode.INTERNAL or self._seen:
             # It may have taken the goal before it failed, or another process of its name has.
             self._ask_how_it_is(lambda told: self._answered(told) if isinstance(told, Answered) else self._end(refusal))
         else:
             self._end(refusal)
 
-    def _interrupt_answered(self, answer: Answered | Refused, cause: str | None) -> None:
+    def _interrupt_answered(self, answer: Answered | Refused, cause: str | None, *, seen: bool) -> None:
         if isinstance(answer, Refused) and answer.error.code is not ErrorCode.UNKNOWN_GOAL:
             # It was not carried out, and somebody wants the goal to end.
             self._interrupting = False
             self._bus.after(LONGEST_DELAY, lambda: self.interrupt(cause), wall=True)
         else:
-            self._answered(answer)
+            self._answered(answer, seen=seen)
             self._interrupt_heard = True
 
-    def _probe_answered(self, answer: Answered | Refused) -> None:
+    def _probe_answered(self, answer: Answered | Refused, *, seen: bool) -> None:
         self._probing = False
-        self._answered(answer)
+        self._answered(answer, seen=seen)
 
-    def _answered(self, answer: Answered | Refused) -> None:
+    def _answered(self, answer: Answered | Refused, *, seen: bool = True) -> None:
+        """Take an answer to a question that was asked when the goal had been `seen`, or had not."""
         if isinstance(answer, Answered):
             try:
                 self.advance(decode(answer.payload, GoalStatus))
             except ProtocolError as error:
                 self._end(Terminal(ending=Ending.ERROR, reason=f"The manager's answer is unreadable: {error}."))
-        elif answer.error.code is ErrorCode.UNKNOWN_GOAL and self.handle.state is not None:
+        elif answer.error.code is ErrorCode.UNKNOWN_GOAL and self._seen and not seen:
+            # The question may have overtaken the start, which has arrived since then.
+            self.probe()
+        elif answer.error.code is ErrorCode.UNKNOWN_GOAL and self._seen:
             # It knew the goal once. As long as it never answered, the start may simply not have arrived yet.
             self._lose(f"The manager of `{self.handle.skill}` was replaced and no longer knows the goal.")
         elif answer.error.code is ErrorCode.UNKNOWN_GOAL and self._has_to_exist:

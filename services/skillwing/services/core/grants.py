@@ -16,6 +16,8 @@ GOALS_REMEMBERED = 1000
 times a second, is not to push out the verdicts on others."""
 NO_TOKEN = 0
 """Sent with an end by a manager that never learned whether its goal was granted, nor with which token."""
+UNGRANTED = "ungranted"
+"""How a goal ends that a manager ends by its own word, because it never asked for it to be granted."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,6 +16,7 @@ from skillwing.dsl.model import Invariant, Skill, Skillset, UnknownNameError
 from skillwing.services.core.checks import check_goal_id, check_schema, unknown_name
 from skillwing.services.core.grants import (
     NO_TOKEN,
+    UNGRANTED,
     Grant,
     Ledger,
     check_fence,
@@ -44,16 +45,21 @@ from skillwing.services.protocol import (
     Granted,
     Lost,
     NotReady,
+    ProtocolError,
     Record,
     RecordKind,
     RenewGoal,
     ResourceStates,
+    Terminal,
     Violated,
+    require_sendable,
 )
 
 Publication: TypeAlias = Event | Record
 SAID_AGAIN = 10.0
 """Seconds before its last step for which the network may have failed to pass on what a process said."""
+LONGEST_OWN_WORD = 1 << 16
+"""Bytes of an answer that is kept for a manager; those of ours are far below that."""
 R = TypeVar("R")
 NOTHING_KEPT = Kept(resources=(), grants=(), goals=(), managers=(), data=(), last_token=NO_TOKEN, records=(), t=0.0)
 
@@ -261,6 +267,8 @@ class ResourceCore:
         """Apply the effect of an end. For a goal that is over already the reply says how it ended."""
         check_goal_id(request.goal_id)
         skill = self._skill(request.skill)
+        if request.how == UNGRANTED and request.terminal is not None:
+            return self._end_ungranted(request, request.terminal)
         effect, post = _effect_of_end(skill, request)
         known = self._ledger.verdict(request.goal_id, skill.name)
         grant = self._ledger.in_force(request.goal_id)
@@ -288,12 +296,7 @@ class ResourceCore:
         return self._finish(ended)
 
     def renew(self, request: RenewGoal) -> Step[GoalVerdict]:
-        """Tell a manager whether its goal still stands: `Granted`, or what has happened to it.
-
-        Without a token it asks for a goal that it does not know, before it ends that by its own word.
-        """
-        if request.token == NO_TOKEN:
-            self._incarnations.check_attached(request.manager, request.incarnation)
+        """Tell a manager whether its goal still stands: `Granted`, or what has happened to it."""
         verdict = self._ledger.verdict(request.goal_id, self._skill(request.skill).name)
         if verdict is None:
             raise unknown_goal(request.goal_id)
@@ -353,6 +356,31 @@ class ResourceCore:
         record = self._record(skill, "ENDED", now, request.goal_id, request.cause, text)
         ended = Ended(goal_id=request.goal_id, held=False, reason=text, revision=self.revision, record=record)
         self._ledger.remember(GoalOver(request.goal_id, skill.name, NO_TOKEN, ended))
+        return self._finish(ended)
+
+    def _end_ungranted(self, request: EndGoal, terminal: Terminal) -> Step[GoalVerdict]:
+        """A manager ends a goal by its own word, unless another process of its name has done something with it.
+
+        Kept, so that a successor which is asked for the goal gives the same answer, and does not run it.
+        """
+        self._incarnations.check_attached(request.manager, request.incarnation)
+        _check_length(terminal)
+        verdict = self._ledger.verdict(request.goal_id, request.skill)
+        grant = self._ledger.in_force(request.goal_id)
+        if grant is not None:
+            check_token(request, grant.token)
+        if verdict is not None:
+            return Step(verdict)
+        ended = Ended(
+            goal_id=request.goal_id,
+            held=False,
+            reason=terminal.reason,
+            revision=self.revision,
+            record=request.cause or "",
+            how=request.how,
+            terminal=terminal,
+        )
+        self._ledger.remember(GoalOver(request.goal_id, request.skill, NO_TOKEN, ended))
         return self._finish(ended)
 
     def _take_from_predecessor(self, grant: Grant, request: BeginGoal, now: float) -> Step[GoalVerdict]:
@@ -524,9 +552,17 @@ def _effect_of_end(skill: Skill, request: EndGoal) -> tuple[str | None, Expressi
             raise RefusedError(
                 ErrorCode.BAD_REQUEST,
                 f"A goal cannot end by `{request.how}`.",
-                help="Use `result` with the name of one, `interrupt` or `error`.",
-                known=("result", "interrupt", "error"),
+                help="Use `result` with the name of one, `interrupt`, `error`, or `ungranted` with `terminal`.",
+                known=("result", "interrupt", "error", UNGRANTED),
             )
+
+
+def _check_length(own_word: Terminal) -> None:
+    try:
+        require_sendable(own_word, LONGEST_OWN_WORD)
+    except ProtocolError as error:
+        text = f"The answer to a goal cannot be kept: {error}."
+        raise RefusedError(ErrorCode.BAD_REQUEST, text, help="Give a shorter reason.") from error
 
 
 def _lost_effect(skill: Skill) -> str | None:

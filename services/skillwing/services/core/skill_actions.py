@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import Enum, auto
 from typing import Any, TypeAlias
 
-from skillwing.services.protocol import BeginGoal, EndGoal, GoalStatus, Record, RenewGoal, State, Terminal
+from skillwing.services.protocol import BeginGoal, EndGoal, GoalStatus, Record, State, Terminal
 
 
 class Hook(Enum):
@@ -36,7 +36,7 @@ class AskResources:
     """Ask the resource manager, after a pause if it has been silent `silences` times; the answer, or None for another
     silence, goes to `SkillCore.answered`."""
 
-    call: BeginGoal | EndGoal | RenewGoal
+    call: BeginGoal | EndGoal
     silences: int = 0
 
 

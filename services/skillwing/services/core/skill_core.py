@@ -13,14 +13,14 @@ from msgspec.structs import replace
 
 from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.services.core.checks import check_goal_id, check_schema
-from skillwing.services.core.grants import NO_TOKEN
+from skillwing.services.core.grants import NO_TOKEN, UNGRANTED
 from skillwing.services.core.memory import Recent
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.scribe import Scribe
 from skillwing.services.core.skill_actions import Action, AskResources, CallHook, Ending, GoalRun, Hook
 from skillwing.services.core.values import by_path, fit_fields, sendable_text
-from skillwing.services.core.verdicts import RESOURCE_MANAGER, terminal_of
-from skillwing.services.names import CLIENT
+from skillwing.services.core.verdicts import terminal_of
+from skillwing.services.names import CLIENT, RESOURCE_MANAGER
 from skillwing.services.protocol import (
     BeginGoal,
     Ended,
@@ -262,7 +262,7 @@ class SkillCore:
         """
         if isinstance(answer, ErrorReply) and answer.code in AS_GOOD_AS_SILENCE:
             answer = None
-        if isinstance(asked.call, RenewGoal):
+        if isinstance(asked.call, EndGoal) and asked.call.how == UNGRANTED:
             self._doubt_answered(asked, answer, now)
             return self._actions()
         run = self._run_of(asked.call.goal_id)
@@ -352,14 +352,17 @@ class SkillCore:
             self._enter(run, State.VALIDATING, now, f"asked by {run.client}")
         run.own_word = terminal
         self._in_doubt[run.goal_id] = run
-        question = RenewGoal(
+        call = EndGoal(
             goal_id=run.goal_id,
             skill=self.skill.name,
             token=NO_TOKEN,
-            manager=self._source,
+            how=UNGRANTED,
+            cause=run.record,
             incarnation=self._incarnation,
+            manager=self._source,
+            terminal=terminal,
         )
-        self._scribe.add(AskResources(question))
+        self._scribe.add(AskResources(call))
 
     def _doubt_answered(self, asked: AskResources, answer: GoalVerdict | ErrorReply | None, now: float) -> None:
         run = self._in_doubt.get(asked.call.goal_id)
@@ -373,8 +376,6 @@ class SkillCore:
             case None:
                 reason = f"The resource manager does not answer. {run.own_word.reason}"
                 self._finish(run, Terminal(ending=End.ERROR, reason=reason), now)
-            case ErrorReply(code=ErrorCode.UNKNOWN_GOAL):
-                self._finish(run, run.own_word, now)
             case NotReady() | Ended():
                 self._begin_answered(run, answer, now)
             case _:
@@ -396,6 +397,10 @@ class SkillCore:
                 reason = " ".join(answer.failing.values())
                 terminal = Terminal(ending=End.NOT_READY, reason=reason, failing=tuple(answer.failing))
                 self._finish(run, terminal, now)
+            case Ended(terminal=Terminal() as own_word):
+                # Ours, or that of an earlier process of this manager.
+                run.record = answer.record
+                self._finish(run, own_word, now)
             case Ended():
                 run.record = answer.record
                 reason = f"An earlier process of this manager ended it. {answer.reason}".rstrip()

@@ -113,6 +113,8 @@ class SkillManagerNode:
         if goal is not None:
             reason = "The skill's manager was shut down."
             self._leave(goal, Terminal(ending=Ending.LOST, reason=reason, detected_by=self.name))
+        if self._core.dropped_calls:
+            log.info("%d calls came for goals that were over, and were dropped.", self._core.dropped_calls)
         self._standing.give_up()
         self._alive.cancel()
 
