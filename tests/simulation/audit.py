@@ -14,6 +14,7 @@ from simulation.world import Client, Process, World
 from skillwing.dsl.expressions import Environment, evaluate, names_used
 from skillwing.services.bus.inprocess import InProcessBus, Utterance
 from skillwing.services.client.asking import LONGEST_DELAY
+from skillwing.services.core.grants import UNGRANTED
 from skillwing.services.core.skill_actions import GoalRun
 from skillwing.services.names import RESOURCE_MANAGER
 from skillwing.services.protocol import Ending, State
@@ -22,6 +23,7 @@ SLACK = 0.05
 """Seconds of virtual time that a timer may be late: others come first at the same instant."""
 ASKED_AGAIN_WITHIN = 2.0 + LONGEST_DELAY
 """Seconds from one question to the same again: what an answer may take, and the longest pause after a silence."""
+OWN_WORD = "own word"
 MOST_SILENCES = 10
 """In a row, of the resource manager; then a goal ends without it."""
 
@@ -74,11 +76,12 @@ class Audit:
     def look_at_question(self, said: Utterance) -> None:
         """The resource manager is asked ten times at most; and for no end of an interrupted goal that still moves."""
         call: dict[str, Any] = msgspec.msgpack.decode(said.payload)
-        what, goal_id = call["type"], call["goal_id"]
+        goal_id = call["goal_id"]
+        what = OWN_WORD if call.get("how") == UNGRANTED else call["type"]
         if what == "renew":
             return
         for process in self._world.skill_managers:
-            run = process.skill_core.current
+            run = _doubts(process).get(goal_id) if what == OWN_WORD else process.skill_core.current
             if process.bus is not said.source or run is None or run.goal_id != goal_id:
                 continue
             self._look_at_patience(process, what, goal_id)
@@ -102,18 +105,22 @@ class Audit:
     def look_at_goals(self) -> None:
         """In a process that runs no goal is INTERRUPTING for longer than its timeout, or waits and asks nobody."""
         for process in self._world.skill_managers:
-            run = None if process.stopped else process.skill_core.current
+            if process.stopped:
+                continue
+            for doubt in _doubts(process).values():
+                if doubt.status is not None:
+                    self._look_at_waiting(process, doubt, doubt.status.t, OWN_WORD)
+            run = process.skill_core.current
             if run is None or run.status is None:
                 continue
             if not run.stoppable:
-                self._look_at_waiting(process, run, run.status.t)
+                self._look_at_waiting(process, run, run.status.t, "begin" if run.ending is None else "end")
             elif run.state is State.INTERRUPTING:
                 limit = max(run.status.t, process.ran_since) + process.skill_core.skill.interrupt.timeout
                 if self._world.network.now() > limit + SLACK:
                     self._note("interrupting ends", f"{run.goal_id} is INTERRUPTING since {run.status.t:.3f}")
 
-    def _look_at_waiting(self, process: Process, run: GoalRun, since: float) -> None:
-        what = "end" if run.ending is not None else "begin"
+    def _look_at_waiting(self, process: Process, run: GoalRun, since: float, what: str) -> None:
         asking = self._askings.get((process.bus, what, run.goal_id), Asking(since))
         if self._world.network.now() > max(asking.t, process.ran_since) + ASKED_AGAIN_WITHIN + SLACK:
             text = f"{process.name} asked for the {what} of {run.goal_id} at {asking.t:.3f}, and not again"
@@ -149,7 +156,7 @@ class Audit:
         world = self._world
         return (
             not world.resource_manager.resource_core.grants
-            and all(each.skill_core.current is None for each in world.skill_managers)
+            and all(each.skill_core.current is None and not _doubts(each) for each in world.skill_managers)
             and all(not each.node.interface._pursuits for each in world.clients)
         )
 
@@ -165,6 +172,8 @@ class Audit:
             run = process.skill_core.current
             if run is not None:
                 self._note("goals end", f"{run.goal_id} of {process.name} is still {run.state}")
+            for goal in _doubts(process):
+                self._note("goals end", f"{goal} of {process.name} still waits to be written down")
         for process in world.clients:
             self._look_at_client(process)
         self._look_at_hooks(at_rest=True)
@@ -218,3 +227,8 @@ class Audit:
                 if book.ended[process.number, goal] != 1:
                     times = book.ended[process.number, goal]
                     self._note("what is lost stops", f"`on_ended` of {goal} ran {times} times in {process.name}")
+
+
+def _doubts(process: Process) -> dict[str, GoalRun]:
+    """Goals that a manager is about to end by its own word, and has given no answer yet."""
+    return {goal: run for goal, run in process.skill_core._in_doubt.items() if run.state is not State.TERMINATED}

@@ -53,7 +53,8 @@ class Witness:
         self.terminals: dict[str, Terminal] = {}
         self.answers: dict[str, set[str]] = {}
         self._told: dict[tuple[Bus, str], Terminal] = {}
-        self._granted: set[str] = set()
+        # Goals in the resource manager's books: granted, or ended by their managers' own word.
+        self._known: set[str] = set()
         self._binding: dict[str, Terminal] = {}
         self._ranks: dict[tuple[Bus, str], int] = {}
         self._interrupted_early: set[tuple[Bus, str]] = set()
@@ -90,7 +91,7 @@ class Witness:
         """A resource manager without a journal was killed: its successor begins anew."""
         self.states, self.revision = dict(self._initial), 0
         self._tokens.clear()
-        self._granted.clear()
+        self._known.clear()
         self._binding.clear()
 
     def note(self, t: float, law: str, text: str) -> None:
@@ -130,14 +131,14 @@ class Witness:
             return
         self._told[said.source, goal] = terminal
         self.answers.setdefault(goal, set()).add(terminal.label)
-        # A process that has replaced another knows of its goals what the resource manager knows: those that were
-        # granted. For others it may find another answer, for whoever asks again because none has arrived.
+        # A process that has replaced another knows of its goals what the resource manager knows. For others it may
+        # find another answer, for whoever asks again because none has arrived.
         known = told or self._binding.get(goal)
         if known is not None and (known != terminal if told else known.label != terminal.label):
             text = f"{goal} ended {known.label} ({known.reason}) and {terminal.label} ({terminal.reason})"
             self.note(said.t, "one terminal answer", text)
         self.terminals[goal] = terminal
-        if goal in self._granted:
+        if goal in self._known:
             self._binding[goal] = terminal
 
     def _on_push(self, said: Utterance) -> None:
@@ -168,6 +169,8 @@ class Witness:
 
     def _on_verdict(self, said: Utterance) -> None:
         verdict: dict[str, Any] = msgspec.msgpack.decode(said.payload)
+        if verdict["type"] == "ended" and verdict["terminal"] is not None:
+            self._known.add(verdict["goal_id"])
         if verdict["type"] != "granted":
             return
         granted = msgspec.convert(verdict, Granted)
@@ -177,7 +180,7 @@ class Witness:
             self.note(said.t, "tokens grow", text)
         elif known is not None and known != granted.token:
             self.note(said.t, "tokens grow", f"{granted.goal_id} got {granted.token} and before {known}")
-        self._granted.add(granted.goal_id)
+        self._known.add(granted.goal_id)
         self._tokens[granted.goal_id] = granted.token
         self._last_token = max(self._last_token, granted.token)
 

@@ -324,14 +324,15 @@ class BeginGoal(Message, frozen=True, kw_only=True, tag="begin"):
 
 
 class EndGoal(Message, frozen=True, kw_only=True, tag="end"):
-    """End a granted goal: `how` is `result` (with its name), `interrupt` or `error`.
+    """End a goal: `how` is `result` (with its name), `interrupt`, `error` or `ungranted`.
 
     `token` is the grant's. A manager that never learned it sends 0 with an `error`; then `incarnation`, as in
     `BeginGoal`, tells whether the goal was granted to this very process.
 
-    A goal that was never granted to it a manager ends with `ungranted`, 0 and `terminal`, the answer that it is about
-    to give by its own word; `manager` and `incarnation` are those of `AttachManager`. What has become of the goal
-    elsewhere is answered, or an `Ended` with the same `terminal`: from then on that goal begins nowhere.
+    A goal that was never granted to it a manager ends with `ungranted`, token 0 and `terminal`, the answer that it is
+    about to give by its own word (`BUSY`, `NV`, `IT` or `ERROR`, without a result); `manager` and `incarnation` are those
+    of `AttachManager`. What has become of the goal elsewhere is answered, or an `Ended` with the same `terminal`: from
+    then on that goal begins nowhere.
     """
 
     goal_id: Label
@@ -404,7 +405,8 @@ class Lost(Message, frozen=True, kw_only=True, tag="lost"):
 
 
 class Ended(Message, frozen=True, kw_only=True, tag="ended"):
-    """The end was applied. `held=False`: effect or postcondition did not hold, `reason` says which.
+    """The end was applied. `held=False`: effect or postcondition did not hold, `reason` says which; or the goal was never
+    granted, so that there was nothing to apply.
 
     `how`, `result` and `terminal` repeat the `EndGoal`, for a manager that asks for a goal which its predecessor has
     ended.

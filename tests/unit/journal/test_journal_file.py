@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sqlite3
 from collections.abc import Iterator
 from contextlib import closing
@@ -190,11 +191,13 @@ def test_a_foreign_journal_is_refused(path: Path, journal: Journal, other: Ident
     assert path.read_bytes() == before
 
 
-def test_a_newer_journal_is_refused(path: Path, journal: Journal) -> None:
+@pytest.mark.parametrize(("step", "words"), [(1, "a newer Skillwing"), (-1, "an older Skillwing")])
+def test_a_journal_of_another_format_is_refused(path: Path, journal: Journal, step: int, words: str) -> None:
     journal.close()
-    with closing(sqlite3.connect(path)) as newer:
-        newer.execute(f"PRAGMA user_version = {FORMAT + 1}")
-    with pytest.raises(JournalRefusedError, match=r"by a newer Skillwing: its format is 2, this one reads 1\. Upgrade"):
+    with closing(sqlite3.connect(path)) as other:
+        other.execute(f"PRAGMA user_version = {FORMAT + step}")
+    sentence = f"by {words}: its format is {FORMAT + step}, this one reads {FORMAT}. "
+    with pytest.raises(JournalRefusedError, match=re.escape(sentence)):
         Journal(path, ME)
 
 

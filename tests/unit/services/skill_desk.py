@@ -81,7 +81,7 @@ class Desk:
         return Ended(
             goal_id=asked.goal_id,
             held=False,
-            reason=asked.terminal.reason,
+            reason="",
             revision=1,
             record=asked.cause or "",
             how=asked.how,

@@ -8,12 +8,11 @@ import pytest
 from rig import Bench
 from skill_desk import REFUSED, TOKEN, VIOLATED, Desk
 
-from skillwing.services.core.grants import NO_TOKEN, UNGRANTED
+from skillwing.services.core.grants import GOALS_REMEMBERED, LONGEST_OWN_WORD, NO_TOKEN, UNGRANTED
 from skillwing.services.core.kept import GoalOver
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.core.resource_core import LONGEST_OWN_WORD
 from skillwing.services.core.skill_actions import AskResources, Hook
-from skillwing.services.core.skill_core import DOUBTS_AT_ONCE, SILENCES_UNTIL_ERROR
+from skillwing.services.core.skill_core import DOUBTS_AT_ONCE, SILENCES_UNTIL_ERROR, SILENCES_UNTIL_SETTLED
 from skillwing.services.protocol import (
     Ended,
     EndGoal,
@@ -152,9 +151,30 @@ def test_a_silent_resource_manager_is_asked_again_until_the_goal_gets_its_answer
     terminal = desk.terminal()
     assert terminal.label == "ERROR"
     assert terminal.reason == "The resource manager does not answer. `move` is busy with goal other."
+    call = desk.asked.call
+    assert isinstance(call, EndGoal)
+    assert call.terminal == terminal, "what the client was told is what is to be written down"
+    while desk.asked.silences < SILENCES_UNTIL_SETTLED - 1:
+        before = desk.asked.silences
+        desk.answer(None)
+        assert desk.asked.silences == before + 1
     asked = len([action for action in desk.actions if isinstance(action, AskResources)])
     desk.answer(None)
     assert len([action for action in desk.actions if isinstance(action, AskResources)]) == asked
+    assert desk.terminals.count(("g", terminal)) == 1
+
+
+def test_a_word_that_is_written_down_late_changes_no_answer() -> None:
+    desk = busy()
+    for _ in range(SILENCES_UNTIL_ERROR):
+        desk.answer(None)
+    told = desk.terminal()
+    desk.granted_to_nobody()
+    assert desk.terminal() == told
+    statuses = [goal for goal, _ in desk.terminals]
+    assert statuses == ["g"]
+    desk.answer(None)
+    assert [goal for goal, _ in desk.terminals] == statuses
 
 
 def test_doubts_are_bounded_and_no_goal_is_forgotten_for_that() -> None:
@@ -180,11 +200,13 @@ def bench() -> Bench:
     return bench
 
 
-def ask(bench: Bench, incarnation: str, goal_id: str = "g", terminal: Terminal | None = INTERRUPTED) -> Any:
+def ask(
+    bench: Bench, incarnation: str, goal_id: str = "g", terminal: Terminal | None = INTERRUPTED, token: int = NO_TOKEN
+) -> Any:
     request = EndGoal(
         goal_id=goal_id,
         skill="move",
-        token=NO_TOKEN,
+        token=token,
         how=UNGRANTED,
         cause="m#1",
         manager="skill/move",
@@ -228,7 +250,7 @@ def test_a_successor_hears_how_a_goal_has_ended(bench: Bench) -> None:
 def test_a_goal_that_was_ended_by_a_managers_own_word_begins_nowhere(bench: Bench) -> None:
     bench.attach("skill/move", "one")
     ended = ask(bench, "one")
-    assert (ended.terminal, ended.record, ended.held) == (INTERRUPTED, "m#1", False)
+    assert (ended.terminal, ended.reason, ended.record, ended.held) == (INTERRUPTED, "", "m#1", False)
     assert bench.kept[-1:] == [GoalOver("g", "move", NO_TOKEN, ended)]
     bench.attach("skill/move", "two")
     states = dict(bench.core.states)
@@ -259,9 +281,35 @@ def test_the_word_on_a_start_with_a_huge_name_is_short() -> None:
     assert len(encode(desk.own_word)) < 5000
 
 
-def test_an_end_by_ones_own_word_needs_the_word(bench: Bench) -> None:
+@pytest.mark.parametrize(
+    "terminal",
+    [
+        None,
+        Terminal(ending=End.SUCCEEDED, reason="It says so.", result="DONE", success=True),
+        Terminal(ending=End.BUSY, reason="It is.", result="DONE"),
+        Terminal(ending=End.NOT_READY, reason="That is not its to judge."),
+        Terminal(ending=End.LOST, reason="Nor that."),
+    ],
+)
+def test_what_cannot_be_a_managers_own_word_is_refused(bench: Bench, terminal: Terminal | None) -> None:
     bench.attach("skill/move", "one")
     with pytest.raises(RefusedError) as refusal:
-        ask(bench, "one", terminal=None)
+        ask(bench, "one", terminal=terminal)
     assert refusal.value.code is ErrorCode.BAD_REQUEST
-    assert "ungranted" in refusal.value.known
+    assert refusal.value.known == ("BUSY", "NV", "IT", "ERROR")
+
+
+def test_an_own_word_has_no_token(bench: Bench) -> None:
+    bench.attach("skill/move", "one")
+    with pytest.raises(RefusedError) as refusal:
+        ask(bench, "one", token=1)
+    assert refusal.value.code is ErrorCode.BAD_REQUEST
+
+
+def test_refusals_push_out_no_word_that_a_goal_is_interrupted(bench: Bench) -> None:
+    bench.attach("skill/move", "one")
+    ended = ask(bench, "one")
+    for number in range(GOALS_REMEMBERED + 1):
+        ask(bench, "one", f"busy{number}", Terminal(ending=End.BUSY, reason="It runs another."))
+    assert ask(bench, "one") == ended
+    assert bench.kept[-1].goal_id != "g"  # pyright: ignore[reportAttributeAccessIssue] - a GoalOver

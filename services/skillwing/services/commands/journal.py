@@ -19,7 +19,7 @@ from skillwing.services.errors import NoSystemError
 from skillwing.services.journal.journal import look_into
 from skillwing.services.journal.schema import Identity
 from skillwing.services.names import JOURNAL_FILE
-from skillwing.services.protocol import Ended, GoalVerdict, Lost, NotReady, Record, Violated
+from skillwing.services.protocol import Ended, GoalVerdict, Lost, NotReady, Record, Terminal, Violated
 
 OUTCOMES = 10
 """Goals that are over and shown."""
@@ -123,6 +123,8 @@ def _outcome(verdict: GoalVerdict) -> str:
             return f"{invariant} violated: {reason}"
         case Lost(reason=reason):
             return f"lost: {reason}"
+        case Ended(terminal=Terminal() as own_word):
+            return f"{own_word.label}, by its manager's own word: {own_word.reason}"
         case Ended(held=False, reason=reason):
             return f"ended, but did not hold: {reason}"
         case _:

@@ -6,18 +6,31 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from skillwing.dsl.model import Skill
-from skillwing.services.core.kept import GoalOver, GrantOpened, Keep
+from skillwing.services.core.kept import GoalOver, GrantOpened, Keep, Shelf
 from skillwing.services.core.memory import Recent
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.protocol import EndGoal, ErrorCode, GoalVerdict, Granted, Lost, RenewGoal
+from skillwing.services.protocol import (
+    EndGoal,
+    Ending,
+    ErrorCode,
+    GoalVerdict,
+    Granted,
+    Lost,
+    ProtocolError,
+    RenewGoal,
+    Terminal,
+    require_sendable,
+)
 
 GOALS_REMEMBERED = 1000
-"""Of those that were granted something, and as many of those that were not: whoever is refused, and tries again many
-times a second, is not to push out the verdicts on others."""
+"""On each shelf."""
 NO_TOKEN = 0
 """Sent with an end by a manager that never learned whether its goal was granted, nor with which token."""
 UNGRANTED = "ungranted"
 """How a goal ends that a manager ends by its own word, because it never asked for it to be granted."""
+OWN_WORDS = (Ending.BUSY, Ending.NOT_VALIDATED, Ending.INTERRUPTED, Ending.ERROR)
+LONGEST_OWN_WORD = 1 << 14
+"""Bytes of an answer that is kept for a manager; those of ours are shorter."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,8 +66,7 @@ class Ledger:
     ) -> None:
         self._keep = keep
         self._grants = {grant.goal_id: grant for grant in grants}
-        self._past: Recent[str, GoalOver] = Recent(GOALS_REMEMBERED)
-        self._never_granted: Recent[str, GoalOver] = Recent(GOALS_REMEMBERED)
+        self._past: dict[Shelf, Recent[str, GoalOver]] = {shelf: Recent(GOALS_REMEMBERED) for shelf in Shelf}
         for over in past:
             self._note(over)
         self._last_token = last_token
@@ -87,13 +99,13 @@ class Ledger:
         self._keep(over)
 
     def _note(self, over: GoalOver) -> None:
-        (self._never_granted if over.token == NO_TOKEN else self._past)[over.goal_id] = over
+        self._past[over.shelf][over.goal_id] = over
 
     def in_force(self, goal_id: str) -> Grant | None:
         return self._grants.get(goal_id)
 
     def past(self, goal_id: str) -> GoalOver | None:
-        return self._past.get(goal_id) or self._never_granted.get(goal_id)
+        return next((over for shelf in self._past.values() if (over := shelf.get(goal_id))), None)
 
     def verdict(self, goal_id: str, skill: str) -> GoalVerdict | None:
         """The latest verdict on a goal; None for one never heard of.
@@ -142,6 +154,24 @@ def check_token(request: EndGoal | RenewGoal, token: int) -> None:
             f"Token {request.token} is not the one that goal {request.goal_id} was granted with.",
             help="Stop the skill.",
         )
+
+
+def own_word(request: EndGoal) -> Terminal:
+    """The answer that a manager is about to give by its own word; refuses with BAD_REQUEST what cannot be one."""
+    word = request.terminal
+    if word is None or word.ending not in OWN_WORDS or word.result is not None or request.token != NO_TOKEN:
+        raise RefusedError(
+            ErrorCode.BAD_REQUEST,
+            "A goal that was never granted ends with a `terminal`, without result and token.",
+            help=f"Let it be {', '.join(OWN_WORDS[:-1])} or {OWN_WORDS[-1]}.",
+            known=OWN_WORDS,
+        )
+    try:
+        require_sendable(word, LONGEST_OWN_WORD)
+    except ProtocolError as error:
+        text = f"The answer to the goal {request.goal_id} cannot be kept: {error}."
+        raise RefusedError(ErrorCode.BAD_REQUEST, text, help="Give a shorter reason.") from error
+    return word
 
 
 def unknown_goal(goal_id: str) -> RefusedError:

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import TypeAlias
 
-from skillwing.services.protocol import GoalVerdict, Granted, Record
+from skillwing.services.protocol import Ended, Ending, GoalVerdict, Granted, NotReady, Record, Terminal
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +35,17 @@ class GrantOpened:
     granted: Granted
 
 
+class Shelf(StrEnum):
+    """Verdicts that are remembered together: none of another kind pushes them out."""
+
+    GRANTED = "granted"
+    """On goals that held something."""
+    GIVEN_UP = "given up"
+    """On goals that were ended before they held anything, and must not begin when a request comes late."""
+    REFUSED = "refused"
+    """On goals that could not begin. Whoever is refused tries again, many times a second."""
+
+
 @dataclass(frozen=True, slots=True)
 class GoalOver:
     """A goal holds nothing any more, or never did. token: of its grant, if it had one; verdict: the last word on it."""
@@ -42,6 +54,16 @@ class GoalOver:
     skill: str
     token: int
     verdict: GoalVerdict
+
+    @property
+    def shelf(self) -> Shelf:
+        match self.verdict:
+            case _ if self.token:
+                return Shelf.GRANTED
+            case NotReady() | Ended(terminal=Terminal(ending=Ending.BUSY | Ending.NOT_VALIDATED)):
+                return Shelf.REFUSED
+            case _:
+                return Shelf.GIVEN_UP
 
 
 @dataclass(frozen=True, slots=True)

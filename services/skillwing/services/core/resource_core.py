@@ -22,6 +22,7 @@ from skillwing.services.core.grants import (
     check_fence,
     check_token,
     gives_up_unheard,
+    own_word,
     unknown_goal,
 )
 from skillwing.services.core.incarnations import Incarnations
@@ -45,21 +46,17 @@ from skillwing.services.protocol import (
     Granted,
     Lost,
     NotReady,
-    ProtocolError,
     Record,
     RecordKind,
     RenewGoal,
     ResourceStates,
     Terminal,
     Violated,
-    require_sendable,
 )
 
 Publication: TypeAlias = Event | Record
 SAID_AGAIN = 10.0
 """Seconds before its last step for which the network may have failed to pass on what a process said."""
-LONGEST_OWN_WORD = 1 << 16
-"""Bytes of an answer that is kept for a manager; those of ours are far below that."""
 R = TypeVar("R")
 NOTHING_KEPT = Kept(resources=(), grants=(), goals=(), managers=(), data=(), last_token=NO_TOKEN, records=(), t=0.0)
 
@@ -267,8 +264,8 @@ class ResourceCore:
         """Apply the effect of an end. For a goal that is over already the reply says how it ended."""
         check_goal_id(request.goal_id)
         skill = self._skill(request.skill)
-        if request.how == UNGRANTED and request.terminal is not None:
-            return self._end_ungranted(request, request.terminal)
+        if request.how == UNGRANTED:
+            return self._end_ungranted(request, own_word(request))
         effect, post = _effect_of_end(skill, request)
         known = self._ledger.verdict(request.goal_id, skill.name)
         grant = self._ledger.in_force(request.goal_id)
@@ -364,7 +361,6 @@ class ResourceCore:
         Kept, so that a successor which is asked for the goal gives the same answer, and does not run it.
         """
         self._incarnations.check_attached(request.manager, request.incarnation)
-        _check_length(terminal)
         verdict = self._ledger.verdict(request.goal_id, request.skill)
         grant = self._ledger.in_force(request.goal_id)
         if grant is not None:
@@ -374,7 +370,7 @@ class ResourceCore:
         ended = Ended(
             goal_id=request.goal_id,
             held=False,
-            reason=terminal.reason,
+            reason="",
             revision=self.revision,
             record=request.cause or "",
             how=request.how,
@@ -555,14 +551,6 @@ def _effect_of_end(skill: Skill, request: EndGoal) -> tuple[str | None, Expressi
                 help="Use `result` with the name of one, `interrupt`, `error`, or `ungranted` with `terminal`.",
                 known=("result", "interrupt", "error", UNGRANTED),
             )
-
-
-def _check_length(own_word: Terminal) -> None:
-    try:
-        require_sendable(own_word, LONGEST_OWN_WORD)
-    except ProtocolError as error:
-        text = f"The answer to a goal cannot be kept: {error}."
-        raise RefusedError(ErrorCode.BAD_REQUEST, text, help="Give a shorter reason.") from error
 
 
 def _lost_effect(skill: Skill) -> str | None:

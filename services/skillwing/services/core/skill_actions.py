@@ -75,8 +75,6 @@ class GoalRun:
     ending: Ending | None = None
     renewals_unanswered: int = 0
     """In a row."""
-    own_word: Terminal | None = None
-    """How this process ends it, should no earlier one of its name have run it."""
 
     @property
     def stoppable(self) -> bool:

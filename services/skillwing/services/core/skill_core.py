@@ -55,7 +55,7 @@ AS_GOOD_AS_SILENCE = (ErrorCode.UNAVAILABLE, ErrorCode.INTERNAL)
 RENEWAL_PERIOD = 0.5
 """Wall time in seconds between two renewals of a grant."""
 DOUBTS_AT_ONCE = 100
-"""Goals of which a manager asks at the same time whether another process of its name has run them."""
+"""Goals that a manager is about to end by its own word, or has ended so without the resource manager's knowledge."""
 RENEWALS_UNTIL_UNWATCHED = 20
 """Renewals in a row that stay unanswered, 10 s to 12 s of wall time, until a goal is interrupted: nobody watches its
 invariants. A resource manager that is started again is back long before that."""
@@ -83,7 +83,7 @@ class SkillCore:
         self._incarnation = incarnation
         self._scribe: Scribe[Action] = Scribe(source, new_record_id)
         self._run: GoalRun | None = None
-        # Goals that this process did not run, of which it asks whether another one of its name has.
+        # Goals that this process did not run, until the resource manager has taken down how it ends them.
         self._in_doubt: dict[str, GoalRun] = {}
         self._ended: Recent[str, GoalStatus] = Recent(GOALS_REMEMBERED)
         # Ids of goals whose interrupt came before their start.
@@ -350,7 +350,6 @@ class SkillCore:
             self._run = None
         else:
             self._enter(run, State.VALIDATING, now, f"asked by {run.client}")
-        run.own_word = terminal
         self._in_doubt[run.goal_id] = run
         call = EndGoal(
             goal_id=run.goal_id,
@@ -366,20 +365,32 @@ class SkillCore:
 
     def _doubt_answered(self, asked: AskResources, answer: GoalVerdict | ErrorReply | None, now: float) -> None:
         run = self._in_doubt.get(asked.call.goal_id)
-        if run is None or run.own_word is None:
+        if run is None:
             return
-        if answer is None and asked.silences + 1 < SILENCES_UNTIL_ERROR:
-            self._scribe.add(AskResources(asked.call, asked.silences + 1))
+        if answer is None:
+            self._bear_doubt(run, asked, now)
             return
         del self._in_doubt[run.goal_id]
         match answer:
-            case None:
-                reason = f"The resource manager does not answer. {run.own_word.reason}"
-                self._finish(run, Terminal(ending=End.ERROR, reason=reason), now)
+            case _ if run.state is State.TERMINATED:
+                pass
             case NotReady() | Ended():
                 self._begin_answered(run, answer, now)
             case _:
                 self._taken_away(run, answer, now)
+
+    def _bear_doubt(self, run: GoalRun, asked: AskResources, now: float) -> None:
+        """The client gets an answer after a while, and the resource manager hears of it as soon as it listens."""
+        call, silences = asked.call, asked.silences + 1
+        if silences == SILENCES_UNTIL_ERROR and isinstance(call, EndGoal) and call.terminal is not None:
+            reason = f"The resource manager does not answer. {call.terminal.reason}"
+            terminal = Terminal(ending=End.ERROR, reason=reason)
+            call = replace(call, terminal=terminal)
+            self._finish(run, terminal, now)
+        if silences < SILENCES_UNTIL_SETTLED:
+            self._scribe.add(AskResources(call, silences))
+        else:
+            del self._in_doubt[run.goal_id]
 
     def _begin_answered(self, run: GoalRun, answer: GoalVerdict | ErrorReply, now: float) -> None:
         match answer:

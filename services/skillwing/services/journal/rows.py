@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 import msgspec
 
-from skillwing.services.core.grants import GOALS_REMEMBERED, NO_TOKEN
+from skillwing.services.core.grants import GOALS_REMEMBERED
 from skillwing.services.core.incarnations import INCARNATIONS_REMEMBERED
 from skillwing.services.core.kept import (
     DatumKept,
@@ -17,6 +17,7 @@ from skillwing.services.core.kept import (
     Kept,
     ManagerNoted,
     ResourceStands,
+    Shelf,
 )
 from skillwing.services.journal.schema import Identity
 from skillwing.services.protocol import GoalVerdict, Granted, Record
@@ -26,8 +27,8 @@ HISTORY_KEPT = 5000
 TRIM_EVERY = 100
 """Goals after which the oldest ones are looked for, which takes longer than writing one down."""
 _TRIM_GOALS = """
-DELETE FROM goals WHERE (token = :no_token) = :never AND n <= (
-    SELECT n FROM goals WHERE (token = :no_token) = :never ORDER BY n DESC LIMIT 1 OFFSET :kept
+DELETE FROM goals WHERE shelf = :shelf AND n <= (
+    SELECT n FROM goals WHERE shelf = :shelf ORDER BY n DESC LIMIT 1 OFFSET :kept
 )
 """
 MANAGERS_KEPT = 2 * INCARNATIONS_REMEMBERED
@@ -48,11 +49,11 @@ def insert_entry(connection: sqlite3.Connection, entry: Entry) -> None:
             execute("UPDATE journal SET last_token = max(last_token, ?)", (granted.token,))
         case GoalOver():
             execute("DELETE FROM grants WHERE goal_id = ?", (entry.goal_id,))
-            row = (entry.goal_id, entry.skill, entry.token, _text(entry.verdict))
-            number = execute("INSERT INTO goals VALUES (NULL, ?, ?, ?, ?)", row).lastrowid or 0
+            row = (entry.goal_id, entry.skill, entry.token, entry.shelf, _text(entry.verdict))
+            number = execute("INSERT INTO goals VALUES (NULL, ?, ?, ?, ?, ?)", row).lastrowid or 0
             if number % TRIM_EVERY == 0:
-                for never_granted in (True, False):
-                    execute(_TRIM_GOALS, {"never": never_granted, "kept": GOALS_REMEMBERED, "no_token": NO_TOKEN})
+                for shelf in Shelf:
+                    execute(_TRIM_GOALS, {"shelf": shelf, "kept": GOALS_REMEMBERED})
         case ManagerNoted():
             row = (entry.manager, entry.incarnation)
             number = execute("INSERT INTO managers VALUES (NULL, ?, ?)", row).lastrowid or 0

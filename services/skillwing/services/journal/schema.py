@@ -8,8 +8,8 @@ from pathlib import Path
 
 from skillwing.services.journal.errors import JournalRefusedError
 
-FORMAT = 1
-"""Raised whenever an older process could not read what a newer one writes."""
+FORMAT = 2
+"""Raised whenever an older process could not read what a newer one writes, or the other way round."""
 APPLICATION_ID = 0x534B574A
 """`SKWJ`, by which tools know the file."""
 ELSEWHERE = "Name another file, or move this one away to start afresh."
@@ -22,7 +22,7 @@ CREATE TABLE resources (name TEXT PRIMARY KEY, state TEXT, revision INTEGER, rec
 CREATE TABLE grants (
     n INTEGER PRIMARY KEY, goal_id TEXT UNIQUE, skill TEXT, inputs TEXT, manager TEXT, incarnation TEXT, granted TEXT
 ) STRICT;
-CREATE TABLE goals (n INTEGER PRIMARY KEY, goal_id TEXT, skill TEXT, token INTEGER, verdict TEXT) STRICT;
+CREATE TABLE goals (n INTEGER PRIMARY KEY, goal_id TEXT, skill TEXT, token INTEGER, shelf TEXT, verdict TEXT) STRICT;
 CREATE TABLE managers (n INTEGER PRIMARY KEY, manager TEXT, incarnation TEXT) STRICT;
 CREATE TABLE data (name TEXT PRIMARY KEY, value TEXT, t REAL) STRICT;
 CREATE TABLE history (n INTEGER PRIMARY KEY, record TEXT) STRICT;
@@ -55,13 +55,14 @@ def create(connection: sqlite3.Connection, identity: Identity) -> None:
 
 
 def check_form(connection: sqlite3.Connection, path: Path) -> None:
-    """Raise JournalRefusedError for a file that is no journal, a damaged one, or one of a newer format."""
+    """Raise JournalRefusedError for a file that is no journal, a damaged one, or one of another format."""
     if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
         raise JournalRefusedError(path, f"{path} is no journal of a resource manager. {ELSEWHERE}")
     written = connection.execute("PRAGMA user_version").fetchone()[0]
-    if written > FORMAT:
-        text = f"The journal {path} was written by a newer Skillwing: its format is {written}, this one reads {FORMAT}."
-        raise JournalRefusedError(path, f"{text} Upgrade this one, or move the journal away to start afresh.")
+    if written != FORMAT:
+        age, remedy = ("a newer", "Upgrade this one") if written > FORMAT else ("an older", "Go on with that one")
+        text = f"The journal {path} was written by {age} Skillwing: its format is {written}, this one reads {FORMAT}."
+        raise JournalRefusedError(path, f"{text} {remedy}, or move the journal away to start afresh.")
     found = connection.execute("PRAGMA quick_check(1)").fetchone()[0]
     if found != "ok":
         raise damaged(path, found)

@@ -23,7 +23,7 @@ from skillwing.services.protocol import (
     RenewGoal,
 )
 
-FORMAT = 1
+FORMAT = 2
 """Raised whenever what is written below changes its form."""
 
 

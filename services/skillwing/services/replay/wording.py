@@ -64,6 +64,8 @@ def answer_in_words(answer: Mapping[str, Any]) -> str:
 
 
 def _way(request: EndGoal) -> str:
+    if request.terminal is not None:
+        return f"its own word, {request.terminal.label}: {request.terminal.reason}"
     return f"the result {request.result}" if request.result else request.how
 
 
@@ -75,12 +77,22 @@ def _reply(reply: Any) -> str:
             return f"not ready: {' '.join(failing.values())}"
         case {"type": "violated" | "lost" as kind, "reason": reason}:
             return f"{kind}: {reason}"
-        case {"type": "ended", "held": held, "reason": reason}:
-            return "ended" if held else f"ended, but did not hold: {reason}"
+        case {"type": "ended"}:
+            return _end(reply)
         case {"states": _, "revision": revision}:
             return f"taken, revision {revision}"
         case _:
             return "taken"
+
+
+def _end(reply: Mapping[str, Any]) -> str:
+    match reply:
+        case {"terminal": {"ending": ending, "reason": reason}}:
+            return f"{ending}, by the manager's own word: {reason}"
+        case {"held": False, "reason": reason}:
+            return f"ended, but did not hold: {reason}"
+        case _:
+            return "ended"
 
 
 def _changes(said: list[dict[str, Any]]) -> Iterator[str]:
