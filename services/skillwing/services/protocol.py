@@ -330,9 +330,9 @@ class EndGoal(Message, frozen=True, kw_only=True, tag="end"):
     `BeginGoal`, tells whether the goal was granted to this very process.
 
     A goal that was never granted to it a manager ends with `ungranted`, token 0 and `terminal`, the answer that it is
-    about to give by its own word (`BUSY`, `NV`, `IT` or `ERROR`, without a result); `manager` and `incarnation` are those
-    of `AttachManager`. What has become of the goal elsewhere is answered, or an `Ended` with the same `terminal`: from
-    then on that goal begins nowhere.
+    about to give by its own word (`BUSY`, `NV`, `IT` or `ERROR`, without a result); `manager` and `incarnation` are
+    those of `AttachManager`. What has become of the goal elsewhere is answered, or an `Ended` with the same `terminal`:
+    from then on that goal begins nowhere.
     """
 
     goal_id: Label
@@ -405,8 +405,8 @@ class Lost(Message, frozen=True, kw_only=True, tag="lost"):
 
 
 class Ended(Message, frozen=True, kw_only=True, tag="ended"):
-    """The end was applied. `held=False`: effect or postcondition did not hold, `reason` says which; or the goal was never
-    granted, so that there was nothing to apply.
+    """The end was applied. `held=False`: effect or postcondition did not hold, `reason` says which. Nor is it where the goal
+    was never granted: there was nothing to apply.
 
     `how`, `result` and `terminal` repeat the `EndGoal`, for a manager that asks for a goal which its predecessor has
     ended.
