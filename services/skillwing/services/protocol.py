@@ -405,8 +405,8 @@ class Lost(Message, frozen=True, kw_only=True, tag="lost"):
 
 
 class Ended(Message, frozen=True, kw_only=True, tag="ended"):
-    """The end was applied. `held=False`: effect or postcondition did not hold, `reason` says which. Nor is it where the goal
-    was never granted: there was nothing to apply.
+    """The end was applied. `held=False`: effect or postcondition did not hold, `reason` says which. Nor is it where
+    the goal was never granted: there was nothing to apply.
 
     `how`, `result` and `terminal` repeat the `EndGoal`, for a manager that asks for a goal which its predecessor has
     ended.
