@@ -68,7 +68,7 @@ def observers(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
     """The recorder, for a run that leaves something behind.
 
     options: `run_dir`, where to write; `viewer_url` of a Rerun viewer or server to show the run in as well, or `viewer`
-    for another way of showing it (`spawn`, `serve`).
+    for another way of showing it (`spawn`, `serve`); `world` and `seed`, which the overview shows.
     """
     if options.get("run_dir") is None:
         return ()
@@ -76,6 +76,7 @@ def observers(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
         "run_dir": str(options["run_dir"]),
         "skillset": str(SKILLSET),
         "scene": "skillwing.m600.dashboard.scene:make_scene",
+        "scene_options": _site(options),
         "collectors": ["skillwing.m600.judge.flight_log:make_flight_log"],
     }
     if options.get("viewer_url") is not None:

@@ -165,7 +165,29 @@ def test_what_the_ground_sees_is_shown(recording: Path) -> None:
     pictures = rows(recording, "/video/ground", "EncodedImage:blob")
     assert len(pictures) >= 9
     assert {row[1][0] for row in rows(recording, "/plots/link/bandwidth", "Scalars:scalars")} == {2.0}
-    assert {row[1][0] for row in rows(recording, "/plots/link/quality", "Scalars:scalars")} == {0.9}
+    assert {row[1][0] for row in rows(recording, "/plots/video/fps", "Scalars:scalars")} == {15.0}
+    assert {row[1][0] for row in rows(recording, "/plots/video/quality", "Scalars:scalars")} == {90.0}
+
+
+def test_the_first_picture_on_the_ground_brings_the_video_forward_once(recording: Path) -> None:
+    reader = RrdReader(str(recording))
+    names: dict[str, str] = {}
+    fronts: list[set[str]] = []
+    for sent in reader.blueprints():
+        tabs: set[str] = set()
+        for chunk in reader.stream(store=sent).to_chunks():
+            batch = chunk.to_record_batch()
+            for column in batch.schema.names:
+                if column.endswith("ViewBlueprint:display_name"):
+                    names[chunk.entity_path.removeprefix("/")] = batch.column(column)[0].as_py()[0]
+                elif column.endswith("ContainerBlueprint:active_tab"):
+                    tabs.add(batch.column(column)[0].as_py()[0])
+        fronts.append(tabs)
+    shown = {frozenset(names[path] for path in tabs) for tabs in fronts}
+    assert shown == {
+        frozenset({"Depth camera", "Mapped [m²]", "Battery [%]"}),
+        frozenset({"Video on the ground", "Link [Mbit/s]", "Video [FPS, SSIM %]"}),
+    }
 
 
 def test_a_failed_camera_shows_nothing(recording: Path) -> None:
@@ -180,6 +202,22 @@ def test_the_map_forgets_what_turned_out_to_be_free(recording: Path) -> None:
     eastings = sorted(round(x, 1) for x, _, _ in pieces[max(pieces)])
     assert eastings[0] == 1.0
     assert len(eastings) == int(max(pieces)) - 1
+
+
+def test_until_somebody_maps_the_world_is_what_was_seen(recording: Path) -> None:
+    seen = rows(recording, "/world/seen/000", "Points3D:positions")
+    assert all(points for t, points in seen if t < 0.9)
+    (cleared,) = rows(recording, "/world/seen", "Clear:is_recursive")
+    assert cleared == (pytest.approx(1.0), [True])
+    assert max(t for t, _ in seen) <= cleared[0]
+
+
+def test_what_was_mapped_is_counted_one_face_a_voxel(recording: Path) -> None:
+    surface = rows(recording, "/plots/mapped/surface", "Scalars:scalars")
+    voxels = {t: len(points) for t, points in rows(recording, "/world/map/000", "Points3D:positions")}
+    assert {t: value[0] for t, value in surface if t in voxels} == pytest.approx(
+        {t: count * 0.4**2 for t, count in voxels.items()}
+    )
 
 
 def test_scalars_have_a_gap_where_nothing_is_known(recording: Path) -> None:

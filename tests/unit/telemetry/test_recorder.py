@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 import rerun as rr
+from hypothesis import given
+from hypothesis import strategies as st
 from rerun.chunk import RrdReader
 from synthetic_mission import INITIAL, SKILLSET, Story, Teller, tell
 
@@ -14,6 +16,7 @@ from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import Keys
 from skillwing.services.telemetry.history import History
 from skillwing.services.telemetry.journal import TIMELINE_FILE, read_goals, read_records
+from skillwing.services.telemetry.mission_view import in_lines
 from skillwing.services.telemetry.recorder import RECORDING_FILE, Recorder
 from skillwing.services.telemetry.recorder_options import RecorderOptions
 
@@ -88,10 +91,17 @@ def test_tree_and_causes_are_in_the_recording(tmp_path: Path) -> None:
         for row in chunk.to_record_batch().column(name).to_pylist()
         for text in row
     ]
-    assert any(
-        text.startswith("SWITCH ZED branch -> LiDAR branch  <- zed_depthmap RI <- zed_status FAILED <- zed FAILED <- ")
-        for text in texts
-    )
+    (switch,) = (text for text in texts if text.startswith("SWITCH"))
+    causes = ["<- zed_depthmap RI", "<- zed_status FAILED", "<- zed FAILED", "<- zed blackout ON"]
+    assert [line.strip() for line in switch.splitlines()] == ["SWITCH ZED branch -> LiDAR branch", *causes]
+
+
+@given(st.text(st.characters(codec="ascii", exclude_categories=["Cc"]), min_size=1, max_size=300))
+def test_a_line_of_the_log_that_does_not_fit_goes_on_below(text: str) -> None:
+    first, *rest = in_lines(text, 40).split("\n")
+    assert " ".join([first, *rest]).split() == text.split()
+    assert all(len(line.strip()) <= 40 or " " not in line.strip() for line in [first, *rest])
+    assert all(line.startswith("    ") for line in rest)
 
 
 def test_a_message_that_is_none_is_left_out(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:

@@ -10,10 +10,13 @@ import math
 from collections.abc import Callable
 from typing import Any, TypeVar
 
+import msgspec
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
+from numpy.typing import NDArray
 
+from skillwing.m600.dashboard.arrangement import SERIES, Arrangement, Eye, Front, overview
 from skillwing.m600.dashboard.depth_png import depth_png
 from skillwing.m600.dashboard.geometry import DEPTH_LEVELS, DEPTH_STEP, Throttle, by_height, depth_levels, scan_points
 from skillwing.m600.dashboard.voxel_pieces import VoxelPieces
@@ -21,10 +24,11 @@ from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader, stream_reader
 from skillwing.services.protocol import Keys, Message, MissionStatus, Record, RecordKind
 from skillwing.services.telemetry import palette
-from skillwing.services.telemetry.mission_view import MissionPanels, at, trailing
-from skillwing.services.telemetry.recording import framed
+from skillwing.services.telemetry.mission_view import MissionPanels, at
 from skillwing.sim_mujoco import topics
+from skillwing.sim_mujoco.options import read_options
 from skillwing.sim_mujoco.sensors.directions import lidar_directions
+from skillwing.sim_mujoco.world.chosen import SiteOptions
 
 M = TypeVar("M", bound=Message)
 
@@ -38,31 +42,21 @@ PATH_COLOURS = {"ZED": "#ff5a4f", "LIDAR": "#4da3ff"}
 _BLIND = "#b8bec6"
 _TARGET = [255, 196, 61]
 
-_SERIES = {
-    "motion/altitude": "#3b82f6",
-    "motion/free_distance": "#e69f00",
-    "motion/speed": "#2e9e4f",
-    "battery/battery": "#c3a3e3",
-    "link/bandwidth": "#9aa4b2",
-    "link/received": "#0072b2",
-    "link/quality": "#e69f00",
-}
+SEEN_SIZE = 0.5
+"""Of the voxels that stand for the world where nobody maps it [m]."""
+STEADY = 0.3
+"""A scan of a drone that turns faster is not piled up: a tenth of a second of it is too far off [rad/s]."""
 
 
 class Dashboard:
-    """The scene of one UAV. `eye` and `look_at` place the overview [m]."""
+    """The scene of one UAV. `eye` is where the overview looks from."""
 
-    def __init__(
-        self,
-        recording: rr.RecordingStream,
-        *,
-        skillset: str = "m600",
-        eye: topics.Vector3 = (-3.0, -20.0, 25.0),
-        look_at: topics.Vector3 = (15.0, 8.0, -1.0),
-    ) -> None:
+    def __init__(self, recording: rr.RecordingStream, *, skillset: str, eye: Eye) -> None:
         self._recording = recording
         self._keys = Keys(skillset)
-        self._eye, self._look_at = eye, look_at
+        self._eye = eye
+        self._arrangement: Arrangement | None = None
+        self._front = Front.WORLD
         self._directions = lidar_directions()[::SCAN_STRIDE]
         self._pose: topics.Navigation | None = None
         self._path: list[topics.Vector3] = []
@@ -71,37 +65,30 @@ class Dashboard:
         self._target: topics.Vector3 | None = None
         self._waypoint: topics.Vector3 | None = None
         self._voxels: VoxelPieces | None = None
+        self._seen: VoxelPieces | None = VoxelPieces(SEEN_SIZE)
+        self._seen_since_drawn: set[int] = set()
         self._pinhole: tuple[int, int] | None = None
         self._pose_due, self._path_due, self._plan_due = Throttle(0.1), Throttle(0.2), Throttle(0.5)
         self._scan_due, self._depth_due, self._free_due = Throttle(0.25), Throttle(0.2), Throttle(0.2)
-        self._clearing_due, self._link_due = Throttle(5.0), Throttle(0.5)
+        self._clearing_due, self._link_due, self._seen_due = Throttle(5.0), Throttle(0.5), Throttle(1.0)
 
     # --- arrangement ---------------------------------------------------------------------------------------
 
     def blueprint(self, panels: MissionPanels) -> rrb.Blueprint:
-        scene = rrb.Spatial3DView(
-            origin="/world",
-            contents=["+ /world/**", "- /world/drone/camera/depth"],
-            name="World as mapped",
-            background=palette.NIGHT,
-            line_grid=rrb.LineGrid3D(visible=True, spacing=5.0, color=[70, 78, 90]),
-            eye_controls=rrb.EyeControls3D(position=self._eye, look_target=self._look_at, eye_up=(0, 0, 1)),
-        )
-        depth = rrb.Spatial2DView(origin="/world/drone/camera", name="Depth camera")
-        video = rrb.Spatial2DView(origin="/video", name="Video on the ground")
-        motion = _plot("motion", "Metres and metres a second", legend=True)
-        battery = _plot("battery", "Battery [%]", low=0.0, high=100.0)
-        link = _plot("link", "Link [Mbit/s], SSIM", legend=True)
-        pictures, lower = rrb.Tabs(depth, video), rrb.Tabs(battery, link)
-        seen = rrb.Vertical(pictures, motion, lower, row_shares=[5, 5, 3])
-        told = rrb.Horizontal(panels.skills, panels.resources, panels.log, column_shares=[4, 3, 4])
-        flight = rrb.Vertical(rrb.Horizontal(scene, seen, column_shares=[5, 2]), told, row_shares=[1, 1])
-        return framed(rrb.Horizontal(flight, panels.tree, column_shares=[4, 1]))
+        self._arrangement = Arrangement(panels, self._eye)
+        return self._arrangement.blueprint(self._front)
+
+    def _bring_forward(self, front: Front) -> None:
+        """Once a run: whoever has arranged the views to his taste since has to do it again."""
+        if self._arrangement is None or front is self._front:
+            return
+        self._front = front
+        self._recording.send_blueprint(self._arrangement.blueprint(front))
 
     def attach(self, bus: Bus) -> None:
         self._recording.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
         _draw_drone(self._recording)
-        for name, colour in _SERIES.items():
+        for name, colour in SERIES.items():
             label = name.rpartition("/")[2].replace("_", " ")
             lines = rr.SeriesLines(colors=[palette.rgba(colour)], names=[label], widths=[1.8])
             self._recording.log(f"plots/{name}", lines, static=True)
@@ -205,6 +192,15 @@ class Dashboard:
         points = scan_points(ranges, self._directions, header.mount, self._pose)
         at(self._recording, header.t1)
         self._recording.log("world/scan", rr.Points3D(points, colors=[[255, 255, 255]], radii=rr.Radius.ui_points(1.1)))
+        if self._seen is not None and math.hypot(*self._pose.angular_velocity) < STEADY:
+            self._pile_up(self._seen, points, header.t1)
+
+    def _pile_up(self, seen: VoxelPieces, points: NDArray[np.float32], t: float) -> None:
+        """Where nobody maps, what was seen so far stands for the world."""
+        self._seen_since_drawn |= seen.add(points)
+        if self._seen_due.due(t):
+            self._draw_voxels("seen", seen, self._seen_since_drawn)
+            self._seen_since_drawn = set()
 
     def _on_depth(self, header: topics.DepthHeader, payload: bytes) -> None:
         if not self._depth_due.due(header.t):
@@ -224,9 +220,10 @@ class Dashboard:
         self._recording.log("world/drone/camera/depth", image)
 
     def _on_video(self, header: topics.VideoShown, payload: bytes) -> None:
-        """What the ground sees, late as it is there."""
+        """What the ground sees, late as it is there. From the first picture on a flight is about its video."""
         at(self._recording, header.t)
         self._recording.log("video/ground", rr.EncodedImage(contents=payload, media_type="image/jpeg"))
+        self._bring_forward(Front.VIDEO)
 
     def _on_link(self, link: topics.LinkStatus) -> None:
         if self._link_due.due(link.t):
@@ -236,7 +233,8 @@ class Dashboard:
     def _on_video_status(self, status: topics.VideoStatus) -> None:
         at(self._recording, status.t)
         self._scalar("link/received", status.bitrate / 1e6)
-        self._scalar("link/quality", math.nan if status.quality is None else status.quality)
+        self._scalar("video/fps", status.fps)
+        self._scalar("video/quality", math.nan if status.quality is None else 100.0 * status.quality)
 
     def _on_health(self, health: topics.Health) -> None:
         """A failed camera shows nothing, instead of its last picture."""
@@ -248,40 +246,42 @@ class Dashboard:
 
     def _on_map(self, header: topics.MapHeader, payload: bytes) -> None:
         """Draw the pieces of the map that changed. A whole map comes when something turned out to be free: that is
-        worth a look every few seconds only."""
+        worth a look every few seconds only. The first map takes the place of what was only seen, for good."""
+        at(self._recording, header.t)
         centres = np.frombuffer(payload, np.float32).reshape(-1, 3)
         if self._voxels is None:
             self._voxels = VoxelPieces(header.voxel_size)
+            self._seen = None
+            self._recording.log("world/seen", rr.Clear(recursive=True))
         if header.complete and self._clearing_due.due(header.t):
             changed = self._voxels.replace(centres)
         else:
             changed = self._voxels.add(centres)
-        at(self._recording, header.t)
+        self._draw_voxels("map", self._voxels, changed)
+        self._scalar("mapped/surface", len(self._voxels) * header.voxel_size**2)
+
+    def _draw_voxels(self, entity: str, voxels: VoxelPieces, changed: set[int]) -> None:
         for number in sorted(changed):
-            piece = self._voxels.centres(number)
-            voxels = rr.Points3D(piece, colors=by_height(piece), radii=header.voxel_size * 0.5)
-            self._recording.log(f"world/map/{number:03}", voxels)
+            piece = voxels.centres(number)
+            points = rr.Points3D(piece, colors=by_height(piece), radii=voxels.size * 0.5)
+            self._recording.log(f"world/{entity}/{number:03}", points)
+
+
+class SceneOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """site: what the overview shows, the usual courtyard if nothing is said."""
+
+    skillset: str = "m600"
+    site: SiteOptions = SiteOptions()
 
 
 def make_scene(recording: rr.RecordingStream, options: dict[str, Any]) -> Dashboard:
-    """The dashboard; `options` are the keyword arguments of `Dashboard`."""
-    return Dashboard(recording, **options)
+    """The dashboard that `SceneOptions` describe. Raises OptionsError."""
+    wanted = read_options(options, SceneOptions)
+    return Dashboard(recording, skillset=wanted.skillset, eye=overview(wanted.site.site()))
 
 
 def _follow(bus: Bus, key: str, kind: type[M], show: Callable[[M], None]) -> None:
     bus.subscribe(key, message_reader(kind, show), latest_only=True)
-
-
-def _plot(
-    group: str, name: str, *, low: float | None = None, high: float | None = None, legend: bool = False
-) -> rrb.TimeSeriesView:
-    return rrb.TimeSeriesView(
-        origin=f"/plots/{group}",
-        name=name,
-        axis_x=trailing(60.0, 2.0),
-        axis_y=None if low is None or high is None else rrb.ScalarAxis(range=(low, high)),
-        plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop, visible=legend),
-    )
 
 
 def _draw_drone(recording: rr.RecordingStream) -> None:

@@ -18,7 +18,7 @@ class VoxelPieces:
     """
 
     def __init__(self, voxel_size: float, capacity: int = 500) -> None:
-        self._size = voxel_size
+        self.size = voxel_size
         self._capacity = capacity
         self._known: NDArray[np.int64] = np.empty(0, np.int64)
         self._piece_of: dict[int, int] = {}
@@ -29,7 +29,7 @@ class VoxelPieces:
         return len(self._known)
 
     def add(self, centres: NDArray[np.float32]) -> set[int]:
-        """Add voxels by their centres (n, 3), known ones or new; returns the numbers of the pieces that changed."""
+        """Add voxels by points in them (n, 3), known ones or new; returns the numbers of the pieces that changed."""
         return self._add(self._cells(centres))
 
     def replace(self, centres: NDArray[np.float32]) -> set[int]:
@@ -47,7 +47,7 @@ class VoxelPieces:
         """Voxel centres (n, 3) of one piece; n may have become 0."""
         cells = np.fromiter(self._pieces[piece], np.int64, len(self._pieces[piece]))
         indices = np.stack([cells >> 2 * _BITS, cells >> _BITS & _MASK, cells & _MASK], axis=1) - _ZERO
-        return ((indices + 0.5) * self._size).astype(np.float32)
+        return ((indices + 0.5) * self.size).astype(np.float32)
 
     def _add(self, cells: NDArray[np.int64]) -> set[int]:
         changed: set[int] = set()
@@ -63,5 +63,5 @@ class VoxelPieces:
 
     def _cells(self, centres: NDArray[np.float32]) -> NDArray[np.int64]:
         """Packed cells, sorted and each once."""
-        x, y, z = np.floor(centres / self._size).astype(np.int64).T + _ZERO
+        x, y, z = np.floor(centres / self.size).astype(np.int64).T + _ZERO
         return np.unique(x << 2 * _BITS | y << _BITS | z)

@@ -5,6 +5,7 @@ Nothing here knows the robot; its scene is a `Scene` that the recorder is given 
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -29,6 +30,9 @@ _PILL = 0.45
 """Half the height of a pill, in rows."""
 _LABEL_BELOW = 12.5
 """Rerun writes a label this many pixels below its point."""
+_LOG_WIDTH = 62
+"""Letters that fit a line of the log, which does not break lines by itself."""
+_INDENT = "    "
 _PASSING = frozenset({State.VALIDATING, State.DISPATCHING, State.INTERRUPTING, "GRANTED", "ENDED", "NOT_READY"})
 _BAD = ("FAILED", "RI", "ERROR", "LOST", "N_", "CRITICAL", "DIVERGED", "ABORTED", "VIOLATED")
 _DOUBTFUL = ("NR", "NV", "BUSY", "S_BLOCKED", "S_ABORTED")
@@ -148,7 +152,7 @@ class MissionView:
         text = f"SWITCH {record.before} -> {record.after}" if is_switch(record) else brief(record)
         chain = history.chain(record.id)[:-1]
         if chain and level != rr.TextLogLevel.INFO:
-            text += "  <- " + " <- ".join(reversed(headlines(chain)))
+            text = "\n".join([text, *(f"<- {cause}" for cause in reversed(headlines(chain)))])
         self._log(record.kind, record.t, text, level)
 
     def show_mission(self, status: MissionStatus) -> None:
@@ -160,7 +164,7 @@ class MissionView:
 
     def _log(self, source: str, t: float, text: str, level: rr.TextLogLevel) -> None:
         at(self._recording, round(t, 2))  # more digits would not fit their column
-        self._recording.log(f"log/{source}", rr.TextLog(text, level=level))
+        self._recording.log(f"log/{source}", rr.TextLog(in_lines(text), level=level))
 
     # --- tree ----------------------------------------------------------------------------------------------
 
@@ -195,6 +199,12 @@ class MissionView:
             draw_order=10.0,
         )
         self._recording.log("tree/names", names)
+
+
+def in_lines(text: str, width: int = _LOG_WIDTH) -> str:
+    """A text whose first line stands out: further lines, and what does not fit one, are indented below it."""
+    lines = [part for line in text.splitlines() for part in textwrap.wrap(line, width, break_long_words=False)]
+    return f"\n{_INDENT}".join(lines)
 
 
 def _bar_colours(skill: Skill) -> dict[str, str]:
