@@ -27,7 +27,7 @@ test: lint
 
 # Broken variants of every example file: whatever is typed, there are diagnostics and never a traceback.
 mutants: setup
-	SKILLWING_MUTANTS=10000 $(BIN)/python -m pytest tests/unit/dsl/test_mutations.py $(PYTEST_ARGS)
+	$(BIN)/python tests/unit/dsl/skillset_mutants.py --write docs/reliability.md $(MUTANTS_ARGS)
 
 lint: setup
 	$(BIN)/ruff check .
@@ -45,6 +45,7 @@ bench: setup
 	$(BIN)/python benchmarks/messages.py --write
 	$(BIN)/python benchmarks/tree_tick.py --write
 	$(BIN)/python benchmarks/language.py --write
+	$(BIN)/python benchmarks/command_line.py --write
 	$(BIN)/python benchmarks/campaign_speed.py --write
 	$(BIN)/python benchmarks/sim_speed.py --write
 

@@ -23,6 +23,8 @@ from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command
 
 COMMANDS = "skillwing.commands"
+LONGEST_SENTENCE = 200
+"""Letters of the sentence about a command in a list of all."""
 INTERRUPTED = 130
 """What a shell expects of a command that Ctrl-C has ended."""
 
@@ -35,6 +37,12 @@ class LazyGroup(TyperGroup):
     def format_help(self, ctx: Any, formatter: Any) -> None:
         with self._only_listing():
             super().format_help(ctx, formatter)
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Each command with the whole first sentence of what it says of itself, on as many lines as that takes."""
+        commands = [(name, self.get_command(ctx, name)) for name in self.list_commands(ctx)]
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, command.get_short_help_str(LONGEST_SENTENCE)) for name, command in commands])
 
     def shell_complete(self, ctx: Any, incomplete: str) -> Any:
         with self._only_listing():
@@ -143,6 +151,8 @@ app = typer.Typer(
     cls=LazyGroup,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
+    # Rich takes longer to load than all the rest of a list of commands. Each command's own help has it.
+    rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
     help="Skillwing: skills of an autonomous robot, from its model to the mission.",
 )
