@@ -6,6 +6,7 @@ put in the place of ours: give it a `Stage`.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from typing import Any, NoReturn, Protocol, TypeAlias
 
@@ -110,6 +111,7 @@ class System:
         self.verdicts: list[Violated | Lost] = []
         self.records: dict[str, Record] = {}
         self._asked_for: dict[str, str] = {}
+        self._replaced: Counter[str] = Counter()
         self._listen(self.keys.status("*"), GoalStatus, self.statuses.append)
         self._listen(self.keys.verdict("*"), Violated | Lost, self.verdicts.append)
         self._listen(self.keys.timeline, Record, self._note)
@@ -155,6 +157,12 @@ class System:
 
     def goal(self, skill: str, goal_id: str | None) -> Told:
         return self._about(self.keys.goal(skill), QueryGoal(goal_id=goal_id))
+
+    def replace(self, skill: str) -> None:
+        """Kill a skill's manager, and have another process of its name take its place."""
+        self._replaced[skill] += 1
+        self.stage.kill(f"skill/{skill}")
+        self.stage.restart(f"skill/{skill}")
 
     # --- what was told -----------------------------------------------------------------------------------------------
 
@@ -284,8 +292,10 @@ class System:
                 if self.states[resource] != state:
                     assert isinstance(self.trigger(resource, state), ResourceStates)
             self.until_states(arm="FREE", **AT_REST)
-            for goal_id in self._asked_for:
-                assert len(self.terminals(goal_id)) <= 1, f"{goal_id} has several ends: {self.terminals(goal_id)}"
+            for goal_id, skill in self._asked_for.items():
+                ends = self.terminals(goal_id)
+                assert all(end == ends[0] for end in ends), f"{goal_id} has several ends: {ends}"
+                assert len(ends) <= 1 + self._replaced[skill], f"one process told more than once how {goal_id} ended"
         finally:
             self.bus.close()
 

@@ -5,19 +5,50 @@ from __future__ import annotations
 from conformance_system import System
 
 from skillwing.services.bus import Bus
+from skillwing.services.ids import new_goal_id
 from skillwing.services.protocol import Ending, GoalStatus, Lost, State
 
 
 def test_a_new_manager_does_not_inherit_the_goal_of_the_old_one(system: System) -> None:
     goal = system.run("grip", forever=True)
-    system.stage.kill("skill/grip")
-    system.stage.restart("skill/grip")
+    system.replace("grip")
     assert isinstance(system.verdict(goal), Lost)
     system.until_states(arm="FREE")
     system.trigger("gripper", "OPEN")
     following, told = system.start("grip")
     assert isinstance(told, GoalStatus)
     system.until(lambda: system.state(following) is State.RUNNING, "the new manager to take a goal")
+
+
+def test_a_new_manager_stands_by_what_the_old_one_has_answered(system: System) -> None:
+    """Whoever was told that a goal does not run can rely on it, although the same start comes once more."""
+    cold = system.run("grip", invalid="The jaws are cold.")
+    running = system.run("grip", forever=True)
+    busy, _ = system.start("grip")
+    interrupted = new_goal_id()
+    system.interrupt("grip", interrupted)
+    system.start("grip", interrupted)
+    told = {goal: system.end(goal) for goal in (cold, busy, interrupted)}
+    assert [end.ending for end in told.values()] == [Ending.NOT_VALIDATED, Ending.BUSY, Ending.INTERRUPTED]
+    system.replace("grip")
+    assert isinstance(system.verdict(running), Lost)
+    system.until_states(arm="FREE")
+    for goal, end in told.items():
+        assert outcome_of_another_start(system, goal).terminal == end
+        assert State.DISPATCHING not in system.story(goal)
+
+
+def outcome_of_another_start(system: System, goal: str) -> GoalStatus:
+    """Start a goal of `grip` once more, and wait until the manager that is there now says that it runs or is over."""
+
+    def status() -> GoalStatus:
+        told = system.goal("grip", goal)
+        assert isinstance(told, GoalStatus)
+        return told
+
+    system.start("grip", goal)
+    system.until(lambda: status().state in (State.RUNNING, State.TERMINATED), f"what becomes of {goal}")
+    return status()
 
 
 def test_the_resource_manager_survives_kill_minus_9(system: System) -> None:
