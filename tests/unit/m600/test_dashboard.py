@@ -18,6 +18,8 @@ from skillwing.services.telemetry.recorder import RECORDING_FILE, make_recorder
 from skillwing.sim_mujoco import topics
 
 SPEED = 2.0
+TABS = 1
+"""Rerun's number for a container that shows one of its views at a time."""
 
 
 class Drone:
@@ -166,28 +168,26 @@ def test_what_the_ground_sees_is_shown(recording: Path) -> None:
     assert len(pictures) >= 9
     assert {row[1][0] for row in rows(recording, "/plots/link/bandwidth", "Scalars:scalars")} == {2.0}
     assert {row[1][0] for row in rows(recording, "/plots/video/fps", "Scalars:scalars")} == {15.0}
-    assert {row[1][0] for row in rows(recording, "/plots/video/quality", "Scalars:scalars")} == {90.0}
+    assert {row[1][0] for row in rows(recording, "/plots/video/SSIM_tenths", "Scalars:scalars")} == {9.0}
 
 
 def test_the_first_picture_on_the_ground_brings_the_video_forward_once(recording: Path) -> None:
     reader = RrdReader(str(recording))
-    names: dict[str, str] = {}
-    fronts: list[set[str]] = []
-    for sent in reader.blueprints():
-        tabs: set[str] = set()
-        for chunk in reader.stream(store=sent).to_chunks():
+    views: dict[str, str] = {}
+    sent: list[set[tuple[str, ...]]] = []
+    for blueprint in reader.blueprints():
+        pairs: set[tuple[str, ...]] = set()
+        for chunk in reader.stream(store=blueprint).to_chunks():
             batch = chunk.to_record_batch()
-            for column in batch.schema.names:
-                if column.endswith("ViewBlueprint:display_name"):
-                    names[chunk.entity_path.removeprefix("/")] = batch.column(column)[0].as_py()[0]
-                elif column.endswith("ContainerBlueprint:active_tab"):
-                    tabs.add(batch.column(column)[0].as_py()[0])
-        fronts.append(tabs)
-    shown = {frozenset(names[path] for path in tabs) for tabs in fronts}
-    assert shown == {
-        frozenset({"Depth camera", "Mapped [m²]", "Battery [%]"}),
-        frozenset({"Video on the ground", "Link [Mbit/s]", "Video [FPS, SSIM %]"}),
-    }
+            told = {name.rpartition(":")[2]: batch.column(name)[0] for name in batch.schema.names if ":" in name}
+            if "display_name" in told:
+                views[chunk.entity_path.removeprefix("/")] = told["display_name"].as_py()[0]
+            if "container_kind" in told and told["container_kind"].as_py() == [TABS]:
+                pairs.add(tuple(told["contents"].as_py()))
+        sent.append(pairs)
+    arrangements = {frozenset(tuple(views[view] for view in pair) for pair in pairs) for pairs in sent}
+    before = {("Depth camera", "Video on the ground"), ("Mapped [m²]", "Link [Mbit/s]"), ("Battery [%]", "Video")}
+    assert arrangements == {frozenset(before), frozenset(pair[::-1] for pair in before)}
 
 
 def test_a_failed_camera_shows_nothing(recording: Path) -> None:

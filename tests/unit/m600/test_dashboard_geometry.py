@@ -12,7 +12,7 @@ from hypothesis.extra.numpy import array_shapes, arrays
 from matplotlib.image import imread
 
 from skillwing.m600.dashboard.depth_png import depth_png
-from skillwing.m600.dashboard.geometry import DEPTH_STEP, GRAIN, Throttle, by_height, depth_levels, scan_points
+from skillwing.m600.dashboard.geometry import DEPTH_STEP, GRAIN, Throttle, by_height, depth_levels, world_points
 from skillwing.m600.dashboard.voxel_pieces import VoxelPieces
 from skillwing.sim_mujoco.sensors.directions import lidar_directions
 from skillwing.sim_mujoco.topics import Navigation
@@ -64,7 +64,7 @@ def test_a_return_is_drawn_at_its_range_from_the_sensor(heading: float, column: 
     )
     ranges = np.zeros((32, 16), np.float32)
     ranges[column, 4] = 10.0
-    (point,) = scan_points(ranges, lidar_directions(32, 16), (0.0, 0.0, -0.42), pose)
+    (point,) = world_points(ranges, lidar_directions(32, 16), (0.0, 0.0, -0.42), pose)
     assert math.isclose(math.dist(point, (3.0, -2.0, 4.58)), 10.0, abs_tol=2 * GRAIN)
     # Beams lean fore and aft of a ring that is orthogonal to the nose: along it a return can lie 2.6 m at most.
     along = (point[0] - 3.0) * math.cos(heading) + (point[1] + 2.0) * math.sin(heading)
@@ -85,7 +85,7 @@ def test_a_depth_png_can_be_read_by_others(picture: np.ndarray) -> None:
 
 
 def test_colours_rise_from_blue_to_red() -> None:
-    low, high = by_height(np.array([[0, 0, -1.0], [0, 0, 20.0]], np.float32)).astype(int)
+    low, high = by_height(np.array([[0, 0, -1.0], [0, 0, 20.0]], np.float32), 8.0).astype(int)
     assert low[2] > low[0]
     assert high[0] > high[2]
 

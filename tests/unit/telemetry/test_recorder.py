@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 from pathlib import Path
 
@@ -33,9 +34,9 @@ def record(story: Story, run_dir: Path, *, extra: bytes | None = None) -> Record
     return recorder
 
 
-def states_of(run_dir: Path, lane: str) -> dict[float, str]:
+def states_of(run_dir: Path, lane: str, file: str = RECORDING_FILE) -> dict[float, str]:
     """What a lane shows from each moment on: of several rows at one time the latest wins."""
-    chunks = RrdReader(str(run_dir / RECORDING_FILE)).stream().filter(content=lane).to_chunks()
+    chunks = RrdReader(str(run_dir / file)).stream().filter(content=lane).to_chunks()
     rows: list[tuple[float, bytes, str]] = []
     for chunk in chunks:
         batch = chunk.to_record_batch()
@@ -91,17 +92,17 @@ def test_tree_and_causes_are_in_the_recording(tmp_path: Path) -> None:
         for row in chunk.to_record_batch().column(name).to_pylist()
         for text in row
     ]
-    (switch,) = (text for text in texts if text.startswith("SWITCH"))
+    switch = next(row for row, text in enumerate(texts) if text.startswith("SWITCH"))
     causes = ["<- zed_depthmap RI", "<- zed_status FAILED", "<- zed FAILED", "<- zed blackout ON"]
-    assert [line.strip() for line in switch.splitlines()] == ["SWITCH ZED branch -> LiDAR branch", *causes]
+    assert [text.strip() for text in texts[switch : switch + 5]] == ["SWITCH ZED branch -> LiDAR branch", *causes]
 
 
 @given(st.text(st.characters(codec="ascii", exclude_categories=["Cc"]), min_size=1, max_size=300))
 def test_a_line_of_the_log_that_does_not_fit_goes_on_below(text: str) -> None:
-    first, *rest = in_lines(text, 40).split("\n")
-    assert " ".join([first, *rest]).split() == text.split()
-    assert all(len(line.strip()) <= 40 or " " not in line.strip() for line in [first, *rest])
-    assert all(line.startswith("    ") for line in rest)
+    lines = in_lines(text, 40)
+    assert " ".join(lines).split() == text.split()
+    assert all(len(line.strip()) <= 40 or " " not in line.strip() for line in lines)
+    assert all(line.startswith("    ") for line in lines[1:])
 
 
 def test_a_message_that_is_none_is_left_out(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
@@ -142,3 +143,19 @@ def test_a_journal_that_was_cut_off_is_read_up_to_the_cut(tmp_path: Path) -> Non
     file = tmp_path / TIMELINE_FILE
     file.write_bytes(file.read_bytes()[:-20])
     assert len(read_records(tmp_path)) == len(story.records) - 1
+
+
+def test_a_recorder_that_is_started_again_goes_on_where_the_first_one_died(tmp_path: Path) -> None:
+    story = tell()
+    record(story, tmp_path / "whole")
+    shutil.copytree(tmp_path / "whole", tmp_path / "run")
+    file = tmp_path / "run" / TIMELINE_FILE
+    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+    again = record(story, tmp_path / "run")
+    written = read_records(tmp_path / "run")
+    assert sorted(each.id for each in written) == sorted(each.id for each in story.records)
+    assert read_goals(tmp_path / "run") == read_goals(tmp_path / "whole")
+    assert again.history.bars == History.of(story.records, story.statuses).bars
+    assert (tmp_path / "run" / RECORDING_FILE).read_bytes() == (tmp_path / "whole" / RECORDING_FILE).read_bytes()
+    shown = states_of(tmp_path / "run", "/skills/02_zed_depthmap", file="recording-2.rrd")
+    assert shown == {6.2: "RI", 20.53: ""}

@@ -10,7 +10,7 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from skillwing.services.telemetry import palette
-from skillwing.services.telemetry.mission_view import MissionPanels, trailing
+from skillwing.services.telemetry.mission_view import MissionPanels, trailing, whole_run
 from skillwing.services.telemetry.recording import framed
 from skillwing.sim_mujoco import topics
 from skillwing.sim_mujoco.world.site import Site
@@ -24,11 +24,12 @@ SERIES = {
     "link/bandwidth": "#9aa4b2",
     "link/received": "#0072b2",
     "video/fps": "#2e9e4f",
-    "video/quality": "#e69f00",
+    "video/SSIM_tenths": "#e69f00",
 }
-"""Every curve, as `plot/curve`, with its colour."""
+"""Every curve, as `plot/curve`, with its colour. Ten tenths of SSIM are a perfect picture: counted so, it fits one plot
+with the frame rate."""
 
-_WINDOW, _AHEAD = 60.0, 2.0
+_WINDOW, _NARROW_WINDOW, _AHEAD = 60.0, 30.0, 2.0
 """Seconds of the plots before and after the cursor."""
 _DIRECTION = np.array((0.45, 0.7, -0.56))
 """In which the overview looks: north-north-east, and down."""
@@ -54,16 +55,25 @@ class Eye:
 def overview(site: Site) -> Eye:
     """As near as it can be for the site's area, its way and what stands highest in its midst to be in view."""
     west, south, east, north = site.area
-    x, y = (west + east) / 2, (south + north) / 2
-    corners = [(a, b, 0.0) for a in (west, east) for b in (south, north)]
-    target = np.array((x, y, site.ceiling / 4))
+    middle = (west + east) / 2, (south + north) / 2
+    corners = [(x, y, 0.0) for x in (west, east) for y in (south, north)]
     ahead = _DIRECTION / np.linalg.norm(_DIRECTION)
     right = np.cross(ahead, (0.0, 0.0, 1.0))
     right /= np.linalg.norm(right)
-    shown = np.array([*corners, *site.way, (x, y, site.ceiling)]) - target
-    depth, aside, above = np.stack([ahead, right, np.cross(right, ahead)]) @ shown.T
-    away = np.max([np.abs(aside) / _HALF_WIDTH - depth, np.abs(above) / _HALF_HEIGHT - depth])
-    return Eye(_place(target - away * ahead), _place(target))
+    up = np.cross(right, ahead)
+    depth, aside, above = np.stack([ahead, right, up]) @ np.array([*corners, *site.way, (*middle, site.ceiling)]).T
+    # The sides of what is seen are planes through the eye: both of a pair shall touch the outermost place.
+    x, away_for_width = _between(aside, _HALF_WIDTH, depth)
+    y, away_for_height = _between(above, _HALF_HEIGHT, depth)
+    away = max(away_for_width, away_for_height)
+    eye = x * right + y * up - away * ahead
+    return Eye(_place(eye), _place(eye + (away + depth.mean()) * ahead))
+
+
+def _between(across: NDArray[np.float64], slope: float, depth: NDArray[np.float64]) -> tuple[float, float]:
+    """Where across the eye stands, and how far behind depth 0, for |across - x| <= slope * (away + depth) to hold."""
+    high, low = float(np.max(across - slope * depth)), float(np.max(-across - slope * depth))
+    return (high - low) / 2, (high + low) / 2 / slope
 
 
 class Arrangement:
@@ -74,24 +84,23 @@ class Arrangement:
         self._scene = rrb.Spatial3DView(
             origin="/world",
             contents=["+ /world/**", "- /world/drone/camera/depth"],
-            name="World as mapped",
+            name="World as the drone knows it",
             background=palette.NIGHT,
             line_grid=rrb.LineGrid3D(visible=True, spacing=5.0, color=[70, 78, 90]),
             eye_controls=rrb.EyeControls3D(position=eye.position, look_target=eye.target, eye_up=(0, 0, 1)),
         )
         self._depth = rrb.Spatial2DView(origin="/world/drone/camera", name="Depth camera")
         self._video = rrb.Spatial2DView(origin="/video", name="Video on the ground")
-        self._motion = _plot("motion", "Metres and metres a second", legend=True)
-        self._battery = _plot("battery", "Battery [%]", low=0.0, high=100.0)
-        self._mapped = _plot("mapped", "Mapped [m²]")
-        self._link = _plot("link", "Link [Mbit/s]", legend=True)
-        self._quality = _plot("video", "Video [FPS, SSIM %]", low=0.0, high=100.0, legend=True)
+        self._motion = _plot("motion", "Metres and metres a second", _lately(_WINDOW))
+        self._battery = _plot("battery", "Battery [%]", whole_run(_AHEAD), legend=False, high=105.0)
+        self._mapped = _plot("mapped", "Mapped [m²]", whole_run(_AHEAD), legend=False)
+        self._link = _plot("link", "Link [Mbit/s]", _lately(_NARROW_WINDOW))
+        self._quality = _plot("video", "Video", _lately(_NARROW_WINDOW), high=20.0)
 
     def blueprint(self, front: Front) -> rrb.Blueprint:
-        shown = front is Front.VIDEO
-        pictures = rrb.Tabs(self._depth, self._video, active_tab=int(shown))
-        left = rrb.Tabs(self._mapped, self._link, active_tab=int(shown))
-        right = rrb.Tabs(self._battery, self._quality, active_tab=int(shown))
+        """What is in front stands first too, for tabs that do not fit are hidden."""
+        tabs = [(self._depth, self._video), (self._mapped, self._link), (self._battery, self._quality)]
+        pictures, left, right = (rrb.Tabs(*(pair if front is Front.WORLD else reversed(pair))) for pair in tabs)
         seen = rrb.Vertical(pictures, self._motion, rrb.Horizontal(left, right), row_shares=[5, 4, 4])
         told = rrb.Horizontal(self._panels.skills, self._panels.resources, self._panels.log, column_shares=[4, 3, 5])
         flight = rrb.Vertical(rrb.Horizontal(self._scene, seen, column_shares=[5, 3]), told, row_shares=[6, 5])
@@ -104,12 +113,16 @@ def _place(xyz: NDArray[np.float64]) -> topics.Vector3:
 
 
 def _plot(
-    group: str, name: str, *, low: float | None = None, high: float | None = None, legend: bool = False
+    group: str, name: str, time: rrb.TimeAxis, *, high: float | None = None, legend: bool = True
 ) -> rrb.TimeSeriesView:
     return rrb.TimeSeriesView(
         origin=f"/plots/{group}",
         name=name,
-        axis_x=trailing(_WINDOW, _AHEAD),
-        axis_y=None if low is None or high is None else rrb.ScalarAxis(range=(low, high)),
+        axis_x=time,
+        axis_y=None if high is None else rrb.ScalarAxis(range=(0.0, high)),
         plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop, visible=legend),
     )
+
+
+def _lately(seconds: float) -> rrb.TimeAxis:
+    return trailing(seconds, _AHEAD)

@@ -16,7 +16,7 @@ DEPTH_LEVELS = 255
 GRAIN = 1 / 32
 """Drawn points are rounded to this [m]: a third of the bytes in a compressed file, and nobody can see it."""
 
-_HEIGHTS = (0.0, 1.5, 3.0, 5.0, 8.0)
+_HEIGHTS = (0.0, 0.19, 0.38, 0.62, 1.0)
 _COLOURS = ((52, 88, 148), (38, 150, 150), (110, 190, 90), (235, 200, 70), (225, 95, 60))
 
 
@@ -35,11 +35,12 @@ class Throttle:
         return True
 
 
-def scan_points(
+def world_points(
     ranges: NDArray[np.float32], directions: NDArray[np.float32], mount: Vector3, pose: Navigation
 ) -> NDArray[np.float32]:
-    """World points (n, 3) of a scan's returns [m]. `ranges` (columns, beams), 0 = no return; `directions` likewise in
-    FLU. The drone's motion during the scan is not corrected: at 2 m/s a point is drawn at most 0.2 m off."""
+    """World points (n, 3) [m] of what was measured: `ranges` along `directions` (one axis more, FLU), 0 = no return.
+
+    The drone's motion during a scan is not corrected: at 2 m/s a point is drawn at most 0.2 m off."""
     hit = ranges > 0.0
     body = directions[hit] * ranges[hit][:, None] + np.asarray(mount, np.float32)
     world = body @ rotation(pose.quaternion).T + np.asarray(pose.position, np.float32)
@@ -52,11 +53,12 @@ def depth_levels(millimetres: NDArray[np.uint16]) -> NDArray[np.uint16]:
     return np.clip(np.round(metres / DEPTH_STEP), 0, DEPTH_LEVELS).astype(np.uint16)
 
 
-def by_height(points: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """Colours (n, 3) of points (n, 3): blue on the ground, over green and yellow, to red above 8 m."""
-    return np.stack(
-        [np.interp(points[:, 2], _HEIGHTS, channel) for channel in zip(*_COLOURS, strict=True)], axis=1
-    ).astype(np.uint8)
+def by_height(points: NDArray[np.float32], top: float) -> NDArray[np.uint8]:
+    """Colours (n, 3) of points (n, 3): blue on the ground, over green and yellow, to red at the height `top`."""
+    shares = points[:, 2] / np.float32(top)
+    return np.stack([np.interp(shares, _HEIGHTS, channel) for channel in zip(*_COLOURS, strict=True)], axis=1).astype(
+        np.uint8
+    )
 
 
 def rotation(quaternion: tuple[float, float, float, float]) -> NDArray[np.float32]:

@@ -16,9 +16,9 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
-from skillwing.m600.dashboard.arrangement import SERIES, Arrangement, Eye, Front, overview
+from skillwing.m600.dashboard.arrangement import SERIES, Arrangement, Front, overview
 from skillwing.m600.dashboard.depth_png import depth_png
-from skillwing.m600.dashboard.geometry import DEPTH_LEVELS, DEPTH_STEP, Throttle, by_height, depth_levels, scan_points
+from skillwing.m600.dashboard.geometry import DEPTH_LEVELS, DEPTH_STEP, Throttle, by_height, depth_levels, world_points
 from skillwing.m600.dashboard.voxel_pieces import VoxelPieces
 from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader, stream_reader
@@ -27,8 +27,9 @@ from skillwing.services.telemetry import palette
 from skillwing.services.telemetry.mission_view import MissionPanels, at
 from skillwing.sim_mujoco import topics
 from skillwing.sim_mujoco.options import read_options
-from skillwing.sim_mujoco.sensors.directions import lidar_directions
+from skillwing.sim_mujoco.sensors.directions import depth_directions, lidar_directions
 from skillwing.sim_mujoco.world.chosen import SiteOptions
+from skillwing.sim_mujoco.world.site import Site
 
 M = TypeVar("M", bound=Message)
 
@@ -44,17 +45,19 @@ _TARGET = [255, 196, 61]
 
 SEEN_SIZE = 0.5
 """Of the voxels that stand for the world where nobody maps it [m]."""
+PIXEL_STRIDE, SURE_DEPTH = 8, 14.0
+"""Every 8th pixel and row of the depth camera is piled up, up to that depth [m]: farther, it errs by half a voxel."""
 STEADY = 0.3
-"""A scan of a drone that turns faster is not piled up: a tenth of a second of it is too far off [rad/s]."""
+"""What a drone sees that turns faster is not piled up: a tenth of a second later it is too far off [rad/s]."""
 
 
 class Dashboard:
-    """The scene of one UAV. `eye` is where the overview looks from."""
+    """The scene of one UAV. `site` is what the overview shows; nothing of it is drawn that was not seen."""
 
-    def __init__(self, recording: rr.RecordingStream, *, skillset: str, eye: Eye) -> None:
+    def __init__(self, recording: rr.RecordingStream, *, skillset: str, site: Site) -> None:
         self._recording = recording
         self._keys = Keys(skillset)
-        self._eye = eye
+        self._site = site
         self._arrangement: Arrangement | None = None
         self._front = Front.WORLD
         self._directions = lidar_directions()[::SCAN_STRIDE]
@@ -66,8 +69,8 @@ class Dashboard:
         self._waypoint: topics.Vector3 | None = None
         self._voxels: VoxelPieces | None = None
         self._seen: VoxelPieces | None = VoxelPieces(SEEN_SIZE)
-        self._seen_since_drawn: set[int] = set()
-        self._pinhole: tuple[int, int] | None = None
+        self._seen_lately: list[NDArray[np.float32]] = []
+        self._pixels: NDArray[np.float32] | None = None
         self._pose_due, self._path_due, self._plan_due = Throttle(0.1), Throttle(0.2), Throttle(0.5)
         self._scan_due, self._depth_due, self._free_due = Throttle(0.25), Throttle(0.2), Throttle(0.2)
         self._clearing_due, self._link_due, self._seen_due = Throttle(5.0), Throttle(0.5), Throttle(1.0)
@@ -75,7 +78,7 @@ class Dashboard:
     # --- arrangement ---------------------------------------------------------------------------------------
 
     def blueprint(self, panels: MissionPanels) -> rrb.Blueprint:
-        self._arrangement = Arrangement(panels, self._eye)
+        self._arrangement = Arrangement(panels, overview(self._site))
         return self._arrangement.blueprint(self._front)
 
     def _bring_forward(self, front: Front) -> None:
@@ -189,26 +192,29 @@ class Dashboard:
         if self._pose is None or not self._scan_due.due(header.t1):
             return
         ranges = np.frombuffer(payload, np.float32).reshape(header.columns, header.beams)[::SCAN_STRIDE]
-        points = scan_points(ranges, self._directions, header.mount, self._pose)
+        points = world_points(ranges, self._directions, header.mount, self._pose)
         at(self._recording, header.t1)
         self._recording.log("world/scan", rr.Points3D(points, colors=[[255, 255, 255]], radii=rr.Radius.ui_points(1.1)))
-        if self._seen is not None and math.hypot(*self._pose.angular_velocity) < STEADY:
-            self._pile_up(self._seen, points, header.t1)
+        self._pile_up(points, self._pose, header.t1)
 
-    def _pile_up(self, seen: VoxelPieces, points: NDArray[np.float32], t: float) -> None:
+    def _pile_up(self, points: NDArray[np.float32], pose: topics.Navigation, t: float) -> None:
         """Where nobody maps, what was seen so far stands for the world."""
-        self._seen_since_drawn |= seen.add(points)
+        if self._seen is None or math.hypot(*pose.angular_velocity) > STEADY:
+            return
+        self._seen_lately.append(points)
         if self._seen_due.due(t):
-            self._draw_voxels("seen", seen, self._seen_since_drawn)
-            self._seen_since_drawn = set()
+            changed = self._seen.add(np.vstack(self._seen_lately))
+            self._seen_lately.clear()
+            self._draw_voxels("seen", self._seen, changed)
 
     def _on_depth(self, header: topics.DepthHeader, payload: bytes) -> None:
         if not self._depth_due.due(header.t):
             return
-        if self._pinhole is None:
-            self._pinhole = header.width, header.height
+        if self._pixels is None:
             _draw_camera(self._recording, header)
-        levels = depth_levels(np.frombuffer(payload, np.uint16).reshape(header.height, header.width))
+            self._pixels = depth_directions(header)[::PIXEL_STRIDE, ::PIXEL_STRIDE]
+        picture = np.frombuffer(payload, np.uint16).reshape(header.height, header.width)
+        levels = depth_levels(picture)
         at(self._recording, header.t)
         image = rr.EncodedDepthImage(
             depth_png(levels),
@@ -218,6 +224,10 @@ class Dashboard:
             depth_range=(0.0, DEPTH_LEVELS),
         )
         self._recording.log("world/drone/camera/depth", image)
+        if self._pose is not None and self._seen is not None:
+            depths = picture[::PIXEL_STRIDE, ::PIXEL_STRIDE] / np.float32(1000.0)
+            near = np.where(depths < SURE_DEPTH, depths, np.float32(0.0))
+            self._pile_up(world_points(near, self._pixels, header.mount, self._pose), self._pose, header.t)
 
     def _on_video(self, header: topics.VideoShown, payload: bytes) -> None:
         """What the ground sees, late as it is there. From the first picture on a flight is about its video."""
@@ -234,7 +244,7 @@ class Dashboard:
         at(self._recording, status.t)
         self._scalar("link/received", status.bitrate / 1e6)
         self._scalar("video/fps", status.fps)
-        self._scalar("video/quality", math.nan if status.quality is None else 100.0 * status.quality)
+        self._scalar("video/SSIM_tenths", math.nan if status.quality is None else 10.0 * status.quality)
 
     def _on_health(self, health: topics.Health) -> None:
         """A failed camera shows nothing, instead of its last picture."""
@@ -263,7 +273,7 @@ class Dashboard:
     def _draw_voxels(self, entity: str, voxels: VoxelPieces, changed: set[int]) -> None:
         for number in sorted(changed):
             piece = voxels.centres(number)
-            points = rr.Points3D(piece, colors=by_height(piece), radii=voxels.size * 0.5)
+            points = rr.Points3D(piece, colors=by_height(piece, self._site.ceiling), radii=voxels.size * 0.5)
             self._recording.log(f"world/{entity}/{number:03}", points)
 
 
@@ -277,7 +287,7 @@ class SceneOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 def make_scene(recording: rr.RecordingStream, options: dict[str, Any]) -> Dashboard:
     """The dashboard that `SceneOptions` describe. Raises OptionsError."""
     wanted = read_options(options, SceneOptions)
-    return Dashboard(recording, skillset=wanted.skillset, eye=overview(wanted.site.site()))
+    return Dashboard(recording, skillset=wanted.skillset, site=wanted.site.site())
 
 
 def _follow(bus: Bus, key: str, kind: type[M], show: Callable[[M], None]) -> None:

@@ -24,14 +24,14 @@ from skillwing.services.telemetry.wording import brief, headlines
 
 TIMELINE = "mission_time"
 """Name of the one timeline: robot time as a duration."""
-_WINDOW = 120.0
-"""Seconds of the lanes that are in view while time runs."""
+_AHEAD = 2.0
+"""Seconds after the cursor that the lanes show."""
 _PILL = 0.45
 """Half the height of a pill, in rows."""
 _LABEL_BELOW = 12.5
 """Rerun writes a label this many pixels below its point."""
 _LOG_WIDTH = 62
-"""Letters that fit a line of the log, which does not break lines by itself."""
+"""Letters that fit a row of the log: a row is one line, and what does not fit is hidden."""
 _INDENT = "    "
 _PASSING = frozenset({State.VALIDATING, State.DISPATCHING, State.INTERRUPTING, "GRANTED", "ENDED", "NOT_READY"})
 _BAD = ("FAILED", "RI", "ERROR", "LOST", "N_", "CRITICAL", "DIVERGED", "ABORTED", "VIOLATED")
@@ -73,6 +73,13 @@ def trailing(seconds: float, ahead: float = 0.0) -> rrb.TimeAxis:
     return rrb.TimeAxis(view_range=rr.TimeRange(start=start, end=end))
 
 
+def whole_run(ahead: float = 0.0) -> rrb.TimeAxis:
+    """A time axis from the beginning of robot time to `ahead` seconds after the cursor."""
+    start = rr.TimeRangeBoundary.absolute(seconds=0.0)
+    end = rr.TimeRangeBoundary.cursor_relative(seconds=ahead)
+    return rrb.TimeAxis(view_range=rr.TimeRange(start=start, end=end))
+
+
 class MissionView:
     """Logs one robot's mission into `recording`. A skill or resource has a lane from its first use or change on."""
 
@@ -90,8 +97,8 @@ class MissionView:
     @staticmethod
     def panels() -> MissionPanels:
         return MissionPanels(
-            skills=rrb.StateTimelineView(origin="/skills", name="Skills", time_view=trailing(_WINDOW, 3.0)),
-            resources=rrb.StateTimelineView(origin="/resources", name="Resources", time_view=trailing(_WINDOW, 3.0)),
+            skills=rrb.StateTimelineView(origin="/skills", name="Skills", time_view=whole_run(_AHEAD)),
+            resources=rrb.StateTimelineView(origin="/resources", name="Resources", time_view=whole_run(_AHEAD)),
             tree=rrb.Spatial2DView(
                 origin="/tree",
                 name="Behaviour tree",
@@ -164,7 +171,8 @@ class MissionView:
 
     def _log(self, source: str, t: float, text: str, level: rr.TextLogLevel) -> None:
         at(self._recording, round(t, 2))  # more digits would not fit their column
-        self._recording.log(f"log/{source}", rr.TextLog(in_lines(text), level=level))
+        for line in in_lines(text):
+            self._recording.log(f"log/{source}", rr.TextLog(line, level=level))
 
     # --- tree ----------------------------------------------------------------------------------------------
 
@@ -201,10 +209,10 @@ class MissionView:
         self._recording.log("tree/names", names)
 
 
-def in_lines(text: str, width: int = _LOG_WIDTH) -> str:
+def in_lines(text: str, width: int = _LOG_WIDTH) -> list[str]:
     """A text whose first line stands out: further lines, and what does not fit one, are indented below it."""
     lines = [part for line in text.splitlines() for part in textwrap.wrap(line, width, break_long_words=False)]
-    return f"\n{_INDENT}".join(lines)
+    return [*lines[:1], *(_INDENT + line for line in lines[1:])]
 
 
 def _bar_colours(skill: Skill) -> dict[str, str]:
