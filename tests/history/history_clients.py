@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import count
-from typing import Any
+from typing import Any, TypeAlias
 
 from linearizability import Operation
 from sequential_manager import Call, Lose, Reply, Told
@@ -15,6 +15,7 @@ from sequential_manager import Call, Lose, Reply, Told
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Answered, Bus, Refused, Unanswered
 from skillwing.services.bus.reading import message_reader
+from skillwing.services.core.grants import NO_TOKEN, OWN_WORDS, UNGRANTED
 from skillwing.services.protocol import (
     AttachManager,
     BeginGoal,
@@ -30,6 +31,7 @@ from skillwing.services.protocol import (
     QueryStates,
     RenewGoal,
     ResourceStates,
+    Terminal,
     Violated,
     decode,
     encode,
@@ -58,14 +60,19 @@ class Notebook:
         self.operations.append(Operation(self.client, call, answer, called, answered))
 
 
+Goal: TypeAlias = tuple[str, str]
+"""Its id and its skill."""
+
+
 class Client:
     """Calls the resource manager on its own session, one call at a time.
 
     manager: the name under which it begins goals; clients of one manager are incarnations that take its place from one
-    another.
+    another. asked_for: by manager, the goal that it was asked for last; all clients share it, so that one may be asked
+    for the goal that another has just begun or refused.
     """
 
-    def __init__(self, bus: Bus, skillset: Skillset, manager: str, seed: int) -> None:
+    def __init__(self, bus: Bus, skillset: Skillset, manager: str, seed: int, asked_for: dict[str, Goal]) -> None:
         self.name = bus.name
         self.notebook = Notebook(bus.name)
         self._bus = bus
@@ -76,11 +83,19 @@ class Client:
         self._incarnations = count(1)
         self._incarnation = ""
         self._goals = count(1)
+        self._asked_for = asked_for
 
     def work(self, operations: int) -> None:
         """Call this often, about. Raises NobodyAnswersError."""
         self._take_the_place()
-        ways = {self._pursue_a_goal: 10, self._look: 4, self._switch: 4, self._sweep: 3, self._take_the_place: 1}
+        ways = {
+            self._pursue_a_goal: 10,
+            self._end_by_own_word: 4,
+            self._look: 4,
+            self._switch: 4,
+            self._sweep: 3,
+            self._take_the_place: 1,
+        }
         while len(self.notebook.operations) < operations:
             (act,) = self._random.choices(list(ways), list(ways.values()))
             act()
@@ -88,11 +103,21 @@ class Client:
     # --- what a client does ------------------------------------------------------------------------------------------
 
     def _pursue_a_goal(self) -> None:
-        skill = self._random.choice(self._skillset.skills)
-        goal_id = f"{self._bus.name}-{next(self._goals)}"
+        self._begin_and_end(*self._goal())
+
+    def _end_by_own_word(self) -> None:
+        """Give an answer for the goal without having it granted; then be asked for it again, as a successor may be."""
+        goal = self._goal()
+        self._insist(self._own_word(*goal))
+        if self._random.random() < 0.3:
+            self._take_the_place()
+        if self._random.random() < 0.7:
+            self._begin_and_end(*goal)
+
+    def _begin_and_end(self, goal_id: str, skill: str) -> None:
         begin = BeginGoal(
             goal_id=goal_id,
-            skill=skill.name,
+            skill=skill,
             inputs={},
             manager=self._manager,
             owner=self._bus.name,
@@ -104,17 +129,39 @@ class Client:
             self._take_the_place()
         if not isinstance(granted, Granted):
             return
-        renew = RenewGoal(goal_id=goal_id, skill=skill.name, token=granted.token)
+        renew = RenewGoal(goal_id=goal_id, skill=skill, token=granted.token)
         while self._random.random() < 0.5:
             self._random.choice([lambda: self._ask(renew), self._look, self._switch])()
         if self._random.random() < 0.1:
-            self._insist(EndGoal(goal_id=goal_id, skill=skill.name, token=granted.token - 1, how="interrupt"))
+            self._insist(EndGoal(goal_id=goal_id, skill=skill, token=granted.token - 1, how="interrupt"))
+        if self._random.random() < 0.1:
+            self._insist(self._own_word(goal_id, skill))
         how = self._random.choice(["result", "result", "interrupt", "error"])
-        result = self._random.choice(skill.results).name if how == "result" else None
-        end = EndGoal(goal_id=goal_id, skill=skill.name, token=granted.token, how=how, result=result)
+        result = self._random.choice(self._skillset.skill(skill).results).name if how == "result" else None
+        end = EndGoal(goal_id=goal_id, skill=skill, token=granted.token, how=how, result=result)
         self._insist(end)
         if self._random.random() < 0.2:
-            self._insist(self._random.choice([begin, end]))
+            self._insist(self._random.choice([begin, end, self._own_word(goal_id, skill)]))
+
+    def _goal(self) -> Goal:
+        """A new one, as a rule."""
+        last = self._asked_for.get(self._manager)
+        if last is not None and self._random.random() < 0.2:
+            return last
+        goal = f"{self._bus.name}-{next(self._goals)}", self._random.choice(self._skillset.skills).name
+        self._asked_for[self._manager] = goal
+        return goal
+
+    def _own_word(self, goal_id: str, skill: str) -> EndGoal:
+        return EndGoal(
+            goal_id=goal_id,
+            skill=skill,
+            token=NO_TOKEN,
+            how=UNGRANTED,
+            manager=self._manager,
+            incarnation=self._incarnation,
+            terminal=Terminal(ending=self._random.choice(OWN_WORDS), reason=f"{self._bus.name} says so."),
+        )
 
     def _look(self) -> None:
         self._ask(QueryStates())

@@ -1,6 +1,6 @@
 """Record histories of the real resource manager process, with clients on sessions of their own, and check them.
 
-    python tests/history/history_run.py --seconds 60 --kills 3
+    python tests/history/history_run.py --seconds 60 --kills 3 --write docs/reliability.md
 
 Prints a line for each history, and what they add up to; a history that is not linearizable is told in full and ends
 the run with 1.
@@ -15,19 +15,21 @@ import sys
 import tempfile
 import threading
 import time
-from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from history_clients import Client, LossWatch
+from history_clients import Client, Goal, LossWatch
+from history_figures import Judged, page_with_place, put_between, table
 from linearizability import Verdict, check
 from sequential_manager import Call, Reply, SequentialManager, Told
 
 from skillwing.dsl import load
 from skillwing.services.bus.zenoh_bus import ZenohBus
+from skillwing.services.core.grants import UNGRANTED
 from skillwing.services.names import RESOURCE_MANAGER
 from skillwing.services.processes.launcher import Launcher
+from skillwing.services.protocol import EndGoal
 from skillwing.services.robot import ProcessSpec
 
 WORKSHOP = Path(__file__).parent / "workshop.skillset"
@@ -49,6 +51,11 @@ class Recorded:
     def unanswered(self) -> int:
         """Operations of which nobody knows whether they have happened."""
         return sum(told.answered is None for told in self.history)
+
+    @property
+    def own_words(self) -> int:
+        """Operations that end a goal which was never granted."""
+        return sum(isinstance(told.call, EndGoal) and told.call.how == UNGRANTED for told in self.history)
 
     def check(self) -> Verdict[Call, Reply]:
         """Hold the history to the model."""
@@ -78,7 +85,8 @@ def record(
         buses = [ZenohBus(f"client{number}", ROBOT, launcher.endpoint) for number in range(clients)]
         ear = ZenohBus("ear", ROBOT, launcher.endpoint)
         losses = LossWatch(ear, skillset)
-        crowd = [Client(bus, skillset, f"skill/{i % 3}", seed * 1000 + i) for i, bus in enumerate(buses)]
+        asked_for: dict[str, Goal] = {}
+        crowd = [Client(bus, skillset, f"skill/{i % 3}", seed * 1000 + i, asked_for) for i, bus in enumerate(buses)]
         started = time.monotonic()
         threads = [threading.Thread(target=client.work, args=(operations,), name=client.name) for client in crowd]
         for thread in threads:
@@ -122,12 +130,13 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--operations", type=int, default=300, help="of each client (default: %(default)s)")
     parser.add_argument("--kills", type=int, default=2, help="kill -9 in every second history (default: %(default)s)")
     parser.add_argument("--seed", type=int, default=int(time.time()), help="of what clients ask for")
+    parser.add_argument("--write", type=page_with_place, metavar="FILE", help="document that gets the table")
     wanted = parser.parse_args(arguments)
     started = time.monotonic()
-    totals: Counter[str] = Counter()
-    while totals["histories"] < 2 or time.monotonic() - started < wanted.seconds:
-        seed = wanted.seed + totals["histories"]
-        kills = wanted.kills if totals["histories"] % 2 else 0
+    judged: list[Judged] = []
+    while len(judged) < 2 or time.monotonic() - started < wanted.seconds:
+        seed = wanted.seed + len(judged)
+        kills = wanted.kills if len(judged) % 2 else 0
         with tempfile.TemporaryDirectory() as folder:
             recorded = record(
                 Path(folder), seed=seed, clients=wanted.clients, operations=wanted.operations, kills=kills
@@ -135,19 +144,24 @@ def main(arguments: list[str] | None = None) -> int:
         verdict = recorded.check()
         told = f"{len(recorded.history)} operations in {recorded.seconds:.1f} s, {kills} kills, "
         sys.stdout.write(f"seed {seed}: {told}{recorded.unanswered} unanswered: {verdict}\n")
-        if not verdict.linearizable:
-            return 1
-        totals.update(
-            histories=1,
-            operations=len(recorded.history),
-            kills=kills,
-            unanswered=recorded.unanswered,
-            steps=verdict.steps,
+        judged.append(
+            Judged(
+                seed=seed,
+                operations=len(recorded.history),
+                kills=kills,
+                unanswered=recorded.unanswered,
+                own_words=recorded.own_words,
+                steps=verdict.steps,
+                linearizable=verdict.linearizable,
+            )
         )
-    seconds = time.monotonic() - started
-    summary = ", ".join(f"{count} {what}" for what, count in totals.items())
-    sys.stdout.write(f"All linearizable: {summary} in {seconds:.0f} s.\n")
-    return 0
+        if not verdict.linearizable:
+            break
+    figures = table(judged, time.monotonic() - started)
+    sys.stdout.write("\n".join([*figures, ""]))
+    if wanted.write is not None:
+        put_between(wanted.write, figures)
+    return 0 if all(each.linearizable for each in judged) else 1
 
 
 if __name__ == "__main__":

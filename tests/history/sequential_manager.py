@@ -72,14 +72,14 @@ class SequentialManager:
     def __init__(self, skillset: Skillset, history: Iterable[Told]) -> None:
         self._skillset = skillset
         self._tokens: dict[str, int] = {}
-        self._owner: dict[str, str] = {}
+        self._clients: dict[str, set[str]] = {}
         self._open_ended: set[str] = set()
         self._at: tuple[Memory, ResourceCore] | None = None
         for told in history:
             if isinstance(told.answer, (Granted, Violated)):
                 self._tokens[told.answer.goal_id] = told.answer.token
-            if isinstance(told.call, BeginGoal):
-                self._owner[told.call.goal_id] = told.client
+            if isinstance(told.call, (BeginGoal, EndGoal)):
+                self._clients.setdefault(told.call.goal_id, set()).add(told.client)
             if told.answer is None and isinstance(told.call, (BeginGoal, EndGoal)):
                 self._open_ended.add(told.call.goal_id)
 
@@ -138,17 +138,20 @@ class SequentialManager:
     def _without_the_settled(self, kept: Kept, call: Call) -> Kept:
         """Forget goals of which no call will speak any more, lest states grow with the history.
 
-        A client asks for the next goal when it is done with the one before; calls without an answer may come later.
+        A client asks for the next goal when it is done with the one before; another one may come back to that, and
+        calls without an answer may come later.
         """
-        if not isinstance(call, BeginGoal):
+        if not isinstance(call, (BeginGoal, EndGoal)):
             return kept
-        client = self._owner[call.goal_id]
+        clients = self._clients[call.goal_id]
+        if len(clients) > 1:
+            return kept
         goals = tuple(
             over
             for over in kept.goals
             if over.goal_id == call.goal_id
             or over.goal_id in self._open_ended
-            or self._owner.get(over.goal_id) != client
+            or self._clients[over.goal_id] != clients
         )
         return replace(kept, goals=goals)
 

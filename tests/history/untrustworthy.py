@@ -8,6 +8,7 @@ from typing import Any
 
 from skillwing.dsl import load
 from skillwing.services.bus import Bus, Handle, Request
+from skillwing.services.core.grants import UNGRANTED
 from skillwing.services.managers.resource_manager import ResourceManagerNode
 from skillwing.services.protocol import Ended, EndGoal, GoalCall, GoalVerdict, Granted, Keys, NotReady, decode, encode
 
@@ -103,6 +104,30 @@ class ForgetsEnds(ResourceManagerNode):
         super().attach(_lying(bus, Keys("workshop").resource_goal, lambda request, payload: payload, drop))
 
 
+class ForgetsOwnWords(ResourceManagerNode):
+    """Says at times that it has taken a manager's own word down, and has not."""
+
+    def attach(self, bus: Bus) -> None:
+        words = count(1)
+
+        def drop(request: Request) -> bytes | None:
+            call = decode(request.payload, _union(GoalCall))
+            if isinstance(call, EndGoal) and call.how == UNGRANTED and next(words) % OFTEN == 0:
+                ended = Ended(
+                    goal_id=call.goal_id,
+                    held=False,
+                    reason="",
+                    revision=self._core.revision,
+                    record="",
+                    how=UNGRANTED,
+                    terminal=call.terminal,
+                )
+                return encode(ended)
+            return None
+
+        super().attach(_lying(bus, Keys("workshop").resource_goal, lambda request, payload: payload, drop))
+
+
 def make_grants_twice(options: dict[str, Any]) -> ResourceManagerNode:
     return GrantsTwice(load(options["skillset"]))
 
@@ -113,6 +138,10 @@ def make_tells_old_states(options: dict[str, Any]) -> ResourceManagerNode:
 
 def make_forgets_ends(options: dict[str, Any]) -> ResourceManagerNode:
     return ForgetsEnds(load(options["skillset"]))
+
+
+def make_forgets_own_words(options: dict[str, Any]) -> ResourceManagerNode:
+    return ForgetsOwnWords(load(options["skillset"]))
 
 
 def _lying(bus: Bus, *how: Any) -> Bus:
