@@ -64,35 +64,21 @@ def _site(options: dict[str, Any]) -> dict[str, Any]:
     return {"site": {"seed": options.get("seed", 1), "kind": options["world"]}}
 
 
-def observers(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
-    """The recorder, for a run that leaves something behind.
-
-    options: `run_dir`, where to write; `viewer_url` of a Rerun viewer or server to show the run in as well, or `viewer`
-    for another way of showing it (`spawn`, `serve`); `world` and `seed`, which the overview shows.
-    """
-    if options.get("run_dir") is None:
-        return ()
-    recorder: dict[str, Any] = {
-        "run_dir": str(options["run_dir"]),
-        "skillset": str(SKILLSET),
+def recorder(options: dict[str, Any]) -> dict[str, Any]:
+    """The drone's dashboard, with the site in it, and what the judge of a flight needs."""
+    return {
         "scene": "skillwing.m600.dashboard.scene:make_scene",
         "scene_options": _site(options),
         "collectors": ["skillwing.m600.judge.flight_log:make_flight_log"],
     }
-    if options.get("viewer_url") is not None:
-        recorder |= {"viewer": "connect", "url": options["viewer_url"]}
-    elif options.get("viewer") is not None:
-        recorder["viewer"] = options["viewer"]
-    factory = "skillwing.services.telemetry.recorder:make_recorder"
-    # A new recorder would begin the recording anew, over what there is of it.
-    return (ProcessSpec("recorder", factory, recorder, essential=False, extra="viewer", restart="never"),)
 
 
 ROBOT = Robot(
     name="m600",
     skillset=SKILLSET,
     functional_layer=functional_layer,
-    observers=observers,
+    recorder=recorder,
     briefing="skillwing.m600.briefing:brief",
+    judge="skillwing.m600.judge.evaluation:judge",
     hooks=HOOKS,
 )

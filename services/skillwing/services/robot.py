@@ -26,6 +26,9 @@ from skillwing.services.processes.restart_policy import Restart
 
 ROBOTS = "skillwing.robots"
 MANAGERS = "skillwing.services.managers"
+TELEMETRY = "skillwing.services.telemetry"
+RECORDER = "recorder"
+"""The process that writes a run down."""
 TABLE = "robot.py"
 
 ClockKind = Literal["wall", "robot"]
@@ -56,6 +59,10 @@ def _nothing(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
     return ()
 
 
+def _plain(options: dict[str, Any]) -> dict[str, Any]:
+    return {}
+
+
 @dataclass(frozen=True)
 class Robot:
     """What a robot is made of.
@@ -64,7 +71,10 @@ class Robot:
     (`package.module:Class`). functional_layer: from run options (`seed`, `speed`, `faults`, `run_dir`) to the processes
     below the managers; none by default.
     clock: `robot` where one process of the functional layer owns the time, `wall` where the robot lives in ours.
-    observers: like `functional_layer`, for processes that only look on, such as the recorder; they start on request.
+    recorder: from run options to what the recorder is told of this robot: the `scene` of its dashboard with its
+    `scene_options`, and the `collectors` of what else its runs leave behind (docs/recordings.md).
+    judge: `package.module:function`, who says of a finished flight what only this robot's world can tell
+    (`telemetry/flight_report.py`); None if nobody does.
     briefing: `package.module:function`, from run options to what is known beforehand of the place where the robot is:
     options of missions, by mission. It is named, for what it needs managers do without; None where nothing is known.
     """
@@ -74,8 +84,9 @@ class Robot:
     hooks: Mapping[str, str]
     functional_layer: Callable[[dict[str, Any]], tuple[ProcessSpec, ...]] = _nothing
     clock: ClockKind = "robot"
-    observers: Callable[[dict[str, Any]], tuple[ProcessSpec, ...]] = _nothing
+    recorder: Callable[[dict[str, Any]], dict[str, Any]] = _plain
     briefing: str | None = None
+    judge: str | None = None
 
     def load_skillset(self) -> Skillset:
         """Read the skillset file; raises `SkillsetError` with everything that is wrong in it."""
@@ -105,6 +116,21 @@ class Robot:
                 for skill, hooks in self.hooks.items()
             ),
         )
+
+    def observers(self, run: dict[str, Any]) -> tuple[ProcessSpec, ...]:
+        """Who only looks on: the recorder, for a run that leaves something behind.
+
+        run: options of the run, of which `run_dir` says where to write; `viewer_url` names a Rerun viewer or server to
+        show the run in as well, `viewer` another way of showing it (`spawn`, `serve`).
+        """
+        if run.get("run_dir") is None:
+            return ()
+        options = {"run_dir": str(run["run_dir"]), "skillset": str(self.skillset), **self.recorder(run)}
+        if run.get("viewer_url") is not None:
+            options |= {"viewer": "connect", "url": run["viewer_url"]}
+        elif run.get("viewer") is not None:
+            options["viewer"] = run["viewer"]
+        return (ProcessSpec(RECORDER, f"{TELEMETRY}.recorder:make_recorder", options, essential=False, extra="viewer"),)
 
     def brief(self, run: dict[str, Any]) -> dict[str, dict[str, Any]]:
         """What missions are told of the place of this run, by mission. Raises InvalidOptionError for an unknown one."""

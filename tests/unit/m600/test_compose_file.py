@@ -23,7 +23,9 @@ FOR_EVERY_PROCESS = {"CONNECT", "ROBOT", "HEARTBEAT"}
 
 
 def table(robot: Robot) -> dict[str, ProcessSpec]:
-    specs = (*robot.functional_layer(RUN), *robot.managers(RUN), *robot.observers(RUN))
+    """What runs in containers; mocks are not recorded there, and do with the small image."""
+    observers = robot.observers(RUN) if robot is ROBOT else ()
+    specs = (*robot.functional_layer(RUN), *robot.managers(RUN), *observers)
     return {spec.name: spec for spec in specs}
 
 

@@ -11,10 +11,11 @@ from matplotlib.image import imread
 
 from skillwing.bt_missions.missions.mapping import MappingOptions
 from skillwing.m600.geofence import HOME
-from skillwing.m600.judge.evaluation import MAP_CLOUD, MAP_PICTURE, TIMELINE_PICTURE, evaluate, map_scene
+from skillwing.m600.judge.evaluation import MAP_CLOUD, MAP_PICTURE, evaluate, map_scene
 from skillwing.m600.judge.flight_log import FLIGHT_FILE, MAP_FILE, SavedMap
 from skillwing.m600.robot import ROBOT
 from skillwing.services.protocol import Ending, GoalStatus, Record, RecordKind, State, Terminal
+from skillwing.services.telemetry.flight_report import TIMELINE_PICTURE
 from skillwing.services.telemetry.history import History
 from skillwing.services.telemetry.journal import GOALS_FILE, TIMELINE_FILE, JsonLines
 from skillwing.services.telemetry.report import REPORT_FILE, Coverage

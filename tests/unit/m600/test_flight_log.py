@@ -109,3 +109,17 @@ def test_a_run_without_a_map_has_none(tmp_path: Path) -> None:
     flight_log.close()
     assert read_map(tmp_path) is None
     assert read_flight(tmp_path) == []
+
+
+def test_a_log_that_is_begun_again_has_the_map_of_before(tmp_path: Path) -> None:
+    network, flight_log, drone = opened(tmp_path)
+    put_map(drone, A)
+    network.run_for(11.0)
+    flight_log.close()
+    network, flight_log, drone = opened(tmp_path)
+    header = MapHeader(t=0.0, voxel_size=0.4, count=2, complete=True)
+    drone.serve(MAP_SNAPSHOT, lambda request: request.reply(np.array([A, B], np.float32).tobytes(), encode(header)))
+    put_map(drone, C)
+    network.run_for(1.0)
+    flight_log.close()
+    assert {A, B} <= set(kept(tmp_path))

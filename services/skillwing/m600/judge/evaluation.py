@@ -10,24 +10,28 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
+from msgspec.structs import replace as replaced
 
 from skillwing.dsl.model import Skillset
+from skillwing.m600.campaign.plan import planned_way
 from skillwing.m600.judge.flight_log import SavedMap, read_flight, read_map
 from skillwing.m600.judge.map_coverage import judge_map
+from skillwing.services.telemetry.flight_report import FlownMission, Verdict, report_flight
 from skillwing.services.telemetry.history import History
-from skillwing.services.telemetry.journal import read_goals, read_records
-from skillwing.services.telemetry.report import Coverage, ProcessEntry, Report, make_report, write_report
-from skillwing.services.telemetry.timeline_picture import draw_timeline
+from skillwing.services.telemetry.report import Coverage, ProcessEntry, Report
 from skillwing.sim_mujoco.judge.map_picture import Flown, MapScene, draw_map
 from skillwing.sim_mujoco.judge.ply import write_ply
 from skillwing.sim_mujoco.topics import Truth, Vector3
 from skillwing.sim_mujoco.world.world import make_world
 
-TIMELINE_PICTURE = "timeline.png"
 MAP_PICTURE = "map.png"
 MAP_CLOUD = "map.ply"
 MAPPING, MAPPER = "mapping", "lidar_mapping"
 """The mission, and the skill, that leave a map which can be judged."""
+PLANNED = (MAPPING, "inspection")
+"""Missions whose way is known; of others the site's route only says what there is to be seen."""
+COURTYARD = "courtyard"
+"""Where the drone flies if nobody chose a world."""
 TRUTHFUL = "Collisions and clearance come from the simulator's ground truth, which the robot never sees."
 NOT_MAPPED = f"Nothing was to be mapped. {TRUTHFUL}"
 DEPTH_MAP = "depthmap_source"
@@ -49,43 +53,58 @@ def evaluate(
     processes: Iterable[ProcessEntry] = (),
     notes: Sequence[str] = (),
 ) -> Report:
-    """Judge the flight in `run_dir` and write `timeline.png`, `map.png`, `map.ply` and the reports there.
+    """Report the one flight of `run_dir` there, with `map.png` and `map.ply`.
 
-    world: its kind. route: planned waypoints, by which coverage is judged; by default those of the world. processes:
-    what became of each process. notes: sentences for `report.md` that only the one who ran the flight can write.
+    world: its kind. route: planned waypoints, by which coverage is judged; by default those of the world. The others
+    are as in `FlownMission`.
     """
-    history = read_history(run_dir, skillset)
-    flight = read_flight(run_dir)
-    was_mapped = mission == MAPPING or any(bar.skill == MAPPER for bar in history.bars)
-    saved = read_map(run_dir) if was_mapped else None
-    scene = make_world(seed, world)
-    planned = tuple(route or scene.route)
+    flown = FlownMission(
+        mission=mission,
+        run_dir=run_dir,
+        folder=run_dir,
+        options={"seed": seed, "world": world, "route": route},
+        wall_time_s=wall_time_s,
+        processes=tuple(processes),
+        notes=tuple(notes),
+    )
+    return report_flight(flown, skillset, judge)
+
+
+def judge(flown: FlownMission, history: History, title: str) -> Verdict:
+    """Judge a flight by ground truth and draw its map.
+
+    Of the run's options it takes `seed`, `world` and `route`, planned waypoints, by default those of the mission there.
+    """
+    scene = make_world(flown.options.get("seed", 1), flown.options.get("world") or COURTYARD)
+    planned = tuple(flown.options.get("route") or planned_way(scene.site, flown.mission))
+    has_plan = flown.options.get("route") is not None or flown.mission in PLANNED
+    flight = _since(flown.begin, flown.end, read_flight(flown.run_dir))
+    was_mapped = flown.mission == MAPPING or any(bar.skill == MAPPER for bar in history.bars)
+    saved = read_map(flown.run_dir) if was_mapped else None
     seen_to_the_end = bool(flight) and flight[-1].t > history.end - TRUTH_GAP
     collisions = max((truth.collisions for truth in flight), default=0)
-    report = make_report(
-        history,
-        mission=mission,
-        seed=seed,
-        wall_time_s=wall_time_s,
+    coverage = judge_map(scene, planned, saved)
+    if saved is not None:
+        write_ply(flown.folder / MAP_CLOUD, saved.centres, saved.voxel_size, saved.pose_source)
+    if saved is not None or flight:
+        picture = map_scene(planned if has_plan else (), history, flight, saved)
+        draw_map(flown.folder / MAP_PICTURE, picture, title + _share(coverage))
+    return Verdict(
         collisions=collisions if collisions or seen_to_the_end else None,
         min_clearance_m=min(truth.clearance for truth in flight) if seen_to_the_end else None,
-        coverage=judge_map(scene, planned, saved),
-        processes=processes,
+        coverage=coverage,
+        notes=tuple(_notes(saved) if was_mapped else [NOT_MAPPED]),
     )
-    write_report(report, history, run_dir, [*notes, *(_notes(saved) if was_mapped else [NOT_MAPPED])])
-    title = f"{mission}: {report.result}, {report.sim_time_s:.0f} s, seed {seed}"
-    draw_timeline(history, run_dir / TIMELINE_PICTURE, title=title, resources=skillset.resources)
-    if saved is not None:
-        write_ply(run_dir / MAP_CLOUD, saved.centres, saved.voxel_size, saved.pose_source)
-    if saved is not None or flight:
-        draw_map(run_dir / MAP_PICTURE, map_scene(planned, history, flight, saved), title + _share(report.coverage))
-    return report
 
 
-def read_history(run_dir: Path, skillset: Skillset) -> History:
-    """The history that the recorder's journal tells."""
-    initial = {resource.name: resource.initial for resource in skillset.resources}
-    return History.of(read_records(run_dir), read_goals(run_dir), initial)
+def _since(begin: float, end: float, flight: Sequence[Truth]) -> list[Truth]:
+    """The truth of one flight, in seconds since its beginning, with what was hit in it."""
+    earlier = max((truth.collisions for truth in flight if truth.t < begin), default=0)
+    return [
+        replaced(truth, t=truth.t - begin, collisions=truth.collisions - earlier)
+        for truth in flight
+        if begin <= truth.t <= end
+    ]
 
 
 def map_scene(route: Sequence[Vector3], history: History, flight: Sequence[Truth], saved: SavedMap | None) -> MapScene:

@@ -17,7 +17,7 @@ from skillwing.services.bus import Answer, Answered, Bus
 from skillwing.services.bus.reading import message_reader, stream_reader
 from skillwing.services.protocol import Keys, MissionStatus, ProtocolError, decode, encode
 from skillwing.services.telemetry.history import OVER
-from skillwing.services.telemetry.journal import JsonLines, read_lines
+from skillwing.services.telemetry.journal import JsonLines, mend, read_lines
 from skillwing.sim_mujoco.topics import (
     MAP,
     MAP_SNAPSHOT,
@@ -50,6 +50,7 @@ class FlightLog:
 
     def __init__(self, run_dir: Path, *, skillset: str = "m600") -> None:
         self._map_path = run_dir / MAP_FILE
+        mend(run_dir / FLIGHT_FILE)
         self._flight = JsonLines[Truth](run_dir / FLIGHT_FILE)
         self._keys = Keys(skillset)
         self._centres: dict[bytes, None] = {}
@@ -64,6 +65,9 @@ class FlightLog:
         bus.subscribe(MAPPING_STATUS, message_reader(MappingStatus, self._on_status), latest_only=True)
         bus.subscribe(self._keys.mission_status, message_reader(MissionStatus, self._on_mission), events=True)
         bus.every(SAVE_PERIOD, self._save)
+        if self._map_path.exists():
+            # An earlier log of this run had it, and what was mapped then is not published again.
+            bus.ask(MAP_SNAPSHOT, encode(Empty()), self._on_snapshot)
 
     def close(self) -> None:
         self._save()

@@ -6,9 +6,12 @@ messages gives the same history. Times are robot time in seconds.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import math
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
+
+from msgspec.structs import replace as replaced
 
 from skillwing.services.protocol import Ending, GoalStatus, Record, RecordKind, State, Terminal
 
@@ -87,6 +90,7 @@ class History:
     def __init__(self, initial: Mapping[str, str] | None = None) -> None:
         self._initial = dict(initial or {})
         self._records: dict[str, Record] = {}
+        self._earlier: dict[str, Record] = {}
         self._statuses: dict[str, list[GoalStatus]] = {}
         self._ends: dict[str, Record] = {}
 
@@ -121,6 +125,26 @@ class History:
         known.append(status)
         return True
 
+    def part(self, begin: float, end: float = math.inf) -> History:
+        """What happened from `begin` to `end`, in seconds since `begin`.
+
+        What is older can still be named as a cause, at a negative time.
+        """
+        states = {name: _state_at(spans, begin) for name, spans in self.lanes.items()}
+        part = History({name: state for name, state in states.items() if state is not None})
+        for record in self._records.values():
+            shifted = replaced(record, t=record.t - begin)
+            if begin <= record.t <= end:
+                part.add_record(shifted)
+            elif record.t < begin:
+                part._earlier[record.id] = shifted
+        for bar in self.bars:
+            if bar.t_start <= end and (bar.t_end is None or bar.t_end >= begin):
+                for status in self._statuses[bar.goal_id]:
+                    if status.t <= end:
+                        part.add_status(replaced(status, t=status.t - begin))
+        return part
+
     @property
     def records(self) -> tuple[Record, ...]:
         """In order of time; records of the same instant in the order in which their process wrote them."""
@@ -133,9 +157,16 @@ class History:
     @property
     def end(self) -> float:
         """The latest time anything is known of; 0 for an empty history."""
-        times = [record.t for record in self._records.values()]
-        times += [status.t for known in self._statuses.values() for status in known]
-        return max(times, default=0.0)
+        return max(self._times(), default=0.0)
+
+    @property
+    def first(self) -> float:
+        """The earliest time anything is known of; 0 for an empty history."""
+        return min(self._times(), default=0.0)
+
+    def _times(self) -> Iterator[float]:
+        yield from (record.t for record in self._records.values())
+        yield from (status.t for known in self._statuses.values() for status in known)
 
     def bar(self, goal_id: str) -> SkillBar:
         """The bar of a goal; KeyError for a goal no status was seen of.
@@ -179,7 +210,10 @@ class History:
         """The causes of a record, from the root to the record itself. Ends early at a record that was not seen."""
         chain: list[Record] = []
         seen: set[str] = set()
-        while record_id is not None and record_id not in seen and (record := self._records.get(record_id)):
+        while record_id is not None and record_id not in seen:
+            record = self._records.get(record_id) or self._earlier.get(record_id)
+            if record is None:
+                break
             seen.add(record_id)
             chain.append(record)
             record_id = record.cause
@@ -216,3 +250,7 @@ def _spans(initial: str | None, changes: list[Record]) -> tuple[Span, ...]:
     ends = [t for t, _ in moments[1:]] + [None]
     spans = (Span(state, t, end) for (t, state), end in zip(moments, ends, strict=True))
     return tuple(span for span in spans if span.t_end is None or span.t_end > span.t_start)
+
+
+def _state_at(spans: tuple[Span, ...], t: float) -> str | None:
+    return next((span.state for span in spans if span.t_end is None or span.t_end > t), None)

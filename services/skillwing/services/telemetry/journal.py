@@ -41,6 +41,13 @@ class JsonLines(Generic[M]):
         self.close()
 
 
+def mend(path: Path) -> None:
+    """Take away a last line that its writer could not finish, for another one to go on."""
+    if path.exists() and not (content := path.read_bytes()).endswith(b"\n"):
+        with path.open("r+b") as file:
+            file.truncate(content.rfind(b"\n") + 1)
+
+
 def read_records(run_dir: Path) -> list[Record]:
     """The timeline records of a run, as they arrived; empty if nothing was recorded."""
     return read_lines(run_dir / TIMELINE_FILE, Record)

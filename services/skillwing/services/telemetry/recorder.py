@@ -2,11 +2,15 @@
 
 It always writes the journal (`timeline.jsonl`, `goals.jsonl`). With Rerun installed it also writes
 `recording.rrd` and can show the run while it happens. It only listens: no other process waits for it.
+
+One that is started again, after its death or with the same run directory, reads the journal and goes on with it. What
+it then draws goes into a recording of its own, `recording-2.rrd`, which a viewer shows as one with the first.
 """
 
 from __future__ import annotations
 
 import logging
+from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -16,7 +20,14 @@ from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.protocol import GoalStatus, Keys, MissionStatus, Record, TreeSnapshot
 from skillwing.services.telemetry.history import History
-from skillwing.services.telemetry.journal import GOALS_FILE, TIMELINE_FILE, JsonLines
+from skillwing.services.telemetry.journal import (
+    GOALS_FILE,
+    TIMELINE_FILE,
+    JsonLines,
+    mend,
+    read_goals,
+    read_records,
+)
 from skillwing.services.telemetry.recorder_options import RecorderOptions, part, read_options
 
 if TYPE_CHECKING:
@@ -46,6 +57,9 @@ class Recorder:
         self._options = options
         self._skillset = skillset
         self._run_dir = Path(options.run_dir)
+        for file in (TIMELINE_FILE, GOALS_FILE):
+            mend(self._run_dir / file)
+        self._earlier = read_records(self._run_dir), read_goals(self._run_dir)
         self._records = JsonLines[Record](self._run_dir / TIMELINE_FILE)
         self._goals = JsonLines[GoalStatus](self._run_dir / GOALS_FILE)
         self._collectors: list[Collector] = [part(name)(self._run_dir) for name in options.collectors]
@@ -53,6 +67,7 @@ class Recorder:
 
     def attach(self, bus: Bus) -> None:
         self._recording = self._open_recording()
+        self._take_up()
         keys = Keys(self._skillset.name)
         bus.subscribe(keys.timeline, message_reader(Record, self._on_record), events=True)
         bus.subscribe(keys.status("*"), message_reader(GoalStatus, self._on_status), events=True)
@@ -81,21 +96,36 @@ class Recorder:
                 RECORDING_FILE,
             )
             return None
-        return Recording(self._options, self._skillset, self._run_dir / RECORDING_FILE)
+        return Recording(self._options, self._skillset, free_name(self._run_dir / RECORDING_FILE))
+
+    def _take_up(self) -> None:
+        """Show again what an earlier recorder of this run has written down."""
+        records, statuses = self._earlier
+        for record in sorted(records, key=lambda record: record.t):
+            if self.history.add_record(record):
+                self._show_record(record)
+        for status in statuses:
+            if self.history.add_status(status):
+                self._show_goal(status)
+        self._earlier = [], []
 
     def _on_record(self, record: Record) -> None:
-        if not self.history.add_record(record):
-            return
-        self._records.write(record)
+        if self.history.add_record(record):
+            self._records.write(record)
+            self._show_record(record)
+
+    def _show_record(self, record: Record) -> None:
         if self._recording:
             self._recording.mission.show_record(record, self.history)
             if record.goal_id and record.goal_id in self.history:
                 self._recording.mission.show_goal(self.history.bar(record.goal_id))
 
     def _on_status(self, status: GoalStatus) -> None:
-        if not self.history.add_status(status):
-            return
-        self._goals.write(status)
+        if self.history.add_status(status):
+            self._goals.write(status)
+            self._show_goal(status)
+
+    def _show_goal(self, status: GoalStatus) -> None:
         if self._recording:
             self._recording.mission.show_goal(self.history.bar(status.goal_id))
 
@@ -109,6 +139,12 @@ class Recorder:
     def _on_mission(self, status: MissionStatus) -> None:
         if self._recording:
             self._recording.mission.show_mission(status)
+
+
+def free_name(path: Path) -> Path:
+    """`path`, or with a number the first beside it that there is not yet."""
+    names = (path.with_stem(f"{path.stem}-{number}") for number in count(2))
+    return next(name for name in chain([path], names) if not name.exists())
 
 
 def make_recorder(options: dict[str, Any]) -> Recorder:

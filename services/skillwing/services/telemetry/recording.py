@@ -28,7 +28,9 @@ class Recording:
     def __init__(self, options: RecorderOptions, skillset: Skillset, path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         batching = rr.ChunkBatcherConfig(flush_tick=FILE_TICK if options.viewer == "none" else LIVE_TICK)
-        self.stream = rr.RecordingStream(APPLICATION, recording_id=options.recording_id, batcher_config=batching)
+        # All recordings of a run are one to a viewer.
+        name = options.recording_id or path.parent.name
+        self.stream = rr.RecordingStream(APPLICATION, recording_id=name, batcher_config=batching)
         self._scene = _make_scene(options, self.stream)
         panels = MissionView.panels()
         blueprint = self._scene.blueprint(panels) if self._scene else plain_blueprint(panels)

@@ -17,6 +17,8 @@ from skillwing.services.telemetry.history import History
 from skillwing.services.telemetry.journal import TIMELINE_FILE, read_goals, read_records
 
 KINDS = tuple(kind.value for kind in RecordKind)
+LONGEST_FLIGHT = 1e8
+"""Seconds; robot time that is larger counts from 1970."""
 DEFAULT_KINDS = tuple(kind for kind in KINDS if kind != RecordKind.DATA)
 """Data turn stale and fresh by the dozen when a process starts."""
 
@@ -82,4 +84,7 @@ def _draw(run: Path, records: list[Record], png: Path) -> None:
     except ModuleNotFoundError as missing:
         text = f"{missing.name} is not installed. To draw timelines: pip install 'skillwing[viewer]'."
         raise InvalidOptionError("--png", text) from missing
-    draw_timeline(History.of(records, read_goals(run)), png, title=run.resolve().name)
+    history = History.of(records, read_goals(run))
+    # Where robot time is Unix time nobody wants to read it off an axis.
+    shown = history.part(history.first) if history.first > LONGEST_FLIGHT else history
+    draw_timeline(shown, png, title=run.resolve().name)
