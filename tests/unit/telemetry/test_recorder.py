@@ -101,7 +101,7 @@ def test_tree_and_causes_are_in_the_recording(tmp_path: Path) -> None:
 def test_a_line_of_the_log_that_does_not_fit_goes_on_below(text: str) -> None:
     lines = in_lines(text, 40)
     assert " ".join(lines).split() == text.split()
-    assert all(len(line.strip()) <= 40 or " " not in line.strip() for line in lines)
+    assert all(len(line) <= 40 or " " not in line.strip() for line in lines)
     assert all(line.startswith("    ") for line in lines[1:])
 
 

@@ -101,10 +101,11 @@ class Arrangement:
         """What is in front stands first too, for tabs that do not fit are hidden."""
         tabs = [(self._depth, self._video), (self._mapped, self._link), (self._battery, self._quality)]
         pictures, left, right = (rrb.Tabs(*(pair if front is Front.WORLD else reversed(pair))) for pair in tabs)
-        seen = rrb.Vertical(pictures, self._motion, rrb.Horizontal(left, right), row_shares=[5, 4, 4])
-        told = rrb.Horizontal(self._panels.skills, self._panels.resources, self._panels.log, column_shares=[4, 3, 5])
-        flight = rrb.Vertical(rrb.Horizontal(self._scene, seen, column_shares=[5, 3]), told, row_shares=[6, 5])
-        return framed(rrb.Horizontal(flight, self._panels.tree, column_shares=[4, 1]))
+        plots = rrb.Horizontal(left, right)
+        now = rrb.Vertical(pictures, self._motion, plots, self._panels.log, row_shares=[9, 5, 5, 12])
+        lanes = rrb.Horizontal(self._panels.skills, self._panels.resources)
+        so_far = rrb.Vertical(self._scene, lanes)
+        return framed(rrb.Horizontal(so_far, now, self._panels.tree, column_shares=[9, 7, 4]))
 
 
 def _place(xyz: NDArray[np.float64]) -> topics.Vector3:

@@ -30,7 +30,7 @@ _PILL = 0.45
 """Half the height of a pill, in rows."""
 _LABEL_BELOW = 12.5
 """Rerun writes a label this many pixels below its point."""
-_LOG_WIDTH = 62
+_LOG_WIDTH = 60
 """Letters that fit a row of the log: a row is one line, and what does not fit is hidden."""
 _INDENT = "    "
 _PASSING = frozenset({State.VALIDATING, State.DISPATCHING, State.INTERRUPTING, "GRANTED", "ENDED", "NOT_READY"})
@@ -211,8 +211,18 @@ class MissionView:
 
 def in_lines(text: str, width: int = _LOG_WIDTH) -> list[str]:
     """A text whose first line stands out: further lines, and what does not fit one, are indented below it."""
-    lines = [part for line in text.splitlines() for part in textwrap.wrap(line, width, break_long_words=False)]
-    return [*lines[:1], *(_INDENT + line for line in lines[1:])]
+    lines: list[str] = []
+    for line in text.splitlines():
+        indent = _INDENT if lines else ""
+        lines += textwrap.wrap(
+            line,
+            width,
+            initial_indent=indent,
+            subsequent_indent=_INDENT,
+            break_long_words=False,
+            break_on_hyphens=False,
+        )
+    return lines
 
 
 def _bar_colours(skill: Skill) -> dict[str, str]:
