@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeAlias
 
 import pytest
 from flights import KEYS, M600, M600_FILE, Flight
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from py_trees.behaviour import Behaviour
-from py_trees.behaviours import StatusQueue
+from py_trees.behaviours import Failure, StatusQueue, Success
 from py_trees.common import Status
+from py_trees.decorators import FailureIsSuccess, SuccessIsFailure
 
+from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.running import runner
 from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
 from skillwing.bt_missions.running.runner import MissionNode, make_mission
-from skillwing.bt_missions.subtrees.composites import alongside, in_order
+from skillwing.bt_missions.subtrees.composites import alongside, first_that_works, guarded, in_order
 from skillwing.bt_missions.subtrees.landing import land_where_it_is
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.bus import Answer, Answered, Bus, Refused
@@ -36,6 +38,7 @@ from skillwing.services.protocol import (
 TIDY = {"max_examples": 8, "deadline": None}
 
 
+Make: TypeAlias = Callable[[MissionContext], Behaviour]
 HOP = [Status.RUNNING] * 40 + [Status.SUCCESS]
 
 
@@ -60,24 +63,53 @@ class Raising(Behaviour):
         raise ZeroDivisionError("division by zero")
 
 
+class Closed(Behaviour):
+    """A leaf that runs a whole tree of its own, of which no check before the flight can know."""
+
+    def __init__(self, tree: Behaviour) -> None:
+        super().__init__(tree.name)
+        self.tree = tree
+
+    def update(self) -> Status:
+        self.tree.tick_once()
+        return self.tree.status
+
+
 class ShortHop(Mission):
-    """Takes off, then does what the test says."""
+    """Takes off, does what the test says, and lands. whole: its tree, where that shall be another one."""
 
     name = "hop"
     summary = "Take off and see."
     needs: ClassVar[dict[str, tuple[str, ...]]] = {"SDK_authority": ("AVAILABLE",), "homepoint_status": ("VALID",)}
 
-    def __init__(self, *then: Callable[[MissionContext], Behaviour], rescue: bool = True) -> None:
+    def __init__(self, *then: Make, rescue: bool = True, whole: Make | None = None) -> None:
         self.then = then
         self.can_rescue = rescue
+        self.whole = whole
 
     def build(self, context: MissionContext, options: Any) -> MissionTrees:
-        takeoff = SkillAction("takeoff", context, "takeoff", {"height": 4.0})
-        rescue = land_where_it_is(context) if self.can_rescue else Raising("raises")
-        return MissionTrees(in_order("hop", takeoff, *(make(context) for make in self.then)), rescue, Progress)
+        rescue = land_where_it_is(context)
+        if not self.can_rescue:
+            rescue = in_order("rescue", FailureIsSuccess("try", Raising("raises")), rescue)
+        flight = in_order("hop", take_off(context), *(make(context) for make in self.then), land(context))
+        failed = SuccessIsFailure("landed, but not done", land_where_it_is(context))
+        tree = first_that_works("hop or land", flight, failed) if self.whole is None else self.whole(context)
+        return MissionTrees(tree, rescue, Progress)
 
 
-def hop(*then: Callable[[MissionContext], Behaviour], rescue: bool = True) -> Flight:
+class FromTheAir(ShortHop):
+    needs: ClassVar[dict[str, tuple[str, ...]]] = {"flight_status": ("IN_AIR",)}
+
+
+def take_off(context: MissionContext) -> Behaviour:
+    return SkillAction("takeoff", context, "takeoff", {"height": 4.0})
+
+
+def land(context: MissionContext) -> Behaviour:
+    return SkillAction("land", context, "land", {"speed": 2.0})
+
+
+def hop(*then: Make, rescue: bool = True) -> Flight:
     return Flight(mission=ShortHop(*then, rescue=rescue))
 
 
@@ -86,7 +118,7 @@ def raising(context: MissionContext) -> Behaviour:
 
 
 def hold(context: MissionContext) -> Behaviour:
-    return SkillAction("hold", context, "lidar_mapping")
+    return FailureIsSuccess("held", SkillAction("hold", context, "lidar_mapping"))
 
 
 # --- before the flight -----------------------------------------------------------------------------------------------
@@ -126,8 +158,12 @@ def test_a_mission_that_does_not_fit_is_refused_with_all_its_problems() -> None:
     )
     status = flight.fly()
     assert status.phase == "FAILED"
-    assert "teleport" in status.text
-    assert "speed" in status.text
+    first, *problems = status.text.splitlines()
+    assert first == "The mission does not fit this robot:"
+    assert len(problems) == 2, "one line each"
+    assert all(f"{__file__}:" in problem for problem in problems)
+    assert "teleport" in problems[0]
+    assert "speed" in problems[1]
     assert flight.started == []
 
 
@@ -277,6 +313,41 @@ def test_what_cannot_be_paused_or_resumed_says_so() -> None:
     refused = pause(without)
     assert isinstance(refused, Refused)
     assert "it can be aborted" in refused.error.message
+
+
+# --- an end in the air -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("then", "phase"), [(Success("done"), "SUCCEEDED"), (Failure("ill"), "FAILED")])
+def test_a_mission_that_ends_in_the_air_after_all_is_landed_by_its_rescue(then: Behaviour, phase: str) -> None:
+    flight = Flight(mission=ShortHop(whole=lambda context: Closed(in_order("hidden", take_off(context), then))))
+    status = flight.fly()
+    assert status.phase == phase
+    assert status.text.endswith("; it ended in the air; the drone is on the ground")
+    assert flight.started == ["takeoff", "land"]
+    assert flight.on_ground
+    assert flight.idle
+
+
+def test_a_mission_that_ends_because_the_pilot_has_the_drone_leaves_it_to_him() -> None:
+    def whole(context: MissionContext) -> Behaviour:
+        flight = in_order("hop", take_off(context), hold(context))
+        return guarded("hop", ResourceIs("may we fly?", context, "SDK_authority", "AVAILABLE"), Closed(flight))
+
+    flight = Flight(mission=ShortHop(whole=whole))
+    flight.at(10.0, lambda: flight.drone.set("SDK_authority", "UNAVAILABLE"))
+    status = flight.fly()
+    assert (status.phase, status.text) == ("FAILED", "SDK_authority is UNAVAILABLE; it has to be AVAILABLE")
+    assert "land" not in flight.started
+    assert not flight.on_ground
+
+
+def test_a_mission_that_found_the_drone_in_the_air_may_leave_it_there() -> None:
+    mission = FromTheAir(whole=lambda context: SkillAction("wait", context, "hover", {"duration": 1.0}))
+    flight = Flight(mission=mission)
+    flight.drone.position = (0.0, 0.0, 5.0)
+    assert flight.fly().text == "done"
+    assert flight.started == ["hover"]
 
 
 # --- when the tree itself breaks -------------------------------------------------------------------------------------

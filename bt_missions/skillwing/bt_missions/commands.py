@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from skillwing.bt_missions.running.library import find_mission, installed_missions
+from skillwing.bt_missions.running.library import find_draft, find_mission, installed_missions
 from skillwing.bt_missions.running.option_values import written
 from skillwing.bt_missions.running.option_words import parse_options
 from skillwing.bt_missions.running.phase import Phase
@@ -19,12 +19,14 @@ from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.bt_missions.running.tree_text import render
 from skillwing.bt_missions.templates.template import write_template
 from skillwing.bt_missions.watching import MissionWatch, status_line, stay
+from skillwing.bt_missions.xml.mission import XmlMission
+from skillwing.bt_missions.xml.problems import TreeFileError
 from skillwing.bt_missions.xml.writer import write_mission, write_models
 from skillwing.dsl import load
 from skillwing.services.commands.briefing import briefing
 from skillwing.services.commands.completion import missions
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
-from skillwing.services.commands.exit_codes import FAILED, OK
+from skillwing.services.commands.exit_codes import FAILED, OK, USAGE
 from skillwing.services.commands.output import make_console, print_json, print_table
 from skillwing.services.errors import SkillwingError, UnansweredError
 from skillwing.services.protocol import AbortMission, Keys, MissionStatus, PauseMission, ResumeMission
@@ -171,20 +173,28 @@ def check(
 ) -> None:
     """List everything in a mission that does not fit the robot. Nothing has to run for that.
 
-    Exit codes: 0 it fits, 1 it does not, 2 unknown name or malformed value.
+    With --json a list of `text` and `place`, also of a file that cannot be used.
+
+    Exit codes: 0 it fits, 1 it does not, 2 unknown name, malformed value, or a file that is no mission.
     """
-    chosen = find_mission(name)
     model = load(skillset or find_robot(robot).skillset)
-    misfits = rehearse(chosen, model, chosen.read_options(parse_options(options or [])))
+    try:
+        chosen = find_draft(name)
+        misfits = rehearse(chosen, model, chosen.read_options(parse_options(options or [])))
+        code, called = (FAILED if misfits else OK), chosen.name
+        if isinstance(chosen, XmlMission) and chosen.problems:
+            code = USAGE
+    except TreeFileError as error:
+        misfits, code, called = list(error.misfits), USAGE, name
     if as_json:
         print_json(misfits)
     else:
         console = make_console()
         for misfit in misfits:
-            console.print(str(misfit), soft_wrap=True, highlight=False)
+            console.print(str(misfit), soft_wrap=True, markup=False)
         verdict = f"{len(misfits)} problem{'s' * (len(misfits) != 1)}" if misfits else f"fits {model.name}"
-        console.print(f"{chosen.name}: {verdict}")
-    raise typer.Exit(FAILED if misfits else OK)
+        console.print(f"{called}: {verdict}", markup=False)
+    raise typer.Exit(code)
 
 
 @mission.command()

@@ -77,7 +77,7 @@ def flight(m600: Skillset) -> Flight:
 
 
 def test_the_mission_fits_the_m600(flight: Flight, m600: Skillset) -> None:
-    assert preflight([flight.trees.root, flight.trees.rescue], m600, MISSION.needs) == []
+    assert preflight(MISSION, flight.trees, m600) == []
 
 
 def test_the_nominal_mission(flight: Flight) -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from types import MappingProxyType
+
 import pytest
 from fake_interface import SKILLSET, FakeMission
 from py_trees.behaviour import Behaviour
@@ -9,13 +12,15 @@ from py_trees.behaviours import Success
 from py_trees.common import Status
 
 from skillwing.bt_missions.leaves.conditions import DataCompare, ResourceIs
+from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.running.preflight import preflight
+from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
+from skillwing.bt_missions.running.preflight import preflight, tree_problems
 from skillwing.bt_missions.subtrees.composites import alongside, first_that_works, in_order
 
 
 def problems(*leaves: Behaviour) -> list[str]:
-    return [found.text for found in preflight([in_order("tree", *leaves)], SKILLSET)]
+    return [found.text for found in tree_problems([in_order("tree", *leaves)], SKILLSET)]
 
 
 def test_a_tree_that_fits_has_no_problem(mission: FakeMission) -> None:
@@ -53,9 +58,25 @@ def test_all_problems_are_listed_at_once(mission: FakeMission) -> None:
             assert any(part in problem for problem in about)
 
 
-def test_the_needs_of_a_mission_are_checked_too() -> None:
-    found = preflight([], SKILLSET, {"camera": ("OK",), "axes": ("IDLE",), "wings": ("OUT",)})
-    assert len(found) == 2
+class Needy(Mission):
+    name = "needy"
+    summary = "Needs what there is not."
+    needs = MappingProxyType({"camera": ("OK",), "axes": ("IDLE",), "wings": ("OUT",)})
+
+    def build(self, context: MissionContext, options: MissionOptions) -> MissionTrees:
+        return MissionTrees(Success("flown"), Success("safe"), Progress)
+
+
+def test_the_needs_of_a_mission_are_checked_too_and_have_the_place_of_its_class(mission: FakeMission) -> None:
+    needy = Needy()
+    found = preflight(needy, needy.build(mission.context, MissionOptions()), SKILLSET)
+    line = next(
+        n for n, text in enumerate(Path(__file__).read_text().splitlines(), 1) if text.startswith("class Needy")
+    )
+    assert [(each.place, each.text.split("`")[1]) for each in found] == [
+        (f"{__file__}:{line}", "IDLE"),
+        (f"{__file__}:{line}", "wings"),
+    ]
 
 
 def test_a_branch_after_one_that_cannot_fail_is_never_reached(mission: FakeMission) -> None:

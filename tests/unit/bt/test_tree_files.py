@@ -55,9 +55,9 @@ def problems_of(text: str) -> list[str]:
     """Every problem as `line: text`."""
     try:
         loaded = mission_of(text)
+        misfits = rehearse(loaded, SKILLSET, loaded.Options())
     except TreeFileError as error:
-        return [f"{problem.line}: {problem.text}" for problem in error.problems]
-    misfits = rehearse(loaded, SKILLSET, loaded.Options())
+        misfits = error.misfits
     return [str(misfit).removeprefix(f"{FILE}:") for misfit in misfits]
 
 

@@ -8,7 +8,7 @@ from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
 from skillwing.bt_missions.running.mission import Mission
-from skillwing.bt_missions.xml.mission import load_mission
+from skillwing.bt_missions.xml.mission import XmlMission, load_mission
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.errors import InvalidOptionError
 
@@ -35,9 +35,17 @@ def installed_missions() -> dict[str, EntryPoint]:
 def find_mission(name: str) -> Mission:
     """The mission of that name; that of a tree file, where the name ends with `.xml`; or `MISSION` of a `.py` file.
 
-    Raises UnknownMissionError, TreeFileError for a tree file that cannot be read, and InvalidOptionError for a Python
+    Raises UnknownMissionError, TreeFileError for a tree file that cannot be used, and InvalidOptionError for a Python
     file that cannot be loaded.
     """
+    mission = find_draft(name)
+    if isinstance(mission, XmlMission):
+        mission.require_usable()
+    return mission
+
+
+def find_draft(name: str) -> Mission:
+    """The same for who only checks it: of tree files only those are refused that cannot be read at all."""
     file = Path(name)
     if file.suffix == ".xml":
         return load_mission(file)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ from py_trees.behaviour import Behaviour
 
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.planning.detour import Position, RoutePlanner
+from skillwing.bt_missions.running.misfit import Misfit
 from skillwing.bt_missions.running.option_values import read_values
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.errors import InvalidOptionError
@@ -38,24 +40,15 @@ class Progress:
 
 
 @dataclass(frozen=True, slots=True)
-class Misfit:
-    """What does not fit, as a sentence. place: `file:line` of the mission where it is written, if that is known."""
-
-    text: str
-    place: str | None = None
-
-    def __str__(self) -> str:
-        return f"{self.place}: {self.text}" if self.place else self.text
-
-
-@dataclass(frozen=True, slots=True)
 class MissionTrees:
     """What a mission is made of. root: flies it. rescue: brings the drone to safety when `root` cannot go on, because
-    somebody aborted the mission or a leaf raised."""
+    somebody aborted the mission or a leaf raised, and when `root` has ended in the air. unused: what else was written
+    beside them, to be checked and never flown."""
 
     root: Behaviour
     rescue: Behaviour
     progress: Callable[[], Progress]
+    unused: tuple[Behaviour, ...] = ()
 
 
 class Mission(ABC):
@@ -69,6 +62,14 @@ class Mission(ABC):
     summary: str
     needs: Mapping[str, tuple[str, ...]] = MappingProxyType({})
     Options: type[MissionOptions] = MissionOptions
+
+    @property
+    def place_of_needs(self) -> str | None:
+        """`file:line` where `needs` are written: for a mission in Python that of its class."""
+        try:
+            return f"{inspect.getsourcefile(type(self))}:{inspect.getsourcelines(type(self))[1]}"
+        except (OSError, TypeError):  # made where there is no file
+            return None
 
     @abstractmethod
     def build(self, context: MissionContext, options: Any) -> MissionTrees:

@@ -24,6 +24,9 @@ def read_values(given: Mapping[str, Any], options: type[O]) -> O:
     for each in msgspec.structs.fields(options):
         if each.name in given:
             values[each.name] = _read(each, given[each.name])
+        elif each.required:
+            words = _words(msgspec.inspect.type_info(each.type))
+            raise InvalidOptionError(each.name, f"`{each.name}` is missing; it takes {words}.")
     try:
         return options(**values)
     except ValueError as error:  # what no single value is to blame for

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 
 from py_trees.behaviour import Behaviour
 
@@ -10,7 +10,11 @@ from skillwing.bt_missions.leaves.conditions import DataCompare, ResourceIs
 from skillwing.bt_missions.leaves.holds import HELD
 from skillwing.bt_missions.leaves.places import place_of
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.running.mission import Misfit
+from skillwing.bt_missions.leaves.unbuilt import is_guessed
+from skillwing.bt_missions.running.comparison_check import comparison_problems
+from skillwing.bt_missions.running.landing_check import landing_problems
+from skillwing.bt_missions.running.misfit import Misfit
+from skillwing.bt_missions.running.mission import Mission, MissionTrees
 from skillwing.bt_missions.running.tree_check import shape_problems
 from skillwing.bt_missions.subtrees.composites import OnEnding
 from skillwing.bt_missions.subtrees.holding import WhileGranted
@@ -19,33 +23,30 @@ from skillwing.services.core.values import fit_fields
 from skillwing.services.protocol import Ending
 
 
-def preflight(
-    trees: Iterable[Behaviour], skillset: Skillset, needs: Mapping[str, tuple[str, ...]] | None = None
-) -> list[Misfit]:
-    """Everything that does not fit; an empty list says that the mission fits this robot.
-
-    needs: resources and states that the mission waits for before it starts.
-    """
+def preflight(mission: Mission, trees: MissionTrees, skillset: Skillset) -> list[Misfit]:
+    """Everything in a mission's trees, and in what it needs before they are ticked, that does not fit this robot."""
     found: list[Misfit] = []
-    for resource, states in (needs or {}).items():
+    for resource, states in mission.needs.items():
         problems = _resource_problems(skillset, resource, states)
-        found.extend(Misfit(f"The mission's needs: {problem}") for problem in problems)
-    for root in trees:
-        found.extend(Misfit(problem, place_of(node)) for node, problem in shape_problems(root, skillset))
-        for node in root.iterate():
-            problems = _structure_problems(node, skillset)
-            found.extend(Misfit(f"Node `{node.name}`: {problem}", place_of(node)) for problem in problems)
-        for leaf in _leaves(root):
-            problems = _leaf_problems(leaf, skillset)
-            found.extend(Misfit(f"Leaf `{leaf.name}`: {problem}", place_of(leaf)) for problem in problems)
+        found.extend(Misfit(f"The mission's needs: {problem}", mission.place_of_needs) for problem in problems)
+    found.extend(tree_problems([trees.root, trees.rescue, *trees.unused], skillset))
+    landing = landing_problems(trees.root, trees.rescue, skillset)
+    found.extend(Misfit(problem, place_of(node)) for node, problem in landing)
     return list(dict.fromkeys(found))
 
 
-def _leaves(node: Behaviour) -> Iterator[Behaviour]:
-    if not node.children:
-        yield node
-    for child in node.children:
-        yield from _leaves(child)
+def tree_problems(trees: Iterable[Behaviour], skillset: Skillset) -> list[Misfit]:
+    """Everything in these trees that does not fit the skillset or itself, whatever they are for."""
+    found: list[Misfit] = []
+    for root in trees:
+        found.extend(Misfit(problem, place_of(node)) for node, problem in shape_problems(root, skillset))
+        for node in root.iterate():
+            if is_guessed(node):
+                continue
+            kind, problems = ("Node", _structure_problems) if node.children else ("Leaf", _leaf_problems)
+            texts = (f"{kind} `{node.name}`: {problem}" for problem in problems(node, skillset))
+            found.extend(Misfit(text, place_of(node)) for text in texts)
+    return list(dict.fromkeys(found))
 
 
 def _leaf_problems(leaf: Behaviour, skillset: Skillset) -> Iterator[str]:
@@ -54,7 +55,8 @@ def _leaf_problems(leaf: Behaviour, skillset: Skillset) -> Iterator[str]:
     elif isinstance(leaf, ResourceIs):
         yield from _resource_problems(skillset, leaf.resource, leaf.states)
     elif isinstance(leaf, DataCompare):
-        yield from _unknown(lambda: skillset.datum(leaf.datum))
+        problem = next(_unknown(lambda: skillset.datum(leaf.datum)), None)
+        yield from comparison_problems(leaf, skillset.datum(leaf.datum).type) if problem is None else (problem,)
 
 
 def _skill_problems(leaf: SkillAction, skillset: Skillset) -> Iterator[str]:

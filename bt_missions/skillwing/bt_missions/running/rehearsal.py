@@ -7,7 +7,8 @@ from typing import Any, NoReturn
 
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skills import Goal
-from skillwing.bt_missions.running.mission import Misfit, Mission, MissionOptions
+from skillwing.bt_missions.running.misfit import Misfit
+from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees
 from skillwing.bt_missions.running.preflight import preflight
 from skillwing.dsl.model import Skillset
 from skillwing.services.protocol import DataReading
@@ -47,13 +48,19 @@ def grounded_context(skillset: Skillset) -> MissionContext:
     return MissionContext(NoRobot(), skillset, lambda: 0.0, write_nothing)
 
 
+def drafted(mission: Mission, context: MissionContext, options: MissionOptions) -> tuple[MissionTrees, list[Misfit]]:
+    """The trees of a mission, and everything in it that does not fit the robot of this context, by place. It is the
+    same list before a flight and at its start."""
+    trees, misfits = mission.draft(context, options)
+    misfits += preflight(mission, trees, context.skillset)
+    return trees, sorted(dict.fromkeys(misfits), key=_where)
+
+
 def rehearse(mission: Mission, skillset: Skillset, options: MissionOptions) -> list[Misfit]:
     """Everything in a mission that does not fit this skillset with these options, with its place where it is known."""
-    trees, misfits = mission.draft(grounded_context(skillset), options)
-    misfits += preflight([trees.root, trees.rescue], skillset, mission.needs)
-    return sorted(misfits, key=_where)
+    return drafted(mission, grounded_context(skillset), options)[1]
 
 
 def _where(misfit: Misfit) -> tuple[str, int]:
-    file, _, line = (misfit.place or ":0").rpartition(":")
-    return file, int(line)
+    file, _, line = (misfit.place or "").rpartition(":")
+    return (file, int(line)) if line.isdecimal() else (misfit.place or "", 0)

@@ -1,7 +1,8 @@
 """The process that flies one mission: it ticks the tree when something changes, and tells what the tree does.
 
-A run goes through its stages in this order: WAITING until the robot is ready, FLYING the tree, RESCUING the drone if
-the tree could not go on, SETTLING until every goal of the mission is over, OVER.
+A run goes through its stages in this order: WAITING until the robot is ready, FLYING the tree, LOOKING where the drone
+is once that has ended, RESCUING it if the tree could not go on or has ended in the air, SETTLING until every goal of
+the mission is over, OVER.
 """
 
 from __future__ import annotations
@@ -14,13 +15,14 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from skillwing.bt_missions.leaves.context import MissionContext
+from skillwing.bt_missions.leaves.context import CALM, MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.running.landing_gear import LandingGear
 from skillwing.bt_missions.running.library import find_mission
-from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees
+from skillwing.bt_missions.running.mission import Mission, MissionOptions
 from skillwing.bt_missions.running.orders import serve_orders
 from skillwing.bt_missions.running.phase import Phase
-from skillwing.bt_missions.running.preflight import preflight
+from skillwing.bt_missions.running.rehearsal import drafted
 from skillwing.bt_missions.running.standing import Holders, Standing
 from skillwing.bt_missions.running.still_clock import STILL_CLOCK_TIMEOUT, StillClock
 from skillwing.bt_missions.running.tree_text import TreePortrait
@@ -55,6 +57,7 @@ SETTLE_TIMEOUT = 15.0
 class Stage(StrEnum):
     WAITING = "waiting"
     FLYING = "flying"
+    LOOKING = "looking"
     RESCUING = "rescuing"
     SETTLING = "settling"
     OVER = "over"
@@ -105,6 +108,7 @@ class MissionNode:
         self._outcome = Phase.IDLE, ""
         self._abort_reason: str | None = None
         self._awake = False
+        self._ended_at = 0.0
         self._handles: list[Handle] = []
         self._clock_watch: StillClock | None = None
 
@@ -122,7 +126,8 @@ class MissionNode:
         self._timeline = Timeline(bus, self._keys)
         self._interface = SkillsetInterface(bus, self._skillset, client=self.name, owns_goals=True)
         self._context = MissionContext(self._interface, self._skillset, bus.now, self._write_record)
-        self._trees: MissionTrees = self.mission.build(self._context, self._options)
+        self._landing_gear = LandingGear(self._interface, self._skillset)
+        self._trees, misfits = drafted(self.mission, self._context, self._options)
         self._show(self._trees.root)
         self._status_out: Publisher = bus.advertise(self._keys.mission_status, events=True)
         self._tree_out: Publisher = bus.advertise(self._keys.mission_tree, events=True)
@@ -133,11 +138,9 @@ class MissionNode:
             bus.after(self._ready_timeout, self._give_up_waiting, wall=True),
             bus.declare_alive(self._keys.alive(self.name)),
         ]
-        problems = preflight([self._trees.root, self._trees.rescue], self._skillset, {**self.mission.needs})
-        if problems:
-            self._end(
-                Phase.FAILED, "The mission does not fit this robot: " + " ".join(map(str, problems)), rescue=False
-            )
+        if misfits:
+            told = "".join(f"\n  {misfit}" for misfit in misfits)
+            self._end(Phase.FAILED, f"The mission does not fit this robot:{told}", rescue=False)
         self._wake()
 
     def detach(self) -> None:
@@ -190,6 +193,8 @@ class MissionNode:
                 self._take_off_when_ready()
             case Stage.FLYING:
                 self._fly()
+            case Stage.LOOKING:
+                self._look()
             case Stage.RESCUING:
                 self._rescue()
             case Stage.SETTLING | Stage.OVER:
@@ -205,6 +210,7 @@ class MissionNode:
         missing = self._missing()
         if not missing:
             self._stage = Stage.FLYING
+            self._landing_gear.begin()
             self._enter(Phase.RUNNING, "the robot is ready")
             self._clock_watch = StillClock(self._bus, self._give_up_for_clock)
             self._fly()
@@ -232,9 +238,9 @@ class MissionNode:
     def _fly(self) -> None:
         status = self._tick_tree(self._trees.root)
         if status is Status.SUCCESS:
-            self._end(Phase.SUCCEEDED, self._trees.progress().text or "done", rescue=False)
+            self._land(Phase.SUCCEEDED, self._trees.progress().text or "done")
         elif status is Status.FAILURE:
-            self._end(Phase.FAILED, self._why(), rescue=False)
+            self._land(Phase.FAILED, self._why())
 
     def _rescue(self) -> None:
         status = self._tick_tree(self._trees.rescue)
@@ -268,15 +274,37 @@ class MissionNode:
 
     def _end(self, phase: Phase, text: str, *, rescue: bool) -> None:
         """Halt the tree. Then bring the drone down with `rescue`, or wait for the goals to stop."""
+        self._stop_tree(phase, text)
+        self._begin_rescue() if rescue else self._settle()
+
+    def _land(self, phase: Phase, text: str) -> None:
+        """The tree has come to its end; whoever ended it in the air does not leave the drone there."""
+        self._stop_tree(phase, text)
+        self._stage = Stage.LOOKING
+        self._ended_at = self._bus.now()
+        self._look()
+
+    def _look(self) -> None:
+        """The landing's end may be known before the landing gear tells of it; an end in the air stays one."""
+        if not self._landing_gear.leaves_drone_in_air:
+            self._settle()
+        elif self._bus.now() - self._ended_at >= CALM:
+            phase, text = self._outcome
+            self._outcome = phase, f"{text}; it ended in the air"
+            self._begin_rescue()
+
+    def _stop_tree(self, phase: Phase, text: str) -> None:
         self._outcome = phase, text
         self._publish_tree()  # the last picture of it, before halting wipes its statuses
         self._halt()
-        if rescue:
-            self._stage = Stage.RESCUING
-            self._show(self._trees.rescue)
-        else:
-            self._stage = Stage.SETTLING
-            self._handles.append(self._bus.after(SETTLE_TIMEOUT, self._finish, wall=True))
+
+    def _begin_rescue(self) -> None:
+        self._stage = Stage.RESCUING
+        self._show(self._trees.rescue)
+
+    def _settle(self) -> None:
+        self._stage = Stage.SETTLING
+        self._handles.append(self._bus.after(SETTLE_TIMEOUT, self._finish, wall=True))
 
     def _halt(self) -> None:
         try:
@@ -301,7 +329,7 @@ class MissionNode:
                 handle.cancel()
 
     def _give_up_for_clock(self) -> None:
-        if self._stage in (Stage.FLYING, Stage.RESCUING):
+        if self._stage in (Stage.FLYING, Stage.LOOKING, Stage.RESCUING):
             before = f"{self._why()}; then " if self._context.failure else ""
             self._end(Phase.FAILED, f"{before}robot time stands still for {STILL_CLOCK_TIMEOUT:g} s", rescue=False)
             self._wake()

@@ -1,4 +1,4 @@
-"""What can be told of a tree by its shape: branches that nobody reaches, resources that are wanted twice at once."""
+"""What can be told of a tree by its shape: branches that nobody reaches, skills and resources wanted twice at once."""
 
 from __future__ import annotations
 
@@ -9,10 +9,13 @@ from py_trees.behaviour import Behaviour
 from py_trees.behaviours import Failure, Running, Success
 from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel, Selector, Sequence
-from py_trees.decorators import FailureIsSuccess, Inverter, SuccessIsFailure
+from py_trees.decorators import Decorator, FailureIsSuccess, Inverter, Repeat, Retry, SuccessIsFailure, SuccessIsRunning
 
 from skillwing.bt_missions.leaves.settling import NoteSwitch, Settled
 from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.subtrees.composites import OnEnding
+from skillwing.bt_missions.subtrees.decorators import Deadline
+from skillwing.bt_missions.subtrees.holding import Pausable, WhileGranted
 from skillwing.dsl.model import Skill, Skillset
 
 
@@ -21,7 +24,7 @@ def shape_problems(root: Behaviour, skillset: Skillset) -> Iterator[tuple[Behavi
     for node in root.iterate():
         yield from _unreachable(node, skillset)
         if isinstance(node, Parallel):
-            for problem in _taken_twice(node, skillset):
+            for problem in (*_run_twice(node), *_taken_twice(node, skillset)):
                 yield node, problem
 
 
@@ -31,32 +34,45 @@ def _unreachable(node: Behaviour, skillset: Skillset) -> Iterator[tuple[Behaviou
         return
     needed, word = (Status.FAILURE, "fail") if isinstance(node, Selector) else (Status.SUCCESS, "succeed")
     for before, child in pairwise(node.children):
-        if needed not in _ends(before, skillset):
+        if needed not in ends_of(before, skillset):
             yield child, f"Branch `{child.name}` of `{node.name}` is never reached: `{before.name}` cannot {word}."
             return
+
+
+def _run_twice(parallel: Parallel) -> Iterator[str]:
+    """Skills in different children: a skill has one goal at a time, and answers BUSY to a second one."""
+    for one, other in combinations(parallel.children, 2):
+        for skill in dict.fromkeys(_skills(one)):
+            if skill in _skills(other):
+                yield f"Under `{parallel.name}` skill `{skill}` would run twice at the same time; a second one is BUSY."
+
+
+def _skills(node: Behaviour) -> list[str]:
+    return [leaf.skill for leaf in node.iterate() if isinstance(leaf, SkillAction)]
 
 
 def _taken_twice(parallel: Parallel, skillset: Skillset) -> Iterator[str]:
     """Resources that skills in different children take when they start."""
     for one, other in combinations(parallel.children, 2):
-        for resource, skill in _taken(one, skillset):
+        for resource, leaf in _taken(one, skillset):
             for same, rival in _taken(other, skillset):
-                if resource == same:
-                    yield f"Under `{parallel.name}` both `{skill}` and `{rival}` take {resource}, at the same time."
+                if resource == same and leaf.skill != rival.skill:
+                    names = f"both `{leaf.name}` and `{rival.name}`"
+                    yield f"Under `{parallel.name}` {names} take {resource}, at the same time."
 
 
-def _taken(node: Behaviour, skillset: Skillset) -> list[tuple[str, str]]:
-    """Resource and name of the leaf for each resource that a skill below `node` takes when it starts."""
-    taken: dict[tuple[str, str], None] = {}
+def _taken(node: Behaviour, skillset: Skillset) -> list[tuple[str, SkillAction]]:
+    """Each resource that a skill below `node` takes when it starts, with the leaf."""
+    taken: dict[tuple[str, str], SkillAction] = {}
     for leaf in node.iterate():
-        skill = _skill_of(leaf, skillset) if isinstance(leaf, SkillAction) else None
-        if skill is not None:
+        skill = skill_of(leaf, skillset) if isinstance(leaf, SkillAction) else None
+        if isinstance(leaf, SkillAction) and skill is not None:
             start = skill.transitions(skill.preconditions.success)
-            taken.update(((resource, leaf.name), None) for resource, _ in start)
-    return list(taken)
+            taken |= {(resource, leaf.name): leaf for resource, _ in start}
+    return [(resource, leaf) for (resource, _), leaf in taken.items()]
 
 
-def _ends(node: Behaviour, skillset: Skillset) -> set[Status]:
+def ends_of(node: Behaviour, skillset: Skillset) -> set[Status]:
     """With which of SUCCESS and FAILURE a node can end; both where nothing is known of it."""
     match node:
         case Success() | NoteSwitch() | Settled() | FailureIsSuccess():
@@ -65,9 +81,13 @@ def _ends(node: Behaviour, skillset: Skillset) -> set[Status]:
             ends = {Status.FAILURE}
         case Running():
             ends = set[Status]()
-        case Inverter():
-            turned = {Status.SUCCESS: Status.FAILURE, Status.FAILURE: Status.SUCCESS}
-            ends = {turned[end] for end in _ends(node.decorated, skillset)}
+        case Decorator():
+            ends = _ends_of_decorator(node, skillset)
+        case Pausable():
+            ends = ends_of(node.children[-1], skillset)
+        case OnEnding():
+            attempt, then = (ends_of(child, skillset) for child in node.children)
+            ends = attempt | then if Status.FAILURE in attempt else attempt
         case Sequence() | Selector() | Parallel():
             ends = _ends_of_composite(node, skillset)
         case SkillAction() if not _can_succeed(node, skillset):
@@ -77,8 +97,26 @@ def _ends(node: Behaviour, skillset: Skillset) -> set[Status]:
     return ends
 
 
+def _ends_of_decorator(node: Decorator, skillset: Skillset) -> set[Status]:
+    below = ends_of(node.decorated, skillset)
+    match node:
+        case Inverter():
+            turned = {Status.SUCCESS: Status.FAILURE, Status.FAILURE: Status.SUCCESS}
+            return {turned[end] for end in below}
+        case SuccessIsRunning():
+            return below - {Status.SUCCESS}
+        case Repeat() if node.num_success < 0:
+            return below - {Status.SUCCESS}
+        case Repeat() | Retry():
+            return below
+        case Deadline() | WhileGranted():
+            return below | {Status.FAILURE}
+        case _:
+            return {Status.SUCCESS, Status.FAILURE}
+
+
 def _ends_of_composite(node: Sequence | Selector | Parallel, skillset: Skillset) -> set[Status]:
-    ends = {id(child): _ends(child, skillset) for child in node.children}
+    ends = {id(child): ends_of(child, skillset) for child in node.children}
     one, every = (Status.SUCCESS, Status.FAILURE) if isinstance(node, Selector) else (Status.FAILURE, Status.SUCCESS)
     deciding = node.children
     if isinstance(node, Parallel):
@@ -92,11 +130,11 @@ def _ends_of_composite(node: Sequence | Selector | Parallel, skillset: Skillset)
 
 def _can_succeed(leaf: SkillAction, skillset: Skillset) -> bool:
     """Whether any ending means SUCCESS. A skill can always end in failure: its manager may be lost."""
-    skill = _skill_of(leaf, skillset)
+    skill = skill_of(leaf, skillset)
     if skill is None or Status.SUCCESS in leaf.outcomes.values():
         return True
     return any(result.success and f"S_{result.name}" not in leaf.outcomes for result in skill.results)
 
 
-def _skill_of(leaf: SkillAction, skillset: Skillset) -> Skill | None:
+def skill_of(leaf: SkillAction, skillset: Skillset) -> Skill | None:
     return next((skill for skill in skillset.skills if skill.name == leaf.skill), None)

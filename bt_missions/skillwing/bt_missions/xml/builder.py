@@ -6,10 +6,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from py_trees.behaviour import Behaviour
-from py_trees.common import Status
 
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.places import put_place
+from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.leaves.unbuilt import Unbuilt, mark_guessed
 from skillwing.bt_missions.xml.document import Element
 from skillwing.bt_missions.xml.node_type import Call, Category, NodeType, PortError
 from skillwing.bt_missions.xml.problems import Problem
@@ -30,13 +31,6 @@ class _Reference:
     line: int
 
 
-class Unbuilt(Behaviour):
-    """Stands where a node could not be built, so that everything around it can be looked at; never in a flight."""
-
-    def update(self) -> Status:
-        return Status.FAILURE
-
-
 class Builder:
     """One building of the trees of one file."""
 
@@ -47,18 +41,29 @@ class Builder:
         self._context = context
         self._references: list[_Reference] = []
         self._open: list[str] = []
+        self._built: set[str] = set()
 
     def build(self, tree: str, scope: Scope) -> Behaviour:
-        """The node at the top of a tree. `Unbuilt` stands for what cannot be built."""
+        """The node at the top of a tree. `Unbuilt` stands for what cannot be built, or is not there."""
+        if tree not in self._source.trees:
+            return Unbuilt(tree)
+        self._built.add(tree)
         self._open.append(tree)
         top = self._node(self._source.trees[tree], scope)
         self._open.pop()
         return top
 
+    def build_unused(self) -> Iterator[Behaviour]:
+        """The trees that nobody has called until now; what their callers would give them is not missed."""
+        for tree in self._source.trees:
+            if tree not in self._built:
+                element, scope = self._source.trees[tree], Scope(excused=True)
+                yield self.build(tree, Scope(scope, self._defaults(tree, element, scope), excused=True))
+
     def finish(self) -> None:
         """Report the cells that are read and that nothing fills: to be called when all trees are built."""
         for reference in self._references:
-            if not reference.cell.is_filled:
+            if not (reference.cell.is_filled or reference.cell.is_excused):
                 name = reference.cell.name
                 text = f"`{reference.port}` reads `{{{name}}}`, which nothing fills; declare it as a port of the tree."
                 self.problems.append(Problem(reference.line, text))
@@ -77,39 +82,66 @@ class Builder:
         self, element: Element, tag: str, attributes: dict[str, str], children: list[Behaviour], scope: Scope
     ) -> Behaviour:
         name = attributes.pop("name", tag)
-        known = self._types.get(tag)
+        known = self._types.get(tag) or self._meant(element, tag, children)
         if known is None:
-            return self._refuse(element, name, self._unknown(tag))
-        problems = [*_attribute_problems(known, attributes), *_child_problems(known, children)]
-        for text in problems:
-            self._refuse(element, name, text)
-        if problems:
-            return Unbuilt(name)
+            return Unbuilt(name, children)
+        self._note(element, *_attribute_problems(known, attributes))
         ports = {port.name: attributes.get(port.name, port.default) or "" for port in known.ports}
-        call = Call(name, ports, children, scope, self._context)
+        lacking = frozenset(port.name for port in known.ports if port.default is None and port.name not in attributes)
+        call = Call(name, ports, children, scope, self._context, absent=lacking)
         for port in known.ports:
             cell = None if port.output else call.cell(port.name)
             if cell is not None:
                 self._references.append(_Reference(cell, port.name, element.line))
+        misfits = list(_child_problems(known, children))
+        self._note(element, *misfits)
+        return Unbuilt(name, children) if misfits else self._called(element, known, call)
+
+    def _called(self, element: Element, known: NodeType, call: Call) -> Behaviour:
         try:
-            return known.make(call)
+            node = known.make(call)
         except PortError as error:
-            return self._refuse(element, name, str(error))
+            self._note(element, *call.problems, str(error))
+            return Unbuilt(call.name, call.children)
+        self._note(element, *call.problems)
+        # Of a skill's inputs each is judged for itself.
+        if call.unread - (node.inputs.keys() if isinstance(node, SkillAction) else set()):
+            mark_guessed(node)
+        return node
+
+    def _meant(self, element: Element, tag: str, children: list[Behaviour]) -> NodeType | None:
+        """What an unknown tag is probably meant to be, so that the rest of it can be looked at all the same."""
+        if tag in _SCRIPTS:
+            script = f"`{tag}` runs a script of BehaviorTree.CPP, which is not known here"
+            self._note(element, f"{script}; use ResourceIs or DataCompare.")
+            return None
+        near = closest(tag, self._types)
+        hint = f"did you mean `{near}`?" if near else "`skillwing mission nodes` lists those there are."
+        self._note(element, f"There is no node `{tag}`; {hint}")
+        meant = self._types[near] if near else None
+        return None if meant is None or any(_child_problems(meant, children)) else meant
 
     def _subtree(self, element: Element, attributes: dict[str, str], scope: Scope) -> Behaviour:
         tree = attributes.pop("ID", "")
         name = attributes.pop("name", tree)
         inherit = attributes.pop("_autoremap", "false").lower() in ("true", "1")
-        if tree not in self._source.trees:
-            return self._refuse(element, name, f"There is no tree `{tree}`; there is {listed(self._source.trees)}.")
-        if tree in self._open:
-            return self._refuse(element, name, f"Tree `{tree}` stands in itself and would never end.")
         given = {port: text for port, text in attributes.items() if not port.startswith("_")}
         links = {port: self._link(port, text, element, scope) for port, text in given.items()}
-        for port in self._source.models.get(tree, TreeModel()).ports:
-            if port.name not in links and port.default is not None:
-                links[port.name] = self._link(port.name, port.default, element, scope)
+        if tree not in self._source.trees:
+            self._note(element, f"There is no tree `{tree}`; there is {listed(self._source.trees)}.")
+            return Unbuilt(name)
+        if tree in self._open:
+            self._note(element, f"Tree `{tree}` stands in itself and would never end.")
+            return Unbuilt(name)
+        links = self._defaults(tree, element, scope) | links
         return self.build(tree, Scope(scope, links, inherit=inherit))
+
+    def _defaults(self, tree: str, element: Element, scope: Scope) -> dict[str, Cell]:
+        """The ports of a tree that have a value of their own."""
+        ports = self._source.models.get(tree, TreeModel()).ports
+        return {
+            port.name: self._link(port.name, port.default, element, scope) for port in ports if port.default is not None
+        }
 
     def _link(self, port: str, text: str, element: Element, scope: Scope) -> Cell:
         cell = Call("", {port: text}, (), scope, self._context).cell(port)
@@ -118,16 +150,8 @@ class Builder:
         self._references.append(_Reference(cell, port, element.line))
         return cell
 
-    def _unknown(self, tag: str) -> str:
-        if tag in _SCRIPTS:
-            return f"`{tag}` runs a script of BehaviorTree.CPP, which is not known here; use ResourceIs or DataCompare."
-        near = closest(tag, self._types)
-        hint = f"did you mean `{near}`?" if near else "`skillwing mission nodes` lists those there are."
-        return f"There is no node `{tag}`; {hint}"
-
-    def _refuse(self, element: Element, name: str, text: str) -> Behaviour:
-        self.problems.append(Problem(element.line, text))
-        return Unbuilt(name)
+    def _note(self, element: Element, *texts: str) -> None:
+        self.problems.extend(Problem(element.line, text) for text in texts)
 
 
 def _plain_form(element: Element) -> tuple[str, dict[str, str]]:

@@ -12,9 +12,12 @@ from skillwing.bt_missions.xml.values import written
 
 
 def _make_while_granted(call: Call) -> Behaviour:
-    ended_by = call.words("ended_by")
-    if len(ended_by) != 2:
-        raise PortError(f"`ended_by` is `{call.ports['ended_by']}`; it takes a resource and one of its states.")
+    def change(value: object) -> Change:
+        words = str(value).split()
+        if len(words) != 2:
+            raise PortError(f"`ended_by` is `{value}`; it takes a resource and one of its states.")
+        return Change(*words)
+
     return WhileGranted(
         call.name,
         call.context,
@@ -22,7 +25,7 @@ def _make_while_granted(call: Call) -> Behaviour:
         resource=call.text("resource"),
         states=call.words("states"),
         patience=call.number("patience"),
-        ended_by=Change(*ended_by),
+        ended_by=call.value("ended_by", change, Change("", "")),
     )
 
 

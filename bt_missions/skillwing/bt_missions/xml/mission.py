@@ -11,7 +11,8 @@ from py_trees.behaviour import Behaviour
 
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.planning.detour import Area, Position
-from skillwing.bt_missions.running.mission import Misfit, Mission, MissionOptions, MissionTrees, Progress
+from skillwing.bt_missions.running.misfit import Misfit
+from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
 from skillwing.bt_missions.running.option_words import plain_value
 from skillwing.bt_missions.xml.builder import Builder
 from skillwing.bt_missions.xml.node_types import node_types
@@ -22,6 +23,8 @@ from skillwing.bt_missions.xml.tree_file import RESCUE, DeclaredPort, TreeFile, 
 from skillwing.dsl.suggest import listed
 from skillwing.services.errors import InvalidOptionError
 
+NEEDS = "needs"
+"""The entry of the metadata that says what a mission needs before it starts."""
 OPTION_TYPES: dict[str, Any] = {
     "double": float,
     "float": float,
@@ -36,25 +39,38 @@ OPTION_TYPES: dict[str, Any] = {
 
 
 def load_mission(file: Path) -> XmlMission:
-    """The mission in a tree file. Raises TreeFileError."""
+    """The mission in a tree file. Raises TreeFileError for a file that is none.
+
+    One with `problems` cannot be flown, but it can be checked, which lists what is wrong with its trees as well.
+    """
     return XmlMission(read_tree_file(file))
 
 
 class XmlMission(Mission):
-    """name: ID of the main tree; its input ports are the options. Metadata of its model give summary and needs."""
+    """name: ID of the main tree; its input ports are the options. Metadata of its model give summary and needs.
+
+    problems: of the file's frame, of the options and of the needs, whatever its trees are.
+    """
 
     def __init__(self, source: TreeFile) -> None:
-        """Raises TreeFileError for options and needs that mean nothing."""
         self._source = source
-        problems: list[Problem] = []
-        self.name = source.main
+        problems = list(source.problems)
+        self.name = source.main or source.file.stem
         self.summary = source.main_model.metadata.get("summary", "")
         self.needs = dict(_needs(source, problems))
         fields = list(_options(source, problems))
-        if problems:
-            raise TreeFileError(source.file, problems)
+        self.problems = tuple(problems)
         options = msgspec.defstruct("Options", fields, bases=(MissionOptions,), frozen=True, kw_only=True)
         self.Options = cast(type[MissionOptions], options)
+
+    @property
+    def place_of_needs(self) -> str | None:
+        return f"{self._source.file}:{self._source.main_model.lines.get(NEEDS, 0)}"
+
+    def require_usable(self) -> None:
+        """Raises TreeFileError with the problems of the file, if there are any."""
+        if self.problems:
+            raise TreeFileError(self._source.file, self.problems)
 
     def build(self, context: MissionContext, options: MissionOptions) -> MissionTrees:
         """Raises TreeFileError with every problem there is between the file and the skillset."""
@@ -65,17 +81,22 @@ class XmlMission(Mission):
 
     def draft(self, context: MissionContext, options: MissionOptions) -> tuple[MissionTrees, list[Misfit]]:
         trees, problems = self._draft(context, options)
-        return trees, [Misfit(problem.text, f"{self._source.file}:{problem.line}") for problem in problems]
+        return trees, [problem.of(self._source.file) for problem in problems]
 
     def _draft(self, context: MissionContext, options: MissionOptions) -> tuple[MissionTrees, list[Problem]]:
         builder = Builder(self._source, node_types(context.skillset), context)
         scope = Scope()
+        for port in self._source.main_model.ports:
+            # An option that could not be read has been told of.
+            scope.cell(port.name).excuse()
         for name in options.__struct_fields__:
             scope.cell(name).hold(getattr(options, name))
         root = builder.build(self._source.main, scope)
         rescue = builder.build(RESCUE, scope)
+        unused = tuple(builder.build_unused())
         builder.finish()
-        return MissionTrees(root, rescue, lambda: _progress(root)), builder.problems
+        trees = MissionTrees(root, rescue, lambda: _progress(root), unused)
+        return trees, [*self.problems, *builder.problems]
 
 
 def _progress(root: Behaviour) -> Progress:
@@ -106,8 +127,10 @@ def _option(port: DeclaredPort, default: str, problems: list[Problem]) -> Iterat
 def _needs(source: TreeFile, problems: list[Problem]) -> Iterator[tuple[str, tuple[str, ...]]]:
     """Of `needs="SDK_authority: AVAILABLE; zed_status: OK FAILED"`."""
     model = source.main_model
-    for need in filter(str.strip, model.metadata.get("needs", "").split(";")):
+    for need in filter(str.strip, model.metadata.get(NEEDS, "").split(";")):
         resource, colon, states = need.partition(":")
-        if not colon or not states.split():
-            problems.append(Problem(model.line, f"`{need.strip()}` in `needs` is not of the form RESOURCE: STATE ..."))
-        yield resource.strip(), tuple(states.split())
+        if colon and states.split():
+            yield resource.strip(), tuple(states.split())
+        else:
+            text = f"`{need.strip()}` in `needs` is not of the form RESOURCE: STATE ..."
+            problems.append(Problem(model.lines[NEEDS], text))

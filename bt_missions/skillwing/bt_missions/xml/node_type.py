@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import TypeVar
 
 from py_trees.behaviour import Behaviour
 
 from skillwing.bt_missions.leaves.context import MissionContext
+from skillwing.bt_missions.planning.detour import Position, RoutePlanner
 from skillwing.bt_missions.planning.waypoints import Route
 from skillwing.bt_missions.xml.scope import Cell, Scope
 from skillwing.dsl.suggest import closest
 
+T = TypeVar("T")
 TRUTHS = {"true": True, "false": False}
+NOWHERE: tuple[Position, ...] = ((0.0, 0.0, 0.0),)
+"""The route of a plan that is none."""
 
 
 class Category(StrEnum):
@@ -58,13 +63,21 @@ class PortError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """One tag that is about to become a node: its ports as they were written, or their defaults."""
+    """One tag that is about to become a node: its ports as they were written, or their defaults.
+
+    A port that cannot be used is noted in `problems`, and read as some value of its kind, so that all that is wrong
+    with a tag is found at once; who calls `make` refuses the node then. absent: ports whose lack has been told already.
+    unread: ports that were read as something else than is written.
+    """
 
     name: str
     ports: Mapping[str, str]
     children: Sequence[Behaviour]
     scope: Scope
     context: MissionContext
+    absent: frozenset[str] = frozenset()
+    problems: list[str] = field(default_factory=list[str])
+    unread: set[str] = field(default_factory=set[str])
 
     def cell(self, port: str) -> Cell | None:
         """The cell that a port refers to as `{name}`; None for a port with a plain value."""
@@ -75,61 +88,77 @@ class Call:
         """The cell that an output port fills."""
         cell = self.cell(port)
         if cell is None:
-            raise PortError(f"`{port}` is `{self.ports[port]}`; it takes the name of a cell in braces: `{{{port}}}`.")
-        return cell
+            self.problems.append(f"`{port}` is `{self.ports[port]}`; it takes a cell's name in braces: `{{{port}}}`.")
+        return cell or Cell(port)
 
-    def value(self, port: str) -> object:
-        """What the port holds before the flight: the value of an option, or the text itself."""
+    def value(self, port: str, use: Callable[[object], T], instead: T) -> T:
+        """What `use` makes of what the port holds before the flight: the value of an option, or the text itself.
+
+        use: raises PortError. instead: for a port that cannot be used.
+        """
         cell = self.cell(port)
-        if cell is None:
-            return self.ports[port]
-        if not cell.is_known:
-            raise PortError(f"`{port}` is `{self.ports[port]}`, but it has to be known before the flight.")
-        return cell()
+        if port in self.absent or (cell is not None and cell.is_excused and not cell.is_filled):
+            self.unread.add(port)
+            return instead
+        try:
+            if cell is not None and not cell.is_known:
+                raise PortError(f"`{port}` is `{self.ports[port]}`, but it has to be known before the flight.")
+            return use(self.ports[port] if cell is None else cell())
+        except PortError as error:
+            self.problems.append(str(error))
+            self.unread.add(port)
+            return instead
 
     def text(self, port: str) -> str:
-        return str(self.value(port))
+        return self.value(port, str, "")
 
     def words(self, port: str) -> tuple[str, ...]:
         """Names with spaces, commas or semicolons between them."""
         return tuple(self.text(port).replace(",", " ").replace(";", " ").split())
 
     def number(self, port: str) -> float:
-        value = self.value(port)
-        try:
-            return float(str(value))
-        except ValueError:
-            raise PortError(f"`{port}` is `{value}`; it takes a number.") from None
+        def use(value: object) -> float:
+            try:
+                return float(str(value))
+            except ValueError:
+                raise PortError(f"`{port}` is `{value}`; it takes a number.") from None
+
+        return self.value(port, use, 1.0)
 
     def count(self, port: str) -> int:
         number = self.number(port)
-        if number != int(number):
-            raise PortError(f"`{port}` is `{number:g}`; it takes a whole number.")
+        if not number.is_integer():
+            self.problems.append(f"`{port}` is `{number:g}`; it takes a whole number.")
+            return 1
         return int(number)
 
     def truth(self, port: str) -> bool:
-        text = self.text(port).strip().lower()
-        if text not in TRUTHS:
-            raise PortError(f"`{port}` is `{text}`; it takes `true` or `false`.")
+        text = self.choice(port, tuple(TRUTHS))
         return TRUTHS[text]
 
     def choice(self, port: str, known: Sequence[str]) -> str:
-        text = self.text(port).strip()
-        if text not in known:
+        def use(value: object) -> str:
+            text = str(value).strip()
+            if text in known:
+                return text
             near = closest(text, known)
             hint = f"did you mean `{near}`?" if near else "it takes one of " + ", ".join(known) + "."
             raise PortError(f"`{port}` is `{text}`; {hint}")
-        return text
+
+        return self.value(port, use, known[0])
 
     def exactly(self, count: int) -> Sequence[Behaviour]:
-        """Its children, which have to be so many."""
+        """Its children, which have to be so many. Raises PortError."""
         if len(self.children) != count:
             raise PortError(f"`{self.name}` has {len(self.children)} children; it takes {count}.")
         return self.children
 
     def route(self, port: str) -> Route:
         """The route that a PlanRoute before this node has put into a cell."""
-        value = self.value(port)
-        if not isinstance(value, Route):
-            raise PortError(f"`{port}` is `{self.ports[port]}`, which is no plan; put a PlanRoute before this node.")
-        return value
+
+        def use(value: object) -> Route:
+            if not isinstance(value, Route):
+                raise PortError(f"`{port}` is `{self.ports[port]}`, which is no plan; put a PlanRoute before it.")
+            return value
+
+        return self.value(port, use, Route(self.context, RoutePlanner(NOWHERE)))

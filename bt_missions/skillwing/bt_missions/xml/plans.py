@@ -12,7 +12,7 @@ from py_trees.common import Status
 from skillwing.bt_missions.planning.detour import Area, Position, RoutePlanner
 from skillwing.bt_missions.planning.waypoints import PointAbove, Route, RouteFulfilled, WaypointWriter
 from skillwing.bt_missions.subtrees.loop import Until
-from skillwing.bt_missions.xml.node_type import Call, Category, NodeType, Port, PortError
+from skillwing.bt_missions.xml.node_type import NOWHERE, Call, Category, NodeType, Port, PortError
 from skillwing.bt_missions.xml.skills import CRAB, PLAN, TARGET, UP
 from skillwing.bt_missions.xml.values import written
 
@@ -31,21 +31,24 @@ class PlanRoute(Behaviour):
 
 
 def _make_plan(call: Call) -> Behaviour:
-    planner = RoutePlanner(_converted(call, "route", tuple[Position, ...]), area=_converted(call, "area", Area | None))
-    route = Route(call.context, planner)
+    area: Area | None = _converted(call, "area", Area | None, None)
+    route = Route(call.context, RoutePlanner(_converted(call, "route", tuple[Position, ...], NOWHERE), area=area))
     call.output("plan").hold(route)
     return PlanRoute(call.name, route)
 
 
-def _converted(call: Call, port: str, kind: Any) -> Any:
+def _converted(call: Call, port: str, kind: Any, instead: Any) -> Any:
     """A value of an option, or one written as JSON."""
-    value = call.value(port)
-    try:
-        if isinstance(value, str):
-            return msgspec.json.decode(value or "null", type=kind)
-        return msgspec.convert(value, kind)
-    except (msgspec.DecodeError, msgspec.ValidationError) as error:
-        raise PortError(f"`{port}` is `{call.ports[port]}`, which cannot be read: {error}.") from error
+
+    def use(value: object) -> Any:
+        try:
+            if isinstance(value, str):
+                return msgspec.json.decode(value or "null", type=kind)
+            return msgspec.convert(value, kind)
+        except (msgspec.DecodeError, msgspec.ValidationError) as error:
+            raise PortError(f"`{port}` is `{call.ports[port]}`, which cannot be read: {error}.") from error
+
+    return call.value(port, use, instead)
 
 
 def _describe_plan(node: Behaviour) -> Mapping[str, str] | None:

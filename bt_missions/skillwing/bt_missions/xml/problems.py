@@ -6,7 +6,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from skillwing.services.errors import SkillwingError
+from skillwing.bt_missions.running.misfit import Misfit
+from skillwing.services.errors import InvalidOptionError
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -16,14 +17,15 @@ class Problem:
     line: int
     text: str
 
-    def __str__(self) -> str:
-        return f"line {self.line}: {self.text}" if self.line else self.text
+    def of(self, file: Path) -> Misfit:
+        """The same with its place."""
+        return Misfit(self.text, f"{file}:{self.line}" if self.line else str(file))
 
 
-class TreeFileError(SkillwingError):
-    """A tree file that cannot be flown. file: which; problems: all that was found, by line."""
+class TreeFileError(InvalidOptionError):
+    """A tree file that cannot be flown. file: which; misfits: all that was found, by line."""
 
     def __init__(self, file: Path, problems: Iterable[Problem]) -> None:
         self.file = file
-        self.problems = tuple(sorted(set(problems)))
-        super().__init__("\n".join(f"{file}: {problem}" for problem in self.problems))
+        self.misfits = tuple(problem.of(file) for problem in sorted(set(problems)))
+        super().__init__("mission", "\n".join(map(str, self.misfits)))

@@ -14,6 +14,8 @@ class Cell:
     def __init__(self, name: str) -> None:
         self.name = name
         self.source: Callable[[], Any] | None = None
+        self.is_excused = False
+        """Whether nobody can know yet what fills it, or that has been told already: then its lack is no problem."""
         self._value = _NOTHING
 
     @property
@@ -25,6 +27,10 @@ class Cell:
     def is_filled(self) -> bool:
         """Whether anything gives it a value, now or in flight."""
         return self.source is not None or self._value is not _NOTHING
+
+    def excuse(self) -> Cell:
+        self.is_excused = True
+        return self
 
     def hold(self, value: Any) -> Cell:
         self._value = value
@@ -40,13 +46,20 @@ class Cell:
 
 
 class Scope:
-    """The names that one subtree sees. links: its ports, tied to cells outside; inherit: it sees all of `outer`."""
+    """The names that one subtree sees. links: its ports, tied to cells outside; inherit: it sees all of `outer`;
+    excused: it is that of a tree that nobody calls, and what a caller would fill is not missed."""
 
     def __init__(
-        self, outer: Scope | None = None, links: Mapping[str, Cell] | None = None, *, inherit: bool = False
+        self,
+        outer: Scope | None = None,
+        links: Mapping[str, Cell] | None = None,
+        *,
+        inherit: bool = False,
+        excused: bool = False,
     ) -> None:
         self._outer = outer
         self._inherit = inherit
+        self._excused = excused
         self._cells = dict(links or {})
 
     def cell(self, name: str) -> Cell:
@@ -55,8 +68,11 @@ class Scope:
             return self._outermost.cell(name[1:])
         if name not in self._cells:
             inherited = self._outer is not None and self._inherit and not name.startswith("_")
-            self._cells[name] = self._outer.cell(name) if inherited and self._outer is not None else Cell(name)
+            self._cells[name] = self._outer.cell(name) if inherited and self._outer is not None else self._made(name)
         return self._cells[name]
+
+    def _made(self, name: str) -> Cell:
+        return Cell(name).excuse() if self._excused else Cell(name)
 
     @property
     def _outermost(self) -> Scope:

@@ -76,11 +76,15 @@ def _make(skill: Skill, call: Call) -> Behaviour:
     for field in skill.inputs:
         port = input_port(field.name)
         text, cell = call.ports[port], call.cell(port)
-        if cell is not None:
+        if cell is not None and not cell.is_known:
             # What is known now can be checked now; anything else is asked for at the moment of the start.
-            inputs[field.name] = read(written(cell()), field.type, port) if cell.is_known else cell
-        elif text != _default(field):
-            inputs[field.name] = read(text, field.type, port)
+            inputs[field.name] = cell
+        elif cell is not None or text != _default(field):
+
+            def use(value: object, field: Field = field, port: str = port) -> object:
+                return read(value if isinstance(value, str) else written(value), field.type, port)
+
+            inputs[field.name] = call.value(port, use, Cell(port))
     outcomes = dict.fromkeys(call.words("success_on"), Status.SUCCESS)
     outcomes |= dict.fromkeys(call.words("failure_on"), Status.FAILURE)
     try:
@@ -102,7 +106,8 @@ def _pairs(call: Call, port: str) -> dict[str, str]:
     """`a=b c=d` as a mapping."""
     pairs = [word.partition("=") for word in call.words(port)]
     if not all(name and equals and value for name, equals, value in pairs):
-        raise PortError(f"`{port}` is `{call.ports[port]}`; it takes pairs like `laps=laps_done`.")
+        call.problems.append(f"`{port}` is `{call.ports[port]}`; it takes pairs like `laps=laps_done`.")
+        return {}
     return {name: value for name, _, value in pairs}
 
 

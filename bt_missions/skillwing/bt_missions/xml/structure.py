@@ -16,7 +16,7 @@ from py_trees.decorators import FailureIsSuccess, Inverter, Repeat, Retry, Succe
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside
 from skillwing.bt_missions.subtrees.decorators import Deadline
 from skillwing.bt_missions.xml.holding import HOLDING
-from skillwing.bt_missions.xml.node_type import Call, Category, NodeType, Port, PortError
+from skillwing.bt_missions.xml.node_type import Call, Category, NodeType, Port
 
 SECOND = 1000.0
 ALL = -1
@@ -45,13 +45,14 @@ def _fallback(tag: str, *, memory: bool) -> NodeType:
 def _make_parallel(call: Call) -> Behaviour:
     needed = call.count("success_count")
     if call.count("failure_count") != 1:
-        raise PortError("`failure_count` has to be 1: a parallel ends with the first child that fails.")
+        call.problems.append("`failure_count` has to be 1: a parallel ends with the first child that fails.")
     if needed == 1:
         policy: ParallelPolicy.Base = ParallelPolicy.SuccessOnOne()
     elif needed in (ALL, len(call.children)):
         policy = ParallelPolicy.SuccessOnAll()
     else:
-        raise PortError(f"`success_count` is {needed}; it takes 1, or -1 for all children.")
+        policy = ParallelPolicy.SuccessOnAll()
+        call.problems.append(f"`success_count` is {needed}; it takes 1, or -1 for all children.")
     return Parallel(call.name, policy=policy, children=list(call.children))
 
 
@@ -84,6 +85,14 @@ def _make_timeout(call: Call) -> Behaviour:
 
 def _describe_timeout(node: Behaviour) -> Mapping[str, str] | None:
     return {"msec": f"{node.seconds * SECOND:g}"} if isinstance(node, Deadline) else None
+
+
+def _make_retry(call: Call) -> Behaviour:
+    attempts = call.count("num_attempts")
+    if attempts < 1:
+        # BehaviorTree.CPP would try for ever, and whatever comes after it, such as a landing, would never begin.
+        call.problems.append(f"`num_attempts` is {attempts}; a mission has to end: it takes 1 or more.")
+    return Retry(call.name, call.children[0], num_failures=attempts)
 
 
 def _decorator(tag: str, kind: type[FailureIsSuccess | Inverter | SuccessIsFailure | SuccessIsRunning]) -> NodeType:
@@ -129,9 +138,9 @@ STRUCTURE = (
     NodeType(
         "RetryUntilSuccessful",
         Category.DECORATOR,
-        make=lambda call: Retry(call.name, call.children[0], num_failures=call.count("num_attempts")),
+        _make_retry,
         describe=lambda node: {"num_attempts": str(node.num_failures)} if isinstance(node, Retry) else None,
-        ports=(Port("num_attempts", "how often it is tried", "int"),),
+        ports=(Port("num_attempts", "how often it is tried, 1 or more", "int"),),
         standard=True,
     ),
     NodeType(

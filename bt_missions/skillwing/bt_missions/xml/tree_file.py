@@ -30,17 +30,21 @@ class TreeModel:
 
     ports: list[DeclaredPort] = field(default_factory=list[DeclaredPort])
     metadata: dict[str, str] = field(default_factory=dict[str, str])
-    line: int = 0
+    lines: dict[str, int] = field(default_factory=dict[str, int])
+    """In which line each entry of the metadata is written."""
 
 
 @dataclass(frozen=True, slots=True)
 class TreeFile:
-    """main: ID of the tree that is flown; trees: the top node of each tree by ID; models: what is declared of them."""
+    """main: ID of the tree that is flown; trees: the top node of each tree by ID; models: what is declared of them.
+    problems: of the frame around the trees. With any of them the file cannot be flown, and the trees can be checked all
+    the same: `main` may then name none."""
 
     file: Path
     main: str
     trees: Mapping[str, Element]
     models: Mapping[str, TreeModel]
+    problems: tuple[Problem, ...] = ()
 
     @property
     def main_model(self) -> TreeModel:
@@ -48,7 +52,7 @@ class TreeFile:
 
 
 def read_tree_file(file: Path) -> TreeFile:
-    """Read a file of format 4. Raises TreeFileError with every problem of its frame; trees are looked at later."""
+    """Read a file of format 4. Raises TreeFileError for one that is none; trees are looked at later."""
     return tree_file(read_document(file), file)
 
 
@@ -73,9 +77,7 @@ def tree_file(root: Element, file: Path) -> TreeFile:
     if RESCUE not in trees:
         text = f'Add a `<BehaviorTree ID="{RESCUE}">`: what to do when somebody aborts the mission.'
         problems.append(Problem(root.line, text))
-    if problems:
-        raise TreeFileError(file, problems)
-    return TreeFile(file, main, trees, models)
+    return TreeFile(file, main, trees, models, tuple(problems))
 
 
 def _add_tree(element: Element, trees: dict[str, Element], problems: list[Problem]) -> None:
@@ -93,7 +95,7 @@ def _add_tree(element: Element, trees: dict[str, Element], problems: list[Proble
 
 
 def _model(element: Element) -> TreeModel:
-    model = TreeModel(line=element.line)
+    model = TreeModel()
     for child in element.children:
         attributes = child.attributes
         if child.tag in ("input_port", "inout_port", "output_port") and "name" in attributes:
@@ -101,6 +103,7 @@ def _model(element: Element) -> TreeModel:
             model.ports.append(DeclaredPort(attributes["name"], kind, default, child.line))
         for entry in child.children:
             model.metadata |= entry.attributes
+            model.lines |= dict.fromkeys(entry.attributes, entry.line)
     return model
 
 

@@ -1,0 +1,255 @@
+"""Whether a mission can come to its end while its drone is in the air, as far as the shape of its tree tells.
+
+The tree is walked through without a robot, with nothing but the place of the drone: each node is asked from which
+places it is reached, how it can end from there, and where the drone is then. What a node does not tell is taken for
+possible. Places that a walk cannot tell apart are few, so that loops are walked until nothing new is found.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import Enum, auto
+from typing import TypeAlias
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import ParallelPolicy, Status
+from py_trees.composites import Parallel, Selector, Sequence
+from py_trees.decorators import FailureIsSuccess, Inverter, Repeat, Retry, SuccessIsFailure, SuccessIsRunning
+
+from skillwing.bt_missions.leaves.claims import needed_by
+from skillwing.bt_missions.leaves.conditions import ResourceIs
+from skillwing.bt_missions.leaves.flying import FLIGHT_STATUS, IN_AIR, LAND, ON_GROUND, TAKEOFF, flies, holds_landing
+from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.leaves.unbuilt import Unbuilt
+from skillwing.bt_missions.running.tree_check import ends_of, skill_of
+from skillwing.bt_missions.subtrees.composites import OnEnding
+from skillwing.bt_missions.subtrees.decorators import Deadline
+from skillwing.bt_missions.subtrees.holding import Pausable, WhileGranted
+from skillwing.bt_missions.subtrees.loop import Until
+from skillwing.dsl.model import Skillset
+from skillwing.dsl.suggest import listed
+
+
+class Place(Enum):
+    """Where the drone is. OUT_OF_HANDS: in the air, and no business of this tree any more: the safety pilot has it, or
+    a landing was tried and failed."""
+
+    GROUND = auto()
+    AIR = auto()
+    OUT_OF_HANDS = auto()
+
+
+Places: TypeAlias = frozenset[Place]
+
+
+@dataclass(frozen=True, slots=True)
+class End:
+    """A way in which a node can end, and the node that makes it end so."""
+
+    status: Status
+    place: Place
+    by: Behaviour
+
+
+@dataclass(frozen=True, slots=True)
+class Walk:
+    """What can become of a node. way: where the drone may be while it runs."""
+
+    ends: frozenset[End]
+    way: Places
+
+    def to(self, *statuses: Status) -> Places:
+        """Where the drone may be when it has ended so."""
+        return frozenset(end.place for end in self.ends if end.status in statuses)
+
+
+def landing_problems(root: Behaviour, rescue: Behaviour, skillset: Skillset) -> Iterator[tuple[Behaviour, str]]:
+    """Each problem as a sentence, with the first node that it is about. None for a robot that does not fly."""
+    if not flies(skillset):
+        return
+    walker = _Walker(skillset)
+    flight = walker.walk(root, frozenset({Place.GROUND}))
+    yield from _told(root, flight, "The mission")
+    if Place.AIR in flight.way and not isinstance(rescue, Unbuilt):
+        yield from _told(rescue, walker.walk(rescue, frozenset({Place.AIR})), "The rescue")
+
+
+def _told(root: Behaviour, walk: Walk, what: str) -> Iterator[tuple[Behaviour, str]]:
+    for status in (Status.FAILURE, Status.SUCCESS):
+        makers = {end.by.id for end in walk.ends if (end.status, end.place) == (status, Place.AIR)}
+        named = [node for node in root.iterate() if node.id in makers]
+        if not named:
+            continue
+        names = listed(dict.fromkeys(node.name for node in named))
+        if status is Status.FAILURE:
+            when = f"when {names} fails" if len(named) == 1 else f"when one of {names} fails"
+            yield named[0], f"{what} may end in the air {when}. Put it into a Fallback that lands the drone then."
+        else:
+            yield named[0], f"{what} may end in the air after {names}. Let it land the drone."
+
+
+class _Walker:
+    def __init__(self, skillset: Skillset) -> None:
+        self._skillset = skillset
+        self._holds_landing = holds_landing(skillset)
+
+    def walk(self, node: Behaviour, places: Places) -> Walk:
+        """From any of these places."""
+        match node:
+            case Sequence():
+                walk = self._in_turn(node, Status.SUCCESS, places)
+            case Selector():
+                walk = self._in_turn(node, Status.FAILURE, places)
+            case Parallel():
+                walk = self._at_once(node, places)
+            case OnEnding():
+                attempt, then = node.children
+                first = self.walk(attempt, places)
+                walk = _either(first, self.walk(then, first.to(Status.FAILURE)))
+            case Pausable():
+                _, meanwhile, body = node.children
+                flight = self.walk(body, places)
+                walk = Walk(flight.ends, flight.way | self.walk(meanwhile, flight.way).way)
+            case _ if len(node.children) == 1:
+                walk = self._decorated(node, node.children[0], places)
+            case _ if node.children:
+                walk = _either(*(self.walk(child, places) for child in node.children))
+            case _:
+                walk = self._leaf(node, places)
+        return walk
+
+    def _in_turn(self, node: Sequence | Selector, goes_on: Status, places: Places) -> Walk:
+        """One child after the other, as long as each ends as `goes_on` says."""
+        ends, way, reached = set[End](), set(places), places
+        last = frozenset(End(goes_on, place, node) for place in places)
+        for index, child in enumerate(node.children):
+            walk = self.walk(child, reached)
+            ends |= {end for end in walk.ends if end.status is not goes_on}
+            way |= walk.way
+            if not node.memory:
+                # The children before it are asked anew while it runs.
+                again = [self.walk(earlier, walk.way) for earlier in node.children[:index]]
+                ends |= {end for each in again for end in each.ends if end.status is not goes_on}
+            last = frozenset(end for end in walk.ends if end.status is goes_on)
+            reached = walk.to(goes_on)
+            if not reached:
+                break
+        return Walk(frozenset(ends) | last, frozenset(way))
+
+    def _at_once(self, node: Parallel, places: Places) -> Walk:
+        """Who does not move the drone may end wherever the others have brought it meanwhile."""
+        walks = {child.id: self.walk(child, places) for child in node.children}
+        everywhere = places.union(*(walk.way | walk.to(*Status) for walk in walks.values()))
+        moving = {key for key, walk in walks.items() if not walk.way | walk.to(*Status) <= places}
+        walks |= {child.id: self.walk(child, everywhere) for child in node.children if child.id not in moving}
+        deciding = list(node.children)
+        if isinstance(node.policy, ParallelPolicy.SuccessOnSelected):
+            deciding = node.policy.children
+        elif isinstance(node.policy, ParallelPolicy.SuccessOnAll):
+            deciding = [child for child in node.children if child.id in moving] or deciding
+        failed = {end for walk in walks.values() for end in walk.ends if end.status is Status.FAILURE}
+        done = {end for child in deciding for end in walks[child.id].ends if end.status is Status.SUCCESS}
+        return Walk(frozenset(failed | done), everywhere)
+
+    def _decorated(self, node: Behaviour, child: Behaviour, places: Places) -> Walk:
+        """A decorator that is not known here ends as its child does."""
+        if isinstance(node, Retry | Repeat | SuccessIsRunning | Until):
+            return self._repeated(node, child, places)
+        walk = self.walk(child, places)
+        match node:
+            case Inverter():
+                turned = {Status.SUCCESS: Status.FAILURE, Status.FAILURE: Status.SUCCESS}
+                ends = frozenset(End(turned[end.status], end.place, end.by) for end in walk.ends)
+            case FailureIsSuccess() | SuccessIsFailure():
+                only = Status.SUCCESS if isinstance(node, FailureIsSuccess) else Status.FAILURE
+                ends = frozenset(End(only, end.place, end.by) for end in walk.ends)
+            case Deadline():
+                ends = walk.ends | self._failures(node, walk.way)
+            case WhileGranted():
+                ends = walk.ends | self._failures(node, walk.way, of=node.resource)
+            case _:
+                ends = walk.ends
+        return Walk(ends, walk.way)
+
+    def _repeated(self, node: Retry | Repeat | SuccessIsRunning | Until, child: Behaviour, places: Places) -> Walk:
+        walk = self._looped(child, places, Status.FAILURE if isinstance(node, Retry) else Status.SUCCESS)
+        if isinstance(node, Retry) or (isinstance(node, Repeat) and node.num_success >= 0):
+            return walk
+        ends = {end for end in walk.ends if end.status is Status.FAILURE}
+        if isinstance(node, Until):
+            ends |= {End(Status.SUCCESS, place, node) for place in places | walk.to(*Status)}
+        return Walk(frozenset(ends), walk.way)
+
+    def _looped(self, child: Behaviour, places: Places, again: Status) -> Walk:
+        """As often as it ends so."""
+        while True:
+            walk = self.walk(child, places)
+            reached = places | walk.to(again)
+            if reached == places:
+                return walk
+            places = reached
+
+    def _failures(self, node: Behaviour, places: Places, of: str | None = None) -> frozenset[End]:
+        """Failures of a node wherever the drone is. of: the resource for whose state it fails."""
+        given_away = of in self._holds_landing
+        return frozenset(
+            End(Status.FAILURE, Place.OUT_OF_HANDS if given_away and place is Place.AIR else place, node)
+            for place in places
+        )
+
+    # --- leaves ------------------------------------------------------------------------------------------------------
+
+    def _leaf(self, leaf: Behaviour, places: Places) -> Walk:
+        possible = ends_of(leaf, self._skillset)
+        ends = {end for place in places for end in self._ends_of_leaf(leaf, place) if end.status in possible}
+        rises = isinstance(leaf, SkillAction) and leaf.skill == TAKEOFF
+        return Walk(frozenset(ends), places | {Place.AIR} if rises else places)
+
+    def _ends_of_leaf(self, leaf: Behaviour, place: Place) -> Iterator[End]:
+        match leaf:
+            case Unbuilt():
+                # It may have been the landing.
+                place = Place.OUT_OF_HANDS if place is Place.AIR else place
+                yield from (End(status, place, leaf) for status in (Status.SUCCESS, Status.FAILURE))
+            case SkillAction():
+                yield from self._ends_of_skill(leaf, place)
+            case ResourceIs() if leaf.resource == FLIGHT_STATUS:
+                yield from _ends_of_look(leaf, place)
+            case ResourceIs():
+                yield End(Status.SUCCESS, place, leaf)
+                yield from self._failures(leaf, frozenset({place}), of=leaf.resource)
+            case _:
+                yield from (End(status, place, leaf) for status in (Status.SUCCESS, Status.FAILURE))
+
+    def _ends_of_skill(self, leaf: SkillAction, place: Place) -> Iterator[End]:
+        skill, aloft = skill_of(leaf, self._skillset), place is not Place.GROUND
+        flying = skill is not None and FLIGHT_STATUS in needed_by(self._skillset, leaf.skill)
+        if leaf.skill == TAKEOFF:
+            yield End(Status.FAILURE, place, leaf)
+            if not aloft:
+                yield from (End(status, Place.AIR, leaf) for status in (Status.SUCCESS, Status.FAILURE))
+        elif leaf.skill == LAND:
+            yield End(Status.SUCCESS, Place.GROUND, leaf)
+            yield End(Status.FAILURE, Place.OUT_OF_HANDS if aloft else place, leaf)
+        else:
+            if aloft or not flying:
+                # What flies has the drone in its hands again.
+                yield End(Status.SUCCESS, Place.AIR if flying else place, leaf)
+            yield End(Status.FAILURE, place, leaf)
+
+
+def _ends_of_look(leaf: ResourceIs, place: Place) -> Iterator[End]:
+    """A look at the landing gear tells where the drone is, unless it waits for it to be elsewhere."""
+    here = ON_GROUND if place is Place.GROUND else IN_AIR
+    if here in leaf.states:
+        yield End(Status.SUCCESS, place, leaf)
+    else:
+        yield End(Status.FAILURE, place, leaf)
+        if leaf.wait and leaf.states == (ON_GROUND,):
+            yield End(Status.SUCCESS, Place.GROUND, leaf)
+
+
+def _either(*walks: Walk) -> Walk:
+    ends, way = frozenset[End](), frozenset[Place]()
+    return Walk(ends.union(*(walk.ends for walk in walks)), way.union(*(walk.way for walk in walks)))

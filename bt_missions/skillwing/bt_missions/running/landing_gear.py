@@ -1,0 +1,29 @@
+"""Where a mission has found the drone, and where it leaves it."""
+
+from __future__ import annotations
+
+from skillwing.bt_missions.leaves.flying import FLIGHT_STATUS, IN_AIR, flies, may_land
+from skillwing.bt_missions.leaves.skills import Interface
+from skillwing.dsl.model import Skillset
+
+
+class LandingGear:
+    """What it tells, on a robot that flies; others are never in the air."""
+
+    def __init__(self, interface: Interface, skillset: Skillset) -> None:
+        self._interface = interface
+        self._skillset = skillset
+        self._began_in_air = False
+
+    def begin(self) -> None:
+        """The mission begins: it may leave the drone in the air if it is there now."""
+        self._began_in_air = self._is_in_air
+
+    @property
+    def leaves_drone_in_air(self) -> bool:
+        """Whether the mission has brought the drone up and not down again, and could: no safety pilot has it."""
+        return self._is_in_air and not self._began_in_air and may_land(self._skillset, self._interface.states)
+
+    @property
+    def _is_in_air(self) -> bool:
+        return flies(self._skillset) and self._interface.state(FLIGHT_STATUS) == IN_AIR
