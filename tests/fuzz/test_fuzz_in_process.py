@@ -19,11 +19,13 @@ from hypothesis import strategies as st
 from payloads import Spoiler, long_list, payload, valid, wide
 
 from skillwing.services.bus import Answered, Refused
+from skillwing.services.core.grants import OWN_WORDS
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import ResourceCore
 from skillwing.services.protocol import (
     AttachManager,
     BeginGoal,
+    Ended,
     EndGoal,
     FireEvent,
     FireExtern,
@@ -31,6 +33,7 @@ from skillwing.services.protocol import (
     ProtocolError,
     RenewGoal,
     StartGoal,
+    Terminal,
     decode,
     encode,
 )
@@ -70,6 +73,33 @@ def test_the_resource_core_answers_or_refuses_and_stays_whole(randoms: list[Rand
             assert core.revision == before
             assert encode(refusal.reply)
         assert all(state in states[name] for name, state in core.states.items())
+
+
+@given(st.randoms(use_true_random=False), st.booleans())
+def test_a_managers_own_word_is_kept_as_it_was_said_or_refused(random: Random, plausible: bool) -> None:
+    """Of ends with random fields hardly any would be taken down."""
+    numbers = iter(range(10_000))
+    core = ResourceCore(SKILLSET, source="test", new_record_id=lambda: f"record {next(numbers)}")
+    core.attach_manager(AttachManager(manager="skill/x", incarnation="one"), 0.0)
+    skill, schema = SKILLSET.skills[0].name, SKILLSET.schema_hash
+    begin = BeginGoal(goal_id="g", skill=skill, inputs={}, manager="skill/x", owner="me", schema=schema)
+    terminal = valid(random, Terminal, WORDS)
+    fields = valid(random, EndGoal, WORDS) | {"goal_id": "g", "skill": skill, "manager": "skill/x"}
+    fields |= {"incarnation": "one", "how": "ungranted", "terminal": terminal}
+    if plausible:
+        terminal |= {"ending": random.choice(OWN_WORDS), "result": None}
+        fields |= {"token": 0, "terminal": terminal}
+    word = decode(msgspec.msgpack.encode(fields), EndGoal)
+    try:
+        ended = core.end(word, 1.0).reply
+    except RefusedError as refusal:
+        assert not plausible
+        assert encode(refusal.reply)
+        return
+    assert decode(encode(ended), Ended) == ended
+    assert isinstance(ended, Ended)
+    assert ended.terminal == word.terminal
+    assert core.begin(begin, 2.0).reply == ended
 
 
 def perform(core: ResourceCore, call: object, now: float) -> None:

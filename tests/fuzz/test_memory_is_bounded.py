@@ -17,7 +17,7 @@ from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import ResourceCore
 from skillwing.services.core.skill_actions import AskResources, CallHook, Hook
-from skillwing.services.core.skill_core import SkillCore
+from skillwing.services.core.skill_core import DOUBTS_AT_ONCE, GOALS_REMEMBERED, SILENCES_UNTIL_SETTLED, SkillCore
 from skillwing.services.managers.data_manager import DataManagerNode
 from skillwing.services.managers.resource_manager import ResourceManagerNode
 from skillwing.services.mocking.system import make_mock_skill
@@ -65,21 +65,39 @@ class Goals:
         self.number = 0
 
     def run(self, goals: int) -> None:
-        """Goals to their end, and for each an interrupt of one that never comes and a start while another runs."""
+        """Goals to their end, and for each some that are not granted: a start while another runs, one that was
+        interrupted before, one with an input that nobody knows; and an interrupt of a goal that never comes."""
         for _ in range(goals):
             self.number += 1
             now = float(self.number)
             goal_id = f"goal-{self.number}"
-            with contextlib.suppress(RefusedError):
-                self.skill.interrupt(InterruptGoal(goal_id=f"never-{self.number}", client="c"), now)
+            for never_begun in (f"never-{self.number}", f"early-{self.number}"):
+                with contextlib.suppress(RefusedError):
+                    self.skill.interrupt(InterruptGoal(goal_id=never_begun, client="c"), now)
+            self._perform(self.skill.start(self._start(f"early-{self.number}"), now), now)
+            self._perform(self.skill.start(self._start(f"wrong-{self.number}", inputs={"haste": 1.0}), now), now)
             self._perform(self.skill.start(self._start(goal_id), now), now)
             self._perform(self.skill.start(self._start(f"busy-{self.number}"), now), now)
             self._perform(self.skill.terminated(goal_id, "PACKED", None, now), now)
             assert self.skill.current is None
             assert not self.resources.grants
 
-    def _start(self, goal_id: str) -> StartGoal:
-        return StartGoal(goal_id=goal_id, inputs={}, client="c", schema=SKILLSET.schema_hash)
+    def leave_unheard(self) -> None:
+        """As many goals as can be in doubt at once, of which the resource manager never hears."""
+        now = float(self.number)
+        for number in range(DOUBTS_AT_ONCE):
+            start = self._start(f"unheard-{number}", inputs={"haste": 1.0})
+            questions, asked = self._questions(self.skill.start(start, now)), 0
+            while questions:
+                asked += 1
+                questions = self._questions(self.skill.answered(questions[0], None, now))
+            assert asked == SILENCES_UNTIL_SETTLED
+
+    def _questions(self, actions: tuple[object, ...]) -> list[AskResources]:
+        return [action for action in actions if isinstance(action, AskResources)]
+
+    def _start(self, goal_id: str, inputs: dict[str, object] | None = None) -> StartGoal:
+        return StartGoal(goal_id=goal_id, inputs=inputs or {}, client="c", schema=SKILLSET.schema_hash)
 
     def _perform(self, actions: tuple[object, ...], now: float) -> None:
         for action in actions:
@@ -120,6 +138,14 @@ def test_cores_forget_old_goals() -> None:
     held = items_held([goals.resources, goals.skill])
     goals.run(GOALS // 2)
     assert items_held([goals.resources, goals.skill]) == held
+
+
+def test_a_manager_forgets_goals_of_which_the_resource_manager_never_hears() -> None:
+    goals = Goals()
+    goals.run(GOALS_REMEMBERED)
+    held = items_held(goals.skill)
+    goals.leave_unheard()
+    assert items_held(goals.skill) <= held  # their answers name no input
 
 
 def test_managers_and_clients_forget_old_goals() -> None:
