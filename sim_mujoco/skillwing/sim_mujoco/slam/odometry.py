@@ -11,23 +11,18 @@ import numpy as np
 from skillwing.sim_mujoco.frames.vectors import Vector
 from skillwing.sim_mujoco.sensors.scans import LidarScan, PlacedPoints
 from skillwing.sim_mujoco.slam.beginning import Beginning
-from skillwing.sim_mujoco.slam.deskew import StillScan, deskew, thinned
-from skillwing.sim_mujoco.slam.filter import Posterior, update
+from skillwing.sim_mujoco.slam.deskew import StillScan, deskew
 from skillwing.sim_mujoco.slam.inertial import Inertial, InertialMemory
-from skillwing.sim_mujoco.slam.plane_map import PlaneMap
-from skillwing.sim_mujoco.slam.propagation import ImuNoise, Prediction, predict
-from skillwing.sim_mujoco.slam.registration import Agreement, Registration
+from skillwing.sim_mujoco.slam.matching import MakeMatcher, PlaneMatcher
+from skillwing.sim_mujoco.slam.propagation import ImuNoise, predict
+from skillwing.sim_mujoco.slam.registration import Agreement
 from skillwing.sim_mujoco.slam.so3 import Floats
 from skillwing.sim_mujoco.slam.state import GRAVITY, POSITION, SIZE, G, State
-from skillwing.sim_mujoco.slam.vigil import Vigil, judge
+from skillwing.sim_mujoco.slam.vigil import Vigil
 from skillwing.sim_mujoco.topics import Navigation
 
-VOXEL: Final = 1.0
-"""Side of the voxels that hold a plane each [m]."""
 REACH: Final = 60.0
 """Returns from farther away are not used [m]."""
-_MATCHED_CELL, _INSERTED_CELL = 0.35, 0.12
-"""At most one point in each cube of this side is compared with the map, or put into it [m]."""
 SCAN_PATIENCE: Final = 2.0
 IMU_PATIENCE: Final = 0.5
 """Without scans, or without inertial measurements, for so long the drone is lost [s]."""
@@ -97,9 +92,16 @@ class Odometry:
     measurements cover it, so that `imu` and `scan` both may give a fix.
     """
 
-    def __init__(self, low: Vector, high: Vector, noise: ImuNoise | None = None) -> None:
+    def __init__(
+        self,
+        low: Vector,
+        high: Vector,
+        noise: ImuNoise | None = None,
+        make_matcher: MakeMatcher = PlaneMatcher,
+    ) -> None:
         self._low, self._high = low, high
         self._noise = noise or ImuNoise()
+        self._make_matcher = make_matcher
         self.restart()
 
     def restart(self) -> None:
@@ -110,8 +112,7 @@ class Odometry:
         self._memory = InertialMemory()
         self._waiting: LidarScan | None = None
         self._vigil = Vigil()
-        self._map = PlaneMap(self._low, self._high, VOXEL)
-        self._empty = True
+        self._matcher = self._make_matcher(self._low, self._high)
         self._t = self._way = 0.0
         self._state: State | None = None
         self._origin = np.zeros(3)
@@ -176,32 +177,17 @@ class Odometry:
             return None
         predicted = predict(state, self._covariance, measured, self._t, end, self._noise)
         still = deskew(scan, predicted.track, REACH)
-        points = thinned(still.points, _INSERTED_CELL)
-        registration = Registration(thinned(points, _MATCHED_CELL).astype(np.float64), (self._map,))
-        posterior, believed = self._weigh(predicted, registration)
+        match = self._matcher.match(predicted, still)
+        posterior = match.posterior
+        if match.judgement is not None:
+            self._vigil.observe(match.judgement, posterior)
         self._way += float(np.linalg.norm(posterior.state.position - state.position))
         self._t, self._state, self._covariance = end, posterior.state, posterior.covariance
-        if believed:
-            self._map.insert(posterior.state.placed(points))
-            self._empty = False
         if self._vigil.verdict:
             self._lose(self._vigil.verdict)
         else:
             self.phase = Phase.DOUBTING if self._vigil.doubting else Phase.TRACKING
-        agreement = registration.agreement
-        return Fix(end, self._state, self._covariance, agreement, believed, self._origin, self._way, still)
-
-    def _weigh(self, predicted: Prediction, registration: Registration) -> tuple[Posterior, bool]:
-        """The state after the scan, and whether the scan is believed. The first one has nothing to be compared with."""
-        unchanged = Posterior(predicted.state, predicted.covariance, np.zeros(SIZE))
-        if self._empty:
-            return unchanged, True
-        posterior = update(predicted.state, predicted.covariance, registration)
-        judgement = judge(registration.agreement, predicted.covariance, posterior)
-        if judgement.doubt:
-            posterior = unchanged
-        self._vigil.observe(judgement, posterior)
-        return posterior, not judgement.doubt
+        return Fix(end, self._state, self._covariance, match.agreement, match.believed, self._origin, self._way, still)
 
     def _lose(self, why: str) -> None:
         self.phase, self.text = Phase.LOST, why

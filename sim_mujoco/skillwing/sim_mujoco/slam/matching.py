@@ -1,0 +1,77 @@
+"""How a scan is compared with what was seen before: the one part of odometry that may be exchanged."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from skillwing.sim_mujoco.frames.vectors import Vector
+from skillwing.sim_mujoco.slam.deskew import StillScan, thinned
+from skillwing.sim_mujoco.slam.filter import Posterior, update
+from skillwing.sim_mujoco.slam.plane_map import PlaneMap
+from skillwing.sim_mujoco.slam.propagation import Prediction
+from skillwing.sim_mujoco.slam.registration import Agreement, Registration
+from skillwing.sim_mujoco.slam.state import SIZE
+from skillwing.sim_mujoco.slam.vigil import Judgement, judge
+
+VOXEL = 1.0
+"""Side of the voxels that hold a plane each [m]."""
+_MATCHED_CELL, _INSERTED_CELL = 0.35, 0.12
+"""At most one point in each cube of this side is compared with the map, or put into it [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Match:
+    """What came of a scan: the state after it, how it agrees with the map, and the judgement on it; None for the first
+    scan, which has nothing to be compared with."""
+
+    posterior: Posterior
+    agreement: Agreement
+    judgement: Judgement | None
+
+    @property
+    def believed(self) -> bool:
+        """Whether the scan was used."""
+        return self.judgement is None or not self.judgement.doubt
+
+
+class Matcher(Protocol):
+    """Compares each scan with a map of its own, and then puts it there unless it is doubted."""
+
+    def match(self, predicted: Prediction, scan: StillScan) -> Match: ...
+
+
+MakeMatcher = Callable[[Vector, Vector], Matcher]
+"""Makes a matcher with an empty map of the box between two corners [m]."""
+
+
+def unchanged(predicted: Prediction) -> Posterior:
+    """What is known without a scan."""
+    return Posterior(predicted.state, predicted.covariance, np.zeros(SIZE))
+
+
+class PlaneMatcher:
+    """Distances of points from planes, and inertial measurements, weighed against one another in one filter."""
+
+    def __init__(self, low: Vector, high: Vector) -> None:
+        self._map = PlaneMap(low, high, VOXEL)
+        self._empty = True
+
+    def match(self, predicted: Prediction, scan: StillScan) -> Match:
+        points = thinned(scan.points, _INSERTED_CELL)
+        registration = Registration(thinned(points, _MATCHED_CELL).astype(np.float64), (self._map,))
+        match = self._weigh(predicted, registration)
+        if match.believed:
+            self._map.insert(match.posterior.state.placed(points))
+            self._empty = False
+        return match
+
+    def _weigh(self, predicted: Prediction, registration: Registration) -> Match:
+        if self._empty:
+            return Match(unchanged(predicted), registration.agreement, None)
+        posterior = update(predicted.state, predicted.covariance, registration)
+        judgement = judge(registration.agreement, predicted.covariance, posterior)
+        return Match(unchanged(predicted) if judgement.doubt else posterior, registration.agreement, judgement)
