@@ -17,7 +17,8 @@ def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
     `faults` as the simulator schedules them (`[{"sensor": "zed", "kind": "blackout", "at": 60.0}]`), the path of a
     `scenario` file, `wind`, `turbulence`, `gusts`, `battery` at the start, what the safety `pilot` does; `fence` and
     `bounds`, boxes from `low` to `high`, else those of the site; `watch` False has guidance ignore obstacles; `link`,
-    what the radio can do where (docs/video.md). Absent ones keep their defaults.
+    what the radio can do where (docs/video.md); whence the map has its `poses` (docs/mapping.md). Absent ones keep
+    their defaults.
     """
     names = {
         "seed": "seed",
@@ -37,6 +38,8 @@ def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
     site = _site(options)
     radio = {name: options[name] for name in ("seed", "scenario") if options.get(name) is not None}
     link = dict(options.get("link") or {}) | radio | site
+    chosen = {name: options[name] for name in ("poses", "scenario") if options.get(name) is not None}
+    mapping = site | dict(options.get("bounds") or {}) | chosen
     return (
         # A new simulator would begin with a drone on the ground at time 0, and nobody else would.
         ProcessSpec("sim", f"{SIMULATION}.simulator.node:make_sim", sim, extra="sim", restart="never"),
@@ -45,7 +48,7 @@ def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
         ProcessSpec(
             "mapping",
             f"{SIMULATION}.mapping.node:make_mapping",
-            site | dict(options.get("bounds") or {}),
+            mapping,
             essential=False,
             extra="sim",
         ),

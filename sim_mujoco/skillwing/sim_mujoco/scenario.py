@@ -10,7 +10,7 @@ import json
 import re
 import tomllib
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import msgspec
 
@@ -20,6 +20,8 @@ from skillwing.sim_mujoco.topics import Vector3
 
 Seconds = Annotated[float, msgspec.Meta(ge=0.0, le=1e6)]
 Percent = Annotated[float, msgspec.Meta(ge=0.0, le=100.0)]
+Poses = Literal["odometry", "navigation", "small-gicp"]
+"""Whence the map has its poses (docs/mapping.md)."""
 
 
 class ScenarioError(ValueError):
@@ -63,6 +65,7 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     turbulence: Annotated[float, msgspec.Meta(ge=0.0, le=50.0)] | None = None
     battery: Percent | None = None
     receiver: str | None = None
+    poses: Poses | None = None
     link: RadioOptions | None = None
 
     def sim_options(self) -> dict[str, Any]:

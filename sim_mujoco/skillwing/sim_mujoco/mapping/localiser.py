@@ -1,4 +1,4 @@
-"""Where the poses of the map come from: LiDAR-inertial odometry, or for comparison the navigation solution."""
+"""Where the poses of the map come from: LiDAR-inertial odometry, or for comparison another one or navigation."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from skillwing.sim_mujoco.mapping.mapper import REACH
 from skillwing.sim_mujoco.sensors.scans import LidarScan, PlacedPoints
 from skillwing.sim_mujoco.slam import so3
 from skillwing.sim_mujoco.slam.inertial import Inertial
+from skillwing.sim_mujoco.slam.matching import MakeMatcher, PlaneMatcher
 from skillwing.sim_mujoco.slam.odometry import Fix, Odometry, Phase
 from skillwing.sim_mujoco.slam.so3 import Floats
 from skillwing.sim_mujoco.slam.state import ATTITUDE
@@ -100,11 +101,16 @@ class ByNavigation:
 class ByOdometry:
     """Poses of LiDAR-inertial odometry."""
 
-    source = "LiDAR-inertial odometry"
-
-    def __init__(self, low: Vector, high: Vector) -> None:
+    def __init__(
+        self,
+        low: Vector,
+        high: Vector,
+        make_matcher: MakeMatcher = PlaneMatcher,
+        source: str = "LiDAR-inertial odometry",
+    ) -> None:
         """low, high: corners of the box in which odometry may find something to hold on to [m]."""
-        self._odometry = Odometry(low, high)
+        self.source = source
+        self._odometry = Odometry(low, high, make_matcher=make_matcher)
 
     @property
     def lost(self) -> str:

@@ -6,7 +6,8 @@ switched on and off.
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -23,7 +24,9 @@ from skillwing.sim_mujoco.mapping.mapper import Mapper
 from skillwing.sim_mujoco.mapping.occupancy import OccupancyGrid, Voxels, grid_shape
 from skillwing.sim_mujoco.messaging import answer_with, stream_reader
 from skillwing.sim_mujoco.options import OptionsError, read_options
+from skillwing.sim_mujoco.scenario import Poses, ScenarioError, read_scenario
 from skillwing.sim_mujoco.sensors.scans import LidarScan
+from skillwing.sim_mujoco.slam.gicp import MissingLibraryError, gicp_matcher
 from skillwing.sim_mujoco.slam.inertial import Inertial
 from skillwing.sim_mujoco.world.chosen import SiteOptions
 
@@ -32,7 +35,6 @@ STATUS_PERIOD, MAP_PERIOD = 0.5, 1.0
 _LARGEST = 64_000_000
 BEYOND: Vector = (30.0, 30.0, 10.0)
 """So much farther than the map odometry holds on to what it sees, to each side [m]."""
-Poses = Literal["odometry", "navigation"]
 
 
 class MappingNode:
@@ -49,6 +51,11 @@ class MappingNode:
         self._status: Publisher | None = None
         self._map: Publisher | None = None
         self._odometry: Publisher | None = None
+
+    @property
+    def pose_source(self) -> str:
+        """Where the poses come from, in words."""
+        return self._localiser.source
 
     def attach(self, bus: Bus) -> None:
         self._bus = bus
@@ -135,7 +142,7 @@ class MappingNode:
             diverged=self._diverged,
             scans=mapper.scans,
             voxels=len(mapper.grid.occupied()),
-            pose_source=localiser.source,
+            pose_source=self.pose_source,
             text=localiser.text or (MISFITS if mapper.diverged else ""),
         )
         self._status.put(encode(status))
@@ -166,7 +173,8 @@ class MappingNode:
 
 
 class MappingOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Options of `make_mapping`: the corners of the box that is mapped, the size of its voxels [m], whence the poses.
+    """Options of `make_mapping`: the corners of the box that is mapped, the size of its voxels [m], whence the poses,
+    and a scenario file that says so where this does not.
 
     Without corners the box is the `site` and what can be seen from there, without a site either the courtyard.
     """
@@ -175,7 +183,8 @@ class MappingOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     high: topics.Vector3 | None = None
     site: SiteOptions | None = None
     voxel_size: float = 0.4
-    poses: Poses = "odometry"
+    poses: Poses | None = None
+    scenario: str | None = None
 
     @property
     def box(self) -> Box:
@@ -197,10 +206,26 @@ def make_mapping(options: dict[str, Any]) -> MappingNode:
     if (count := shape[0] * shape[1] * shape[2]) > _LARGEST:
         raise OptionsError(f"a map of {count} voxels does not fit into memory; choose a smaller box or larger voxels")
     mapper = Mapper(OccupancyGrid(box.low, box.high, wanted.voxel_size))
-    return MappingNode(mapper, _localiser(wanted.poses, box))
+    return MappingNode(mapper, _localiser(_poses(wanted), box))
+
+
+def _poses(wanted: MappingOptions) -> Poses:
+    chosen = wanted.poses
+    if chosen is None and wanted.scenario is not None:
+        try:
+            chosen = read_scenario(Path(wanted.scenario)).poses
+        except ScenarioError as error:
+            raise OptionsError(str(error)) from error
+    return chosen or "odometry"
 
 
 def _localiser(poses: Poses, box: Box) -> Localiser:
     if poses == "navigation":
         return ByNavigation()
-    return ByOdometry(subtract(box.low, BEYOND), add(box.high, BEYOND))
+    low, high = subtract(box.low, BEYOND), add(box.high, BEYOND)
+    if poses == "odometry":
+        return ByOdometry(low, high)
+    try:
+        return ByOdometry(low, high, gicp_matcher(), "LiDAR-inertial odometry with small_gicp")
+    except MissingLibraryError as error:
+        raise OptionsError(str(error)) from error

@@ -24,12 +24,12 @@ _GATES = (0.3, 0.3, 0.15, 0.15)
 @dataclass(frozen=True, slots=True)
 class Agreement:
     """Of so many `points` of a scan some `matched` a plane, of which some were `close` to it; `error` is their median
-    distance [m]."""
+    distance [m], None where it is not told."""
 
     points: int
     matched: int
     close: int
-    error: float
+    error: float | None
 
     @property
     def share(self) -> float:
