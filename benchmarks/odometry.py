@@ -1,10 +1,14 @@
 """How good LiDAR-inertial odometry and its map are on mapping flights: figures for docs/mapping.md.
 
     python benchmarks/odometry.py [--seeds 11:19] [--jobs 1] [--keep FILE] [--write]
+    python benchmarks/odometry.py --method small-gicp [--seeds 21:24] [--recorded FOLDER] [--write]
 
 Flies each seed's route with the whole simulator, once with the nose along the track and once across it, and compares
 with the true motion. On the way each fault of the two sensors is tried on a copy of the odometry, until it notices or
 10 s are over. With `--keep` finished flights are remembered in a file, and not flown again.
+
+With another `--method` than ours both follow the same flights, without faults. What was measured on these is kept in
+the folder that `--recorded` names, and not flown again.
 """
 
 from __future__ import annotations
@@ -21,25 +25,22 @@ from statistics import median
 import msgspec
 import numpy as np
 from mapping_flight import MappingFlight, Moment, as_navigation
+from odometry_compared import GICP, OURS, compare, spread
+from odometry_compared import report as report_comparison
+from odometry_on_flight import as_scan, drifts, give, make_odometry, off, rms, turned
 from performance_page import PAGE, machine, make_parser, table, tell
+from recorded_flight import flights
 
-from skillwing.services.protocol import encode
 from skillwing.sim_mujoco.frames.motion import Motion
-from skillwing.sim_mujoco.frames.vectors import add, subtract
 from skillwing.sim_mujoco.judge.coverage import Judge
 from skillwing.sim_mujoco.mapping.localiser import ByNavigation
 from skillwing.sim_mujoco.mapping.mapper import REACH, Mapper
-from skillwing.sim_mujoco.mapping.node import BEYOND, MappingOptions
+from skillwing.sim_mujoco.mapping.node import MappingOptions
 from skillwing.sim_mujoco.mapping.occupancy import OccupancyGrid
-from skillwing.sim_mujoco.sensors import lidar
 from skillwing.sim_mujoco.sensors.channel import Measurement
 from skillwing.sim_mujoco.sensors.corruptors import make_corruptor
-from skillwing.sim_mujoco.sensors.instruments import IMU_PERIOD
-from skillwing.sim_mujoco.sensors.scans import LidarScan
-from skillwing.sim_mujoco.slam import so3
-from skillwing.sim_mujoco.slam.inertial import Inertial
+from skillwing.sim_mujoco.slam.gicp import MissingLibraryError
 from skillwing.sim_mujoco.slam.odometry import Fix, Odometry, Phase
-from skillwing.sim_mujoco.topics import LidarHeader
 
 MAPPING_PAGE = PAGE.with_name("mapping.md")
 FAULT_AT, TRIED_FOR = 30.0, 10.0
@@ -134,7 +135,7 @@ def fly(job: tuple[int, bool]) -> Result:
     flight = MappingFlight(seed, across=across)
     options = MappingOptions()
     low, high = options.box.low, options.box.high
-    odometry = Odometry(subtract(low, BEYOND), add(high, BEYOND))
+    odometry = make_odometry()
     mapper, reference = (Mapper(OccupancyGrid(low, high, options.voxel_size)) for _ in range(2))
     by_navigation = ByNavigation()
     fixes: list[Fix] = []
@@ -181,7 +182,6 @@ def fly(job: tuple[int, bool]) -> Result:
         / fix.position_sigma
         for fix, truth in zip(fixes, truths, strict=True)
     ]
-    last_turn = so3.matrix(np.array(truths[-1].quaternion))
     return Result(
         seed=seed,
         across=across,
@@ -190,7 +190,7 @@ def fly(job: tuple[int, bool]) -> Result:
         worst=float(errors.max()),
         final=float(errors[-1]),
         drift=rms(aligned),
-        heading=float(np.degrees(np.linalg.norm(so3.log(last_turn.T @ fixes[-1].levelled.turn)))),
+        heading=turned(fixes[-1], truths[-1]),
         sigmas=rms(np.array(normed)[1:].ravel()),
         scans=len(fixes),
         doubted=sum(not fix.believed for fix in fixes),
@@ -204,41 +204,6 @@ def fly(job: tuple[int, bool]) -> Result:
         misfit=max(misfits),
         trials=tuple(each.trial for each in tries),
     )
-
-
-def give(odometry: Odometry, measurement: Measurement) -> Fix | None:
-    """Hand a measurement of the simulator to odometry."""
-    if measurement.sensor == "lidar":
-        return odometry.scan(as_scan(measurement))
-    if measurement.sensor == "imu":
-        rows = measurement.data.astype(np.float64)
-        times = np.linspace(measurement.start, measurement.start + IMU_PERIOD * len(rows), len(rows), endpoint=False)
-        return odometry.imu(Inertial(times, rows[:, :3], rows[:, 3:]))
-    return None
-
-
-def as_scan(measurement: Measurement) -> LidarScan:
-    columns, beams = measurement.data.shape
-    header = LidarHeader(
-        t0=measurement.start, t1=measurement.end, columns=columns, beams=beams, mount=lidar.LIDAR_MOUNT
-    )
-    return LidarScan.decode(measurement.data.astype(np.float32).tobytes(), encode(header))
-
-
-def off(fix: Fix, truth: Motion) -> float:
-    return float(np.linalg.norm(fix.levelled.position - truth.position))
-
-
-def drifts(fixes: Sequence[Fix], truths: Sequence[Motion]) -> np.ndarray:
-    """Distances (N,) from the true path once the first poses lie on each other [m]."""
-    start, origin = fixes[0].state, np.array(truths[0].position)
-    turn = so3.matrix(np.array(truths[0].quaternion)) @ start.turn.T
-    moved = [turn @ (fix.state.position - start.position) + origin for fix in fixes]
-    return np.linalg.norm(np.array(moved) - [truth.position for truth in truths], axis=1)
-
-
-def rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(values**2)))
 
 
 # --- telling -------------------------------------------------------------------------------------------------
@@ -279,10 +244,6 @@ def report(results: Sequence[Result], seeds: str) -> str:
             fault_table(results),
         ]
     )
-
-
-def spread(values: Sequence[float]) -> str:
-    return f"{median(values):.2f} ({min(values):.2f} to {max(values):.2f})" if values else "-"
 
 
 def seed_table(results: Sequence[Result]) -> str:
@@ -343,17 +304,34 @@ def flown(jobs: Iterable[tuple[int, bool]], processes: int, keep: Path | None) -
 
 def main() -> None:
     options = make_parser(__doc__)
-    options.add_argument("--seeds", default="11:19", help="first seed and the one after the last")
+    options.add_argument(
+        "--method", choices=(OURS, GICP), default=OURS, help="what ours is compared with, if it is another"
+    )
+    options.add_argument("--seeds", help="first seed and the one after the last; 11:19, or 21:24 to compare methods")
     options.add_argument("--jobs", type=int, default=1, help="flights at the same time")
     options.add_argument("--keep", type=Path, help="file that remembers finished flights")
+    options.add_argument("--recorded", type=Path, help="folder that remembers what was measured, to compare methods")
     wanted = options.parse_args()
-    first, last = map(int, wanted.seeds.split(":"))
-    jobs = [(seed, across) for seed in range(first, last) for across in (False, True)]
-    known = [r for r in remembered(wanted.keep) if (r.seed, r.across) in jobs]
+    if wanted.method == OURS:
+        _measure(wanted.seeds or "11:19", wanted.jobs, wanted.keep, write=wanted.write)
+        return
+    seeds = wanted.seeds or "21:24"
+    try:
+        outcomes = compare(wanted.method, flights(seeds), wanted.recorded)
+    except MissingLibraryError as error:
+        raise SystemExit(str(error)) from error
+    body, variant = report_comparison(outcomes, wanted.method, seeds), f"--method {wanted.method}"
+    title = f"Odometry compared with {wanted.method}"
+    tell("odometry.py", title, body, write=wanted.write, file=MAPPING_PAGE, variant=variant)
+
+
+def _measure(seeds: str, processes: int, keep: Path | None, *, write: bool) -> None:
+    jobs = flights(seeds)
+    known = [r for r in remembered(keep) if (r.seed, r.across) in jobs]
     done = {(r.seed, r.across) for r in known}
-    results = [*known, *flown([job for job in jobs if job not in done], wanted.jobs, wanted.keep)]
+    results = [*known, *flown([job for job in jobs if job not in done], processes, keep)]
     results.sort(key=lambda r: (r.seed, r.across))
-    tell("odometry.py", "Odometry, measured", report(results, wanted.seeds), write=wanted.write, file=MAPPING_PAGE)
+    tell("odometry.py", "Odometry, measured", report(results, seeds), write=write, file=MAPPING_PAGE)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,172 @@
+"""Our odometry beside others that may be chosen in its place, on the same measurements of the same flights."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from statistics import median
+
+import msgspec
+import numpy as np
+from mapping_flight import Moment, as_navigation
+from odometry_on_flight import drifts, give, make_odometry, off, rms, turned
+from performance_page import machine, table
+from recorded_flight import moments
+
+from skillwing.sim_mujoco.frames.motion import Motion
+from skillwing.sim_mujoco.geofence import Box
+from skillwing.sim_mujoco.mapping.mapper import REACH, Mapper
+from skillwing.sim_mujoco.mapping.node import MISFITS, MappingOptions
+from skillwing.sim_mujoco.mapping.occupancy import OccupancyGrid
+from skillwing.sim_mujoco.slam.gicp import gicp_matcher
+from skillwing.sim_mujoco.slam.matching import MakeMatcher, PlaneMatcher
+from skillwing.sim_mujoco.slam.odometry import Fix, Phase
+
+OURS, GICP = "ours", "small-gicp"
+_ABOVE = 1.0
+"""A map is begun once the drone is so high [m]."""
+
+
+class Outcome(msgspec.Struct, frozen=True):
+    """How one method followed one flight, as long as it believed itself: errors [m, degrees] as in `odometry.Result`,
+    processor times of its scans [s]; when and why it was `lost`, the words empty if it never was."""
+
+    method: str
+    seed: int
+    across: bool
+    drift: float
+    rms: float
+    worst: float
+    final: float
+    heading: float
+    scans: int
+    doubted: int
+    times: tuple[float, ...]
+    lost_at: float | None
+    lost: str
+
+
+class Follower:
+    """One method on its way through a flight."""
+
+    def __init__(self, method: str, box: Box) -> None:
+        self.method = method
+        self._odometry = make_odometry(_matcher(method))
+        self._mapper = Mapper(OccupancyGrid(box.low, box.high, MappingOptions().voxel_size))
+        self._fixes: list[Fix] = []
+        self._truths: list[Motion] = []
+        self._times: list[float] = []
+        self._lost_at: float | None = None
+        self._lost = ""
+
+    def feed(self, moment: Moment) -> None:
+        """Take what was measured within a moment, until the method or its map has diverged."""
+        if self._lost:
+            return
+        if moment.truth.position[2] > _ABOVE:
+            self._mapper.start()
+        for measurement in moment.happened.measurements:
+            started = time.process_time()
+            fix = give(self._odometry, measurement)
+            if fix is not None:
+                self._times.append(time.process_time() - started)
+                self._fixes.append(fix)
+                self._truths.append(moment.truth)
+                if fix.believed:
+                    self._mapper.add(fix.placed(REACH))
+        for solution in moment.happened.solutions:
+            self._odometry.navigation(as_navigation(solution))
+        self._odometry.check(moment.truth.t)
+        if self._odometry.phase is Phase.LOST or self._mapper.diverged:
+            self._lost_at = moment.truth.t
+            self._lost = self._odometry.text or MISFITS
+
+    def outcome(self, seed: int, *, across: bool) -> Outcome:
+        fixes, truths = self._fixes, self._truths
+        errors = np.array([off(fix, truth) for fix, truth in zip(fixes, truths, strict=True)])
+        return Outcome(
+            method=self.method,
+            seed=seed,
+            across=across,
+            drift=rms(drifts(fixes, truths)),
+            rms=rms(errors),
+            worst=float(errors.max()),
+            final=float(errors[-1]),
+            heading=turned(fixes[-1], truths[-1]),
+            scans=len(fixes),
+            doubted=sum(not fix.believed for fix in fixes),
+            times=tuple(self._times),
+            lost_at=self._lost_at,
+            lost=self._lost,
+        )
+
+
+def _matcher(method: str) -> MakeMatcher:
+    return PlaneMatcher if method == OURS else gicp_matcher()
+
+
+def compare(method: str, flights: Iterable[tuple[int, bool]], folder: Path | None) -> list[Outcome]:
+    """What became of ours and of `method` on each flight; measurements come from `folder`, or are kept there."""
+    box = MappingOptions().box
+    outcomes: list[Outcome] = []
+    for seed, across in flights:
+        followers = [Follower(each, box) for each in (OURS, method)]
+        for moment in moments(seed, across=across, folder=folder):
+            for follower in followers:
+                follower.feed(moment)
+        outcomes += [follower.outcome(seed, across=across) for follower in followers]
+    return outcomes
+
+
+def report(outcomes: Sequence[Outcome], method: str, seeds: str) -> str:
+    groups = [
+        (f"{name}, nose {way} the track", [o for o in outcomes if o.method == name and o.across is across])
+        for across, way in ((False, "along"), (True, "across"))
+        for name in (OURS, method)
+    ]
+    rows = [
+        ("drift from the first pose, RMS [m]", [spread([o.drift for o in group]) for _, group in groups]),
+        ("error in ENU, RMS [m]", [spread([o.rms for o in group]) for _, group in groups]),
+        ("error in ENU, largest [m]", [spread([o.worst for o in group]) for _, group in groups]),
+        ("error in ENU at the end [m]", [spread([o.final for o in group]) for _, group in groups]),
+        ("attitude error at the end [degrees]", [spread([o.heading for o in group]) for _, group in groups]),
+        ("scans doubted", [f"{sum(o.doubted for o in g)} of {sum(o.scans for o in g)}" for _, g in groups]),
+        ("flights with a divergence", [f"{sum(bool(o.lost) for o in g)} of {len(g)}" for _, g in groups]),
+        ("a scan, processor time, median (99 %) [ms]", [_cost([t for o in g for t in o.times]) for _, g in groups]),
+    ]
+    drift = {(o.method, o.across, o.seed): o.drift for o in outcomes}
+    numbers = sorted({o.seed for o in outcomes})
+    by_seed = [
+        (f"{name}, nose {way} the track", *(f"{drift[name, across, seed]:.2f}" for seed in numbers))
+        for across, way in ((False, "along"), (True, "across"))
+        for name in (OURS, method)
+    ]
+    return "\n\n".join(
+        [
+            f"Both on the same measurements; seeds {seeds}, on which neither was tuned, {len(outcomes) // 2} flights "
+            f"by the whole simulator; median of the flights, least and largest in brackets. {machine()}.",
+            table(("", *(name for name, _ in groups)), [(name, *cells) for name, cells in rows]),
+            table(("drift, RMS [m], of seed", *map(str, numbers)), by_seed),
+            _divergences(outcomes),
+        ]
+    )
+
+
+def spread(values: Sequence[float]) -> str:
+    """Median, least and largest of some values, as a cell of a table."""
+    return f"{median(values):.2f} ({min(values):.2f} to {max(values):.2f})" if values else "-"
+
+
+def _cost(times: Sequence[float]) -> str:
+    return f"{1e3 * np.median(times):.1f} ({1e3 * np.quantile(times, 0.99):.1f})"
+
+
+def _divergences(outcomes: Sequence[Outcome]) -> str:
+    lines = [
+        f"- {o.method}, seed {o.seed}, nose {'across' if o.across else 'along'} the track: after {o.lost_at:.1f} s, "
+        f"{o.lost}; figures are those until then."
+        for o in outcomes
+        if o.lost_at is not None
+    ]
+    return "\n".join(["Divergences that were noticed:", "", *lines]) if lines else "No divergence was noticed."

@@ -1,0 +1,69 @@
+"""What benchmarks need to let odometry follow a flight, and to say how far off it is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from skillwing.services.protocol import encode
+from skillwing.sim_mujoco.frames.motion import Motion
+from skillwing.sim_mujoco.frames.vectors import add, subtract
+from skillwing.sim_mujoco.mapping.node import BEYOND, MappingOptions
+from skillwing.sim_mujoco.sensors import lidar
+from skillwing.sim_mujoco.sensors.channel import Measurement
+from skillwing.sim_mujoco.sensors.instruments import IMU_PERIOD
+from skillwing.sim_mujoco.sensors.scans import LidarScan
+from skillwing.sim_mujoco.slam import so3
+from skillwing.sim_mujoco.slam.inertial import Inertial
+from skillwing.sim_mujoco.slam.matching import MakeMatcher, PlaneMatcher
+from skillwing.sim_mujoco.slam.odometry import Fix, Odometry
+from skillwing.sim_mujoco.topics import LidarHeader
+
+
+def make_odometry(make_matcher: MakeMatcher = PlaneMatcher) -> Odometry:
+    """Odometry as the mapping process has it."""
+    box = MappingOptions().box
+    return Odometry(subtract(box.low, BEYOND), add(box.high, BEYOND), make_matcher=make_matcher)
+
+
+def give(odometry: Odometry, measurement: Measurement) -> Fix | None:
+    """Hand a measurement of the simulator to odometry."""
+    if measurement.sensor == "lidar":
+        return odometry.scan(as_scan(measurement))
+    if measurement.sensor == "imu":
+        rows = measurement.data.astype(np.float64)
+        times = np.linspace(measurement.start, measurement.start + IMU_PERIOD * len(rows), len(rows), endpoint=False)
+        return odometry.imu(Inertial(times, rows[:, :3], rows[:, 3:]))
+    return None
+
+
+def as_scan(measurement: Measurement) -> LidarScan:
+    columns, beams = measurement.data.shape
+    header = LidarHeader(
+        t0=measurement.start, t1=measurement.end, columns=columns, beams=beams, mount=lidar.LIDAR_MOUNT
+    )
+    return LidarScan.decode(measurement.data.astype(np.float32).tobytes(), encode(header))
+
+
+def off(fix: Fix, truth: Motion) -> float:
+    """Error of the position in ENU as it is given out [m]."""
+    return float(np.linalg.norm(fix.levelled.position - truth.position))
+
+
+def turned(fix: Fix, truth: Motion) -> float:
+    """Error of the attitude as it is given out [degrees]."""
+    turn = so3.matrix(np.array(truth.quaternion))
+    return float(np.degrees(np.linalg.norm(so3.log(turn.T @ fix.levelled.turn))))
+
+
+def drifts(fixes: Sequence[Fix], truths: Sequence[Motion]) -> np.ndarray:
+    """Distances (N,) from the true path once the first poses lie on each other [m]."""
+    start, origin = fixes[0].state, np.array(truths[0].position)
+    turn = so3.matrix(np.array(truths[0].quaternion)) @ start.turn.T
+    moved = [turn @ (fix.state.position - start.position) + origin for fix in fixes]
+    return np.linalg.norm(np.array(moved) - [truth.position for truth in truths], axis=1)
+
+
+def rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
