@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 
@@ -10,13 +11,15 @@ from fake_interface import SKILLSET, FakeMission
 from py_trees.behaviour import Behaviour
 from py_trees.behaviours import Success
 from py_trees.common import Status
+from py_trees.decorators import Repeat, Retry, SuccessIsRunning
 
-from skillwing.bt_missions.leaves.conditions import DataCompare, ResourceIs
+from skillwing.bt_missions.leaves.conditions import DataCompare, ResourceIs, Sign
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
 from skillwing.bt_missions.running.preflight import preflight, tree_problems
 from skillwing.bt_missions.subtrees.composites import alongside, first_that_works, in_order
+from skillwing.dsl.model import ArrayType, DataItem, EnumType, Field, ScalarType, StructType
 
 
 def problems(*leaves: Behaviour) -> list[str]:
@@ -100,6 +103,64 @@ def test_a_resource_that_is_taken_twice_in_parallel_is_told(mission: FakeMission
     go, turn = (SkillAction(skill, mission.context, skill) for skill in ("go", "turn"))
     found = problems(alongside("both", go, until=in_order("later", turn) if wrapped else turn))
     assert found == ["Under `both` both `go` and `turn` take axes, at the same time."]
+
+
+def test_a_skill_that_would_run_twice_at_once_is_told(mission: FakeMission) -> None:
+    one, other, go = (SkillAction(skill, mission.context, skill) for skill in ("look", "look", "go"))
+    found = problems(alongside("both", one, in_order("later", other), until=go))
+    assert found == ["Under `both` skill `look` would run twice at the same time; a second one is BUSY."]
+
+
+@pytest.mark.parametrize(
+    "endless", [Repeat("rounds", Success("well"), -1), SuccessIsRunning("rounds", Success("well"))]
+)
+def test_what_comes_after_an_endless_loop_is_never_reached(mission: FakeMission, endless: Behaviour) -> None:
+    go = SkillAction("go", mission.context, "go")
+    assert problems(endless, go) == ["Branch `go` of `tree` is never reached: `rounds` cannot succeed."]
+
+
+def test_what_is_tried_again_can_succeed_only_if_it_can_at_once(mission: FakeMission) -> None:
+    look, go = (SkillAction(skill, mission.context, skill) for skill in ("look", "go"))
+    assert problems(Retry("again", look, 3), go) == ["Branch `go` of `tree` is never reached: `again` cannot succeed."]
+
+
+MEASURED = replace(
+    SKILLSET,
+    data=(
+        DataItem("position", StructType("Position", (Field("x", ScalarType("float64")),))),
+        DataItem("mode", EnumType("Mode", ("SLOW", "FAST"))),
+        DataItem("lit", ScalarType("bool")),
+        DataItem("note", ScalarType("string")),
+        DataItem("ranges", ArrayType(ScalarType("float64"), None)),
+    ),
+)
+
+
+@pytest.mark.parametrize(
+    ("datum", "sign", "value", "problem"),
+    [
+        ("position.x", "<", 3.0, None),
+        ("position.x", "==", 3, None),
+        ("mode", "==", "SLOW", None),
+        ("lit", "!=", True, None),
+        ("note", "==", "abc", None),
+        ("position.q", ">", "abc", "There is no field `q` of `position`. What exists: `x`."),
+        ("position.x", ">", "abc", "`position.x` is a number, and `abc` is none"),
+        ("position.x", "==", True, "`position.x` is a number, and `True` is none"),
+        ("position.x.y", "==", 1.0, "`position.x` is a finite number, and has no field `y`"),
+        ("position", "==", 1.0, "`position` has the fields `x`; compare one of them"),
+        ("mode", "==", "SLO", "`mode` is one of `SLOW` and `FAST`, and never `SLO`"),
+        ("mode", "<", "FAST", "`mode` has no order; compare it by `==` or `!=`, not `<`"),
+        ("lit", "==", "on", "`lit` is `true` or `false`, and never `on`"),
+        ("note", "==", 1.0, "`note` is text, and `1.0` is none"),
+        ("ranges", "==", 1.0, "`ranges` is a list, which cannot be compared"),
+    ],
+)
+def test_a_comparison_fits_the_type_of_its_datum(
+    mission: FakeMission, datum: str, sign: Sign, value: float | str | bool, problem: str | None
+) -> None:
+    leaf = DataCompare("far?", mission.context, datum, sign, value)
+    assert [each.text for each in tree_problems([leaf], MEASURED)] == ([f"Leaf `far?`: {problem}"] if problem else [])
 
 
 def test_skills_that_share_nothing_may_run_in_parallel(mission: FakeMission) -> None:

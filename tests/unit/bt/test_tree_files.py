@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -32,6 +33,7 @@ from skillwing.bt_missions.xml.problems import TreeFileError
 from skillwing.bt_missions.xml.tree_file import tree_file
 from skillwing.bt_missions.xml.writer import NotWritableError, write_mission
 from skillwing.dsl import load
+from skillwing.services.commands.exit_codes import USAGE, exit_code_of
 
 ROOT = next(folder for folder in Path(__file__).parents if (folder / "pyproject.toml").exists())
 M600 = load(ROOT / "services/skillwing/m600/m600.skillset")
@@ -198,6 +200,10 @@ def test_what_only_python_can_do_is_not_written() -> None:
         ('<Timeout msec="x"><go/></Timeout>', ["2: `msec` is `x`; it takes a number."]),
         ('<Parallel failure_count="2"><go/></Parallel>', ["2: `failure_count` has to be 1"]),
         ('<Parallel success_count="2"><go/><look/><turn/></Parallel>', ["2: `success_count` is 2"]),
+        (
+            '<RetryUntilSuccessful num_attempts="-1"><go/></RetryUntilSuccessful>',
+            ["2: `num_attempts` is -1; a mission"],
+        ),
         ('<Repeat num_cycles="1.5"><go/></Repeat>', ["2: `num_cycles` is `1.5`; it takes a whole number."]),
         ('<ResourceIs resource="camera"/>', ["2: `ResourceIs` lacks its port `states`"]),
         ('<ResourceIs resource="kamera" states="OK"/>', ["2: Leaf `ResourceIs`: There is no resource `kamera`"]),
@@ -231,6 +237,64 @@ def test_every_problem_has_its_line_and_a_sentence(tree: str, problems: list[str
     assert bool(found) == bool(problems)
     for problem in problems:
         assert any(each.startswith(problem) for each in found), found
+
+
+ONE_AFTER_ANOTHER = """<Sequence>
+<goo sped="2" speed="{pace}" patience="long"/>
+<go sped="2" speed="fast" patience="{long}" done="speed"/>
+<Timeout msec="{soon}" within="1"><turn speed="9"/><look/></Timeout>
+<WhileGranted resource="axis" states="FREE" patience="x" ended_by="camera"><ResourceIs resource="x"/></WhileGranted>
+<SubTree ID="other" speed="{pace}"/>
+</Sequence>"""
+ALL_AT_ONCE = [
+    "3: There is no node `goo`; did you mean `go`?",
+    "3: `go` has no port `sped`; did you mean `speed`?",
+    "3: `patience` is `long`; it takes a number.",
+    "3: `speed` reads `{pace}`, which nothing fills; declare it as a port of the tree.",
+    "4: `done` is `speed`; it takes pairs like `laps=laps_done`.",
+    "4: `go` has no port `sped`; did you mean `speed`?",
+    "4: `patience` is `{long}`, but it has to be known before the flight.",
+    "4: `patience` reads `{long}`, which nothing fills; declare it as a port of the tree.",
+    "4: `speed` is `fast`; it takes a finite number.",
+    "5: Leaf `turn`: turn: `speed` is 9; it has to lie between 0.1 and 5.",
+    "5: `Timeout` has 2 children; it takes one.",
+    "5: `Timeout` has no port `within`; it has `msec`.",
+    "5: `msec` reads `{soon}`, which nothing fills; declare it as a port of the tree.",
+    "6: Leaf `ResourceIs`: There is no resource `x`. What exists: `axes` and `camera`.",
+    "6: Node `WhileGranted`: There is no resource `axis`; did you mean `axes`? What exists: `axes` and `camera`.",
+    "6: `ResourceIs` lacks its port `states`: in one of which it has to be.",
+    "6: `ended_by` is `camera`; it takes a resource and one of its states.",
+    "6: `patience` is `x`; it takes a number.",
+    "7: There is no tree `other`; there is `main` and `rescue`.",
+    "7: `speed` reads `{pace}`, which nothing fills; declare it as a port of the tree.",
+]
+
+
+def test_all_problems_are_told_at_once_and_none_that_follows_from_another() -> None:
+    assert sorted(problems_of(with_tree(ONE_AFTER_ANOTHER))) == ALL_AT_ONCE
+
+
+def test_the_frame_the_options_and_the_trees_are_told_of_together() -> None:
+    """What no rescue and a broken option hide would else be found only when these are mended."""
+    model = MODEL.format(name="speed", kind="double", rest='default="much"', needs="camera: BLIND; axes")
+    text = with_tree('<go speed="{speed}" sped="1"/>', model).replace(RESCUE, "")
+    assert sorted(problems_of(text)) == [
+        '1: Add a `<BehaviorTree ID="rescue">`: what to do when somebody aborts the mission.',
+        "2: `go` has no port `sped`; did you mean `speed`?",
+        "5: The default of option `speed` cannot be read: Expected `float`, got `str`.",
+        "6: The mission's needs: There is no state `BLIND` of `camera`. What exists: `OK` and `FAILED`.",
+        "6: `axes` in `needs` is not of the form RESOURCE: STATE ...",
+    ]
+
+
+def test_a_tree_that_nobody_calls_is_checked_too_but_for_what_a_caller_would_give_it() -> None:
+    spare = (
+        '<BehaviorTree ID="spare"><Sequence><go speed="{speed}" sped="1"/><look time="{t}"/></Sequence></BehaviorTree>'
+    )
+    assert [each.partition(": ")[2] for each in problems_of(with_tree("<go/>", spare))] == [
+        "`go` has no port `sped`; did you mean `speed`?",
+        "`look` has no port `time`; it has `success_on`, `failure_on`, `patience`, `leg_of` and `done`.",
+    ]
 
 
 @pytest.mark.parametrize(
@@ -317,6 +381,36 @@ def test_the_command_checks_a_file_and_says_where(tmp_path: Path) -> None:
     assert result.exit_code == 1
     assert f"{file}:2: There is no node `takeof`; did you mean `takeoff`?" in result.output
     assert CliRunner().invoke(mission_command, ["check", str(MAPPING)]).exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "place", "problem"),
+    [
+        (None, 2, "", "It cannot be read"),
+        ("<root>", 2, ":1", "This is no XML"),
+        (with_tree("<takeof/>").replace(RESCUE, ""), 2, ":1", "Add a `<BehaviorTree"),
+        (with_tree("<takeof/>"), 1, ":2", "There is no node `takeof`"),
+        (with_tree("<stream/>"), 0, "", None),
+    ],
+    ids=["missing", "ill-formed", "without rescue", "does not fit", "fits"],
+)
+def test_exit_code_and_json_of_the_check(
+    tmp_path: Path, text: str | None, code: int, place: str, problem: str | None
+) -> None:
+    file = tmp_path / "mission.xml"
+    if text is not None:
+        file.write_text(text)
+    result = CliRunner().invoke(mission_command, ["check", str(file), "--json"])
+    assert result.exit_code == code, result.output
+    found = json.loads(result.stdout)
+    assert result.stderr == ""
+    assert bool(found) == (problem is not None)
+    assert problem is None or any(each["place"] == f"{file}{place}" and problem in each["text"] for each in found)
+    if code == USAGE:
+        # Who would fly it is refused in the same words and with the same code.
+        with pytest.raises(TreeFileError, match=problem) as caught:
+            find_mission(str(file))
+        assert exit_code_of(caught.value) == code
 
 
 def test_the_command_writes_a_file_that_fits(tmp_path: Path) -> None:

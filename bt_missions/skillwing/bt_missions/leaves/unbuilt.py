@@ -22,7 +22,7 @@ class Unbuilt(Behaviour):
 
 
 def mark_guessed(node: Behaviour) -> None:
-    """Note that a node of a draft was made with values that are not those of its author, who knows already."""
+    """Note that a node of a draft was made with a name that its author did not write, and knows of already."""
     setattr(node, _ATTRIBUTE, True)
 
 

@@ -9,7 +9,6 @@ from py_trees.behaviour import Behaviour
 
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.places import put_place
-from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.leaves.unbuilt import Unbuilt, mark_guessed
 from skillwing.bt_missions.xml.document import Element
 from skillwing.bt_missions.xml.node_type import Call, Category, NodeType, PortError
@@ -104,8 +103,7 @@ class Builder:
             self._note(element, *call.problems, str(error))
             return Unbuilt(call.name, call.children)
         self._note(element, *call.problems)
-        # Of a skill's inputs each is judged for itself.
-        if call.unread - (node.inputs.keys() if isinstance(node, SkillAction) else set()):
+        if call.unread:
             mark_guessed(node)
         return node
 

@@ -18,14 +18,15 @@ def _make_while_granted(call: Call) -> Behaviour:
             raise PortError(f"`ended_by` is `{value}`; it takes a resource and one of its states.")
         return Change(*words)
 
+    resource, states = call.text("resource"), call.words("states")
     return WhileGranted(
         call.name,
         call.context,
         call.children[0],
-        resource=call.text("resource"),
-        states=call.words("states"),
+        resource=resource,
+        states=states,
         patience=call.number("patience"),
-        ended_by=call.value("ended_by", change, Change("", "")),
+        ended_by=call.value("ended_by", change, Change(resource, next(iter(states), ""))),
     )
 
 

@@ -16,6 +16,7 @@ from skillwing.bt_missions.xml.scope import Cell, Scope
 from skillwing.dsl.suggest import closest
 
 T = TypeVar("T")
+D = TypeVar("D")
 TRUTHS = {"true": True, "false": False}
 NOWHERE: tuple[Position, ...] = ((0.0, 0.0, 0.0),)
 """The route of a plan that is none."""
@@ -67,7 +68,7 @@ class Call:
 
     A port that cannot be used is noted in `problems`, and read as some value of its kind, so that all that is wrong
     with a tag is found at once; who calls `make` refuses the node then. absent: ports whose lack has been told already.
-    unread: ports that were read as something else than is written.
+    unread: names that are not known, so that nobody can judge what they stand for.
     """
 
     name: str
@@ -91,14 +92,13 @@ class Call:
             self.problems.append(f"`{port}` is `{self.ports[port]}`; it takes a cell's name in braces: `{{{port}}}`.")
         return cell or Cell(port)
 
-    def value(self, port: str, use: Callable[[object], T], instead: T) -> T:
+    def value(self, port: str, use: Callable[[object], T], instead: D) -> T | D:
         """What `use` makes of what the port holds before the flight: the value of an option, or the text itself.
 
         use: raises PortError. instead: for a port that cannot be used.
         """
         cell = self.cell(port)
         if port in self.absent or (cell is not None and cell.is_excused and not cell.is_filled):
-            self.unread.add(port)
             return instead
         try:
             if cell is not None and not cell.is_known:
@@ -106,15 +106,17 @@ class Call:
             return use(self.ports[port] if cell is None else cell())
         except PortError as error:
             self.problems.append(str(error))
-            self.unread.add(port)
             return instead
 
     def text(self, port: str) -> str:
-        return self.value(port, str, "")
+        text = self.value(port, str, None)
+        if text is None:
+            self.unread.add(port)
+        return text or ""
 
     def words(self, port: str) -> tuple[str, ...]:
         """Names with spaces, commas or semicolons between them."""
-        return tuple(self.text(port).replace(",", " ").replace(";", " ").split())
+        return self.value(port, lambda value: tuple(str(value).replace(",", " ").replace(";", " ").split()), ())
 
     def number(self, port: str) -> float:
         def use(value: object) -> float:
