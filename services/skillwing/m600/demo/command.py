@@ -27,6 +27,8 @@ from skillwing.services.bus import Topology
 from skillwing.services.bus.clock import FollowedClock
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.commands.exit_codes import FAILED, OK
+from skillwing.services.commands.flight_reports import LAST_WORDS
+from skillwing.services.commands.observing import VIEWER_HELP, opened_viewer, shown
 from skillwing.services.commands.output import make_console
 from skillwing.services.commands.pace import PaceOption
 from skillwing.services.commands.running import ColocateOption, TopologyOption
@@ -36,23 +38,20 @@ from skillwing.services.processes.ending import Ending, ended_by_signals
 from skillwing.services.processes.launcher import ROUTER, Death, Launcher, StartError
 from skillwing.services.processes.run_state import announced, reserved
 from skillwing.services.protocol import Keys
-from skillwing.services.robot import ProcessSpec
+from skillwing.services.robot import RECORDER, ProcessSpec
 from skillwing.services.telemetry.journal import TIMELINE_FILE
 from skillwing.services.telemetry.report import REPORT_FILE, ProcessEntry, summary_table
-from skillwing.services.telemetry.viewer_window import ViewerWindow, has_screen
+from skillwing.services.telemetry.run_facts import RunFacts, write_facts
+from skillwing.services.telemetry.viewer import Viewer, ViewerKind, has_screen
 
 LARGEST_SEED = 2**32 - 1
 CLOCK_TIMEOUT = 5.0
 """Wall seconds in which the simulator's first clock tick is awaited."""
-LAST_WORDS = 5.0
-"""Wall seconds that the recorder gets for the map and the last records."""
 FEWER_LAST_WORDS = 0.5
-"""The same for a flight that was cut short."""
+"""Wall seconds that the recorder gets for the last records of a flight that was cut short."""
 TABLE_WIDTH = 100
 CALLED_OFF = "Called off by Ctrl-C or a signal."
 UNREAD = "Called off, for nobody reads what it prints."
-RECORDER = "recorder"
-UNRECORDED = "The recorder died: the map is the last that it saved, and what the drone touched after that is not known."
 
 
 @dataclass
@@ -129,8 +128,9 @@ def demo(
     seed: Annotated[int, typer.Option(metavar="N", min=0, max=LARGEST_SEED, help="Seed of the simulated world.")] = 1,
     speed: PaceOption = 1.0,
     viewer: Annotated[
-        bool | None, typer.Option("--viewer/--no-viewer", help="Open the Rerun viewer; default: if there is a screen.")
+        ViewerKind | None, typer.Option("--viewer", help=f"{VIEWER_HELP} Default: its window, if there is a screen.")
     ] = None,
+    no_viewer: Annotated[bool, typer.Option("--no-viewer", help="The same as --viewer none.")] = False,
     run_dir: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Where the run goes; default runs/TIME-MISSION.")
     ] = None,
@@ -149,13 +149,12 @@ def demo(
     with reserved(ROBOT.name):
         directory = _make_run_dir(run_dir or Path("runs") / f"{datetime.now().astimezone():%Y%m%d-%H%M%S}-{mission}")
         options: dict[str, Any] = {"seed": seed, "speed": speed, "run_dir": str(directory), **story.robot}
-        wants_viewer = has_screen() if viewer is None else viewer
+        write_facts(directory, _facts(story, seed))
+        kind: ViewerKind = viewer or ("native" if has_screen() else "none")
         try:
             with ended_by_signals() as ending, ExitStack() as stack:
-                window = None
-                if wants_viewer:
-                    with ending.at_once():
-                        window = stack.enter_context(_viewer(directory, console))
+                with ending.at_once():
+                    window = stack.enter_context(opened_viewer("none" if no_viewer else kind, directory, console))
                 if window is not None:
                     options["viewer_url"] = window.url
                 processes = _processes(story, options)
@@ -165,10 +164,11 @@ def demo(
                     code = _judge(flight, story, directory, seed, console)
                 goes_on = not flight.ended_by and not ending.told
                 if window is not None and window.is_open and sys.stdin.isatty() and goes_on:
-                    console.print("Close the viewer's window, or press Ctrl-C, to end.")
+                    close = "Press Ctrl-C" if window.page else "Close the viewer's window, or press Ctrl-C,"
+                    console.print(f"{close} to end.")
                     _wait_for(window, ending)
         except KeyboardInterrupt:
-            console.print(f"{CALLED_OFF} There is no report; what was recorded is in {_shown(directory)}.", style="red")
+            console.print(f"{CALLED_OFF} There is no report; what was recorded is in {shown(directory)}.", style="red")
             code = FAILED
         raise typer.Exit(code)
 
@@ -187,14 +187,15 @@ def _make_run_dir(path: Path) -> Path:
     return directory
 
 
-@contextmanager
-def _viewer(run_dir: Path, console: Console) -> Iterator[ViewerWindow | None]:
-    """A viewer in its window; None, and a sentence, if it does not open."""
-    console.print("Opening the viewer ...")
-    with ViewerWindow(run_dir / "logs" / "viewer.log") as window:
-        if not window.is_open:
-            console.print(f"The viewer did not open ({_shown(window.log)} says why). The run is recorded all the same.")
-        yield window if window.is_open else None
+def _facts(story: Story, seed: int) -> RunFacts:
+    """For `skillwing report`, which judges as the demo does."""
+    return RunFacts(
+        robot=ROBOT.name,
+        skillset=str(ROBOT.skillset),
+        judge=ROBOT.judge,
+        options={"seed": seed, "world": story.world, "route": story.way},
+        mission=story.mission,
+    )
 
 
 def _processes(story: Story, options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
@@ -285,10 +286,9 @@ def _ending_well(flight: Flight) -> Iterator[None]:
 def _judge(flight: Flight, story: Story, run_dir: Path, seed: int, console: Console) -> int:
     """Judge the run against the true world, write and print the report; returns the exit code."""
     from skillwing.m600.judge.evaluation import evaluate  # noqa: PLC0415 - loads physics and pictures
+    from skillwing.services.telemetry.flight_report import UNRECORDED  # noqa: PLC0415 - loads pictures
 
     notes = [flight.ended_by] if flight.ended_by else []
-    if any(death.process == RECORDER for death in flight.deaths):
-        notes.append(UNRECORDED)
     with _busy(console, "Judging the flight against the true world ..."):
         try:
             if flight.deck is not None:
@@ -309,10 +309,12 @@ def _judge(flight: Flight, story: Story, run_dir: Path, seed: int, console: Cons
     for death in flight.deaths:
         if death.final and death.exit_code is not None and death.log:
             console.print(Text.assemble((f"The last lines of {death.process}:", "red"), *_indented(death.log)))
+    if any(death.process == RECORDER and death.final for death in flight.deaths):
+        notes.append(UNRECORDED)
     for note in notes:
         console.print(Text(note, "red"))
     console.print(summary_table(report), width=min(console.width, TABLE_WIDTH))
-    console.print(f"Recording, pictures, report and logs: {_shown(run_dir)}")
+    console.print(f"Recording, pictures, report and logs: {shown(run_dir)}")
     return OK if report.result == "success" and not flight.ended_by else FAILED
 
 
@@ -328,12 +330,6 @@ def _indented(lines: tuple[str, ...]) -> Iterator[str]:
     return (f"\n    {line}" for line in lines)
 
 
-def _shown(path: Path) -> str:
-    """A path as people write it: relative if it is below the working directory."""
-    here = Path.cwd()
-    return str(path.relative_to(here) if path.is_relative_to(here) else path)
-
-
-def _wait_for(window: ViewerWindow, ending: Ending) -> None:
+def _wait_for(window: Viewer, ending: Ending) -> None:
     with suppress(KeyboardInterrupt), ending.at_once():
         window.wait_until_closed()

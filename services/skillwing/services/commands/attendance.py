@@ -14,6 +14,7 @@ from rich.text import Text
 
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.commands.exit_codes import FAILED
+from skillwing.services.commands.flight_reports import FlightReports
 from skillwing.services.commands.process_table import process_table
 from skillwing.services.processes.ending import Ending
 from skillwing.services.processes.launcher import Death, Launcher
@@ -28,8 +29,8 @@ PERIOD = 0.5
 class Attendance:
     """Watches a launcher's processes, tells what happens to them, and makes it known to other commands.
 
-    deaths: filled by the launcher; ending: when to stop with KeyboardInterrupt. To be used as a context manager, in
-    which the table is shown.
+    deaths: filled by the launcher; ending: when to stop with KeyboardInterrupt; reports: of the missions that are flown
+    meanwhile. To be used as a context manager, in which the table is shown.
     """
 
     def __init__(
@@ -40,12 +41,14 @@ class Attendance:
         deaths: SimpleQueue[Death],
         skillset: str,
         ending: Ending,
+        reports: FlightReports | None = None,
     ) -> None:
         self._console = console
         self._launcher = launcher
         self._announcement = announcement
         self._deaths = deaths
         self._ending = ending
+        self._reports = reports
         self._prefix = Keys(skillset).alive("")
         self._roll_call = RollCall()
         self._alive: set[str] = set()
@@ -58,6 +61,8 @@ class Attendance:
                 closing(ZenohBus("attendance", self._launcher.robot, self._launcher.endpoint))
             )
             self._bus.watch_alive(f"{self._prefix}**", self._on_alive)
+            if self._reports is not None:
+                self._reports.attach(self._bus, self._tell)
             self._launcher.on_change = lambda: self._bus.post(_nothing)
             if self._live is not None:
                 undoing.enter_context(self._live)

@@ -16,6 +16,8 @@ from skillwing.services.processes.run_state import read_run_state, remove_run_st
 
 PATIENCE = 3 * STOP_TIMEOUT
 """Seconds that the system has to stop; it kills what does not stop by itself in less."""
+REPORT_PATIENCE = 60.0
+"""The same for one that has heard, and has a mission's report to write."""
 
 
 def down(robot: RobotOption = None) -> None:
@@ -25,7 +27,11 @@ def down(robot: RobotOption = None) -> None:
     if state is None:
         raise NoSystemError(f"The system at {target.endpoint} was not started here. Stop it where it was started.")
     os.kill(state.pid, signal.SIGTERM)
-    if not _wait_for_end(state.pid, state.pid_started):
+    ended = _wait_for_end(state.pid, state.pid_started)
+    if not ended and read_run_state(state.robot) is None:
+        typer.echo("It writes a report of the mission ...")
+        ended = _wait_for_end(state.pid, state.pid_started, REPORT_PATIENCE)
+    if not ended:
         # Its children end with it: their pipes to it close.
         os.kill(state.pid, signal.SIGKILL)
         _wait_for_end(state.pid, state.pid_started)
@@ -33,9 +39,9 @@ def down(robot: RobotOption = None) -> None:
     typer.echo(f"{state.robot} has stopped.")
 
 
-def _wait_for_end(pid: int, pid_started: str) -> bool:
+def _wait_for_end(pid: int, pid_started: str, patience: float = PATIENCE) -> bool:
     """Wait until a process has ended. It is not a child of ours, so that there is nothing to wait on but its id."""
-    deadline = time.monotonic() + PATIENCE
+    deadline = time.monotonic() + patience
     while started(pid) == pid_started:
         if time.monotonic() > deadline:
             return False

@@ -14,6 +14,7 @@ from skillwing.services.commands.journal_options import (
     journal_words,
     make_room_for_journal,
 )
+from skillwing.services.commands.observing import RecordOption, ViewerOption, check_observing, observing_words
 from skillwing.services.commands.output import make_console
 from skillwing.services.commands.running import (
     ColocateOption,
@@ -53,6 +54,8 @@ def mock(
     run_dir: RunDirOption = None,
     resume: ResumeOption = False,
     durable: DurableOption = False,
+    record: RecordOption = True,
+    viewer: ViewerOption = "none",
 ) -> None:
     """Run every manager of a skillset as its own process, with mocks for its skills and for the world around them.
 
@@ -68,12 +71,13 @@ def mock(
     require_robot_name(name)
     require_not_running(name, ", or give this one a name of its own with `--robot-name`")
     directory = make_run_dir(run_dir, "mock")
+    check_observing(directory, record=record, viewer=viewer, resume=resume)
     if detach:
         words = ["mock", str(file.absolute()), "--robot-name", name, "--listen", listen]
         words += [] if script is None else ["--script", str(script.absolute())]
         words += [] if seed is None else ["--seed", str(seed)]
         words += layout_words(topology=topology, colocate=colocate, router=router)
-        words += journal_words(resume=resume, durable=durable)
+        words += journal_words(resume=resume, durable=durable) + observing_words(record=record, viewer=viewer)
         run_detached(name, words, directory)
         return
     make_room_for_journal(directory, resume=resume)
@@ -81,5 +85,14 @@ def mock(
     played = ", ".join(map(str, scripts)) or "no script: each skill ends with its first success, if it has one"
     make_console().print(f"Mocks of {file}. They play {played}.", markup=False)
     specs = mock_processes(robot, scripts=scripts, seed=seed, run={"run_dir": str(directory), "durable": durable})
-    setting = Setting(clock="wall", listen=listen, mock=True, topology=topology, colocate=colocate, router=router)
+    setting = Setting(
+        clock="wall",
+        listen=listen,
+        mock=True,
+        topology=topology,
+        colocate=colocate,
+        router=router,
+        record=record,
+        viewer=viewer,
+    )
     raise typer.Exit(run_system(robot, specs, directory, setting))

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
@@ -19,6 +20,8 @@ import typer
 from skillwing.services.bus import Topology
 from skillwing.services.commands.attendance import Attendance
 from skillwing.services.commands.exit_codes import OK
+from skillwing.services.commands.flight_reports import FlightReports
+from skillwing.services.commands.observing import opened_viewer
 from skillwing.services.commands.output import make_console
 from skillwing.services.errors import InvalidOptionError, SkillwingError
 from skillwing.services.processes.colocation import colocated, households
@@ -28,6 +31,8 @@ from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.router import LOOPBACK
 from skillwing.services.processes.run_state import announced, read_run_state, reserved
 from skillwing.services.robot import ClockKind, ProcessSpec, Robot
+from skillwing.services.telemetry.run_facts import RunFacts, write_facts
+from skillwing.services.telemetry.viewer import ViewerKind
 
 DetachOption = Annotated[bool, typer.Option("--detach", "-d", help="Return once it runs; `down` stops it.")]
 ListenOption = Annotated[str, typer.Option("--listen", metavar="tcp/HOST:PORT", help="Where the router listens.")]
@@ -89,7 +94,8 @@ class Setting:
     """How to run a system. clock: who tells robot time; listen: where its router does; mock: nothing in it is real.
 
     topology, colocate: how processes meet, and whether managers share one; router: where somebody else's is.
-    briefing: what missions are told of the place, by mission.
+    briefing: what missions are told of the place, by mission. record: what happens is written down, for a run with
+    these options; viewer: where it is shown.
     """
 
     clock: ClockKind
@@ -99,6 +105,9 @@ class Setting:
     colocate: bool = False
     router: str | None = None
     briefing: dict[str, dict[str, Any]] = field(default_factory=dict[str, dict[str, Any]])
+    record: bool = False
+    options: dict[str, Any] = field(default_factory=dict[str, Any])
+    viewer: ViewerKind = "none"
 
     def __post_init__(self) -> None:
         if self.router is not None and self.listen != LOOPBACK:
@@ -129,13 +138,18 @@ def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, setting: S
         ending=ending,
         on_death=deaths.put,
     )
+    reports = None
     try:
-        with launcher:
+        with ExitStack() as stack:
+            with ending.at_once():
+                viewer = stack.enter_context(opened_viewer(setting.viewer, run_dir, console))
+            observers = _observers(robot, run_dir, setting, None if viewer is None else viewer.url)
+            stack.enter_context(launcher)
             begun = time.monotonic()
-            with console.status(f"Starting {len(households(specs))} processes ..."):
+            with console.status(f"Starting {len(households((*observers, *specs)))} processes ..."):
                 if setting.router is None:
                     launcher.start_router(setting.listen)
-                launcher.start(specs)
+                launcher.start((*observers, *specs))
             with announced(
                 robot,
                 launcher.endpoint,
@@ -145,17 +159,31 @@ def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, setting: S
                 topology=setting.topology,
                 processes=launcher.states,
                 briefing=setting.briefing,
+                viewer=None if viewer is None else viewer.page,
             ) as announcement:
                 count, seconds = how_many_run(launcher.states), time.monotonic() - begun
                 console.print(f"{robot.name} runs: {count} processes, up in {seconds:.1f} s.")
-                console.print(f"Router at {launcher.endpoint}, logs in {run_dir}/logs.")
+                console.print(f"Router at {launcher.endpoint}, {'recording' if observers else 'logs'} in {run_dir}.")
                 console.print("Start a skill with `skillwing start SKILL`; stop with Ctrl-C or `skillwing down`.")
-                with Attendance(console, launcher, announcement, deaths, skillset, ending) as attendance:
+                reports = FlightReports(run_dir, skillset, lambda: launcher.states) if observers else None
+                with Attendance(console, launcher, announcement, deaths, skillset, ending, reports) as attendance:
                     code = attendance.follow()
     except KeyboardInterrupt:
         code = OK
     console.print(f"{robot.name} has stopped.")
+    if reports is not None:
+        with ending.at_once():
+            reports.finish(console)
     return code
+
+
+def _observers(robot: Robot, run_dir: Path, setting: Setting, viewer_url: str | None) -> tuple[ProcessSpec, ...]:
+    """Who writes the run down, if it is to be, and the facts that are known of it beforehand."""
+    if not setting.record:
+        return ()
+    facts = RunFacts(robot=robot.name, skillset=str(robot.skillset), judge=robot.judge, options=setting.options)
+    write_facts(run_dir, facts)
+    return robot.observers({**setting.options, "run_dir": str(run_dir), "viewer_url": viewer_url})
 
 
 def how_many_run(states: Sequence[ProcessState]) -> str:
@@ -185,6 +213,8 @@ def run_detached(robot: str, words: Sequence[str], run_dir: Path) -> None:
         state = read_run_state(robot)
         if state is not None and state.pid == process.pid:
             typer.echo(f"{robot} runs as process {process.pid}, logs in {run_dir}/logs. `skillwing down` stops it.")
+            if state.viewer is not None:
+                typer.echo(f"Watch it in a browser: {state.viewer}")
             return
         with contextlib.suppress(subprocess.TimeoutExpired):
             process.wait(0.05)

@@ -15,6 +15,7 @@ from skillwing.services.commands.journal_options import (
     journal_words,
     make_room_for_journal,
 )
+from skillwing.services.commands.observing import RecordOption, ViewerOption, check_observing, observing_words
 from skillwing.services.commands.pace import PaceOption, written_pace
 from skillwing.services.commands.running import (
     ColocateOption,
@@ -85,8 +86,12 @@ def up(
     run_dir: RunDirOption = None,
     resume: ResumeOption = False,
     durable: DurableOption = False,
+    record: RecordOption = True,
+    viewer: ViewerOption = "none",
 ) -> None:
     """Start a robot's processes and stay with them until Ctrl-C.
+
+    All that happens is recorded in the run's directory, and each mission that is flown leaves a report there.
 
     With --mock no robot is needed: all of its skills are mocked, and the world around them. `up --mock goto hover`
     mocks these skills only; the others, and the robot, are real.
@@ -111,6 +116,7 @@ def up(
     known = table.brief(run)
     require_not_running(table.name, ", or give this one a name of its own with `--robot-name`")
     directory = make_run_dir(run_dir, "up")
+    check_observing(directory, record=record, viewer=viewer, resume=resume)
     if detach:
         # Not the words we were called with: any of them, such as `-dr`, might say --detach once more.
         words = ["up", *skills, "--robot", robot, "--speed", written_pace(speed), "--listen", listen]
@@ -121,7 +127,7 @@ def up(
         words += [] if script is None else ["--script", str(script.absolute())]
         words += [] if scenario is None else ["--scenario", str(scenario.absolute())]
         words += layout_words(topology=topology, colocate=colocate, router=router)
-        words += journal_words(resume=resume, durable=durable)
+        words += journal_words(resume=resume, durable=durable) + observing_words(record=record, viewer=viewer)
         run_detached(table.name, words, directory)
         return
     make_room_for_journal(directory, resume=resume)
@@ -141,8 +147,12 @@ def up(
         colocate=colocate,
         router=router,
         briefing=known,
+        record=record,
+        options={} if everything else run,
+        viewer=viewer,
     )
-    raise typer.Exit(run_system(table, (*layer, *managers), directory, setting))
+    ran = Robot(table.name, table.skillset, table.hooks, clock="wall") if everything else table
+    raise typer.Exit(run_system(ran, (*layer, *managers), directory, setting))
 
 
 def _check_world(world: str | None, *, robotless: bool) -> None:

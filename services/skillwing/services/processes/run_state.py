@@ -32,7 +32,7 @@ class RunState(msgspec.Struct, frozen=True, kw_only=True):
     robot: its name and namespace; endpoint: of the router; skillset: path of the `.skillset` file; clock: who tells
     robot time; pid and pid_started: of the process that runs it; run_dir: where its logs are; mock: nothing in it is
     real; topology: how its processes meet; processes: those that were started, and what has become of them; briefing:
-    what missions are told of the place, by mission.
+    what missions are told of the place, by mission; viewer: the page on which browsers see it, None for none.
     """
 
     robot: str
@@ -46,6 +46,7 @@ class RunState(msgspec.Struct, frozen=True, kw_only=True):
     topology: Topology = "router"
     processes: tuple[ProcessState, ...] = ()
     briefing: dict[str, dict[str, Any]] = {}
+    viewer: str | None = None
 
 
 def runtime_dir() -> Path:
@@ -129,6 +130,7 @@ def announced(
     topology: Topology = "router",
     processes: Iterable[ProcessState] = (),
     briefing: Mapping[str, dict[str, Any]] = MappingProxyType({}),
+    viewer: str | None = None,
 ) -> Iterator[Announcement]:
     """Let other commands find the system that this process runs, for as long as the context lasts."""
     pid = os.getpid()
@@ -145,6 +147,7 @@ def announced(
             topology=topology,
             processes=tuple(processes),
             briefing=dict(briefing),
+            viewer=viewer,
         )
     )
     try:

@@ -1,6 +1,6 @@
-"""A Rerun viewer in a window of its own, as a child of the process that opens it.
+"""A Rerun viewer, in a window of its own or for browsers, as a child of the process that opens it.
 
-    python -m skillwing.services.telemetry.viewer_window PROGRAM ARGUMENT ...
+    python -m skillwing.services.telemetry.viewer PROGRAM ARGUMENT ...
 
 runs the viewer for as long as its own standard input is open. It stands between the two because nobody can tell the
 viewer that the process which opened it was killed.
@@ -19,7 +19,8 @@ import threading
 import time
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Literal, Self, TypeAlias
+from urllib.parse import quote
 
 from skillwing.services.processes.lifetime import EXIT_OK, Lifetime
 
@@ -28,6 +29,15 @@ TRIAL = 1.5
 """Seconds after its first answer in which a viewer that cannot open its window ends."""
 STOP_TIMEOUT = 3.0
 MEMORY_LIMIT = "2GB"
+"""Of what a window holds; the oldest goes first."""
+SERVER_MEMORY_LIMIT = "1GB"
+"""The same of what is kept for browsers that come later."""
+LOOPBACK = "127.0.0.1"
+STREAM_PORT, PAGE_PORT = 9876, 9090
+"""Rerun's own, for browsers: who forwards them from another machine wants to know them. Others if they are taken."""
+UNINSTALLED = "Rerun is not installed. Install it with: pip install 'skillwing[viewer]'.\n"
+
+ViewerKind: TypeAlias = Literal["none", "native", "web"]
 
 
 def has_screen() -> bool:
@@ -37,24 +47,31 @@ def has_screen() -> bool:
     return True
 
 
-class ViewerWindow:
-    """The viewer's process; `url` is where recordings are sent. It ends with this object, or when it is closed.
+class Viewer:
+    """The viewer's process; it ends with this object, or when its window is closed.
 
-    The viewer's own program is started, not the `rerun` script around it, which would leave it behind when killed.
-    Opening one that does not come up is no error: `is_open` then tells, and its log says why.
+    url: where recordings are sent. page: what to open in a browser; None for a window of its own. It listens on
+    loopback only. The viewer's own program is started, not the `rerun` script around it, which would leave it behind
+    when killed. Opening one that does not come up is no error: `is_open` then tells, and its log says why.
     """
 
-    def __init__(self, log: Path) -> None:
-        with socket.socket() as probe:
-            probe.bind(("127.0.0.1", 0))
-            self._port = int(probe.getsockname()[1])
+    def __init__(self, kind: Literal["native", "web"], log: Path) -> None:
+        port = free_port(STREAM_PORT if kind == "web" else 0)
+        self.url = f"rerun+http://{LOOPBACK}:{port}/proxy"
         self.log = log
+        self.page: str | None = None
+        self._options = ["--bind", LOOPBACK, "--port", str(port)]
+        self._ports = [port]
+        if kind == "web":
+            page = free_port(PAGE_PORT)
+            self.page = f"http://{LOOPBACK}:{page}/?url={quote(self.url, safe='')}"
+            self._ports.append(page)
+            self._options += ["--serve-web", "--web-viewer-port", str(page)]
+            self._options += ["--server-memory-limit", SERVER_MEMORY_LIMIT]
+        else:
+            self._options += ["--memory-limit", MEMORY_LIMIT, "--hide-welcome-screen"]
         self._process: subprocess.Popen[bytes] | None = None
         self._answered = False
-
-    @property
-    def url(self) -> str:
-        return f"rerun+http://127.0.0.1:{self._port}/proxy"
 
     @property
     def is_open(self) -> bool:
@@ -62,13 +79,13 @@ class ViewerWindow:
 
     def __enter__(self) -> Self:
         program = _program()
-        if program is None:
-            return self
-        options = ["--bind", "127.0.0.1", "--port", str(self._port), "--memory-limit", MEMORY_LIMIT]
         self.log.parent.mkdir(parents=True, exist_ok=True)
         with self.log.open("ab") as log:
+            if program is None:
+                log.write(UNINSTALLED.encode())
+                return self
             self._process = subprocess.Popen(
-                [sys.executable, "-m", __name__, program, *options, "--hide-welcome-screen"],
+                [sys.executable, "-m", __name__, program, *self._options],
                 stdin=subprocess.PIPE,
                 stdout=log,
                 stderr=log,
@@ -76,8 +93,9 @@ class ViewerWindow:
             )
         try:
             self._wait_for_answer(time.monotonic() + START_TIMEOUT)
-            with contextlib.suppress(subprocess.TimeoutExpired):
-                self._process.wait(TRIAL)
+            if self.page is None:
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    self._process.wait(TRIAL)
         except BaseException:
             self._end()
             raise
@@ -99,7 +117,8 @@ class ViewerWindow:
     def _wait_for_answer(self, deadline: float) -> None:
         while self._runs() and time.monotonic() < deadline and not self._answered:
             try:
-                socket.create_connection(("127.0.0.1", self._port), 0.2).close()
+                for port in self._ports:
+                    socket.create_connection((LOOPBACK, port), 0.2).close()
                 self._answered = True
             except OSError:
                 time.sleep(0.1)
@@ -119,6 +138,17 @@ class ViewerWindow:
             # Its session is the viewer's too, and the viewer may have outlived it.
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)
+
+
+def free_port(preferred: int = 0) -> int:
+    """A port of loopback on which nobody listens: the preferred one if it is free."""
+    for port in (preferred, 0):
+        with socket.socket() as probe, contextlib.suppress(OSError):
+            # As the viewer itself does: what an earlier one has just left is free.
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            probe.bind((LOOPBACK, port))
+            return int(probe.getsockname()[1])
+    raise OSError("no port of the loopback interface is free")
 
 
 def _program() -> str | None:

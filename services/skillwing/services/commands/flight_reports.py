@@ -1,0 +1,121 @@
+"""The report of each mission that is flown with a running system, made when it is over."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+import msgspec
+from rich.console import Console
+
+from skillwing.services.bus import Bus, Handle
+from skillwing.services.bus.reading import message_reader
+from skillwing.services.commands.exit_codes import OK
+from skillwing.services.commands.observing import shown
+from skillwing.services.processes.process_state import ProcessState
+from skillwing.services.protocol import Keys, MissionStatus
+from skillwing.services.telemetry.report import ProcessEntry
+from skillwing.services.telemetry.report_command import Witnessed
+
+LAST_WORDS = 5.0
+"""Wall seconds that the recorder gets for the map and the last records."""
+Tell = Callable[[str, str], None]
+"""Says a sentence in a style, on the bus's thread."""
+
+
+class FlightReports:
+    """Follows the missions of a system, and has a process write their reports: drawing would keep whoever watches over
+    a robot from it.
+
+    states: what becomes of the system's processes. `attach` while it runs; `finish` when it has stopped.
+    """
+
+    def __init__(self, run_dir: Path, skillset: str, states: Callable[[], Iterable[ProcessState]]) -> None:
+        self._run_dir = run_dir
+        self._keys = Keys(skillset)
+        self._states = states
+        self._processes: tuple[ProcessEntry, ...] = ()
+        self._begun: float | None = None
+        self._wall_time: float | None = None
+        self._waiting: Handle | None = None
+        self._writing: threading.Thread | None = None
+        self._writer: subprocess.Popen[bytes] | None = None
+
+    def attach(self, bus: Bus, tell: Tell) -> None:
+        self._bus, self._tell = bus, tell
+        bus.subscribe(self._keys.mission_status, message_reader(MissionStatus, self._on_status), events=True)
+
+    def finish(self, console: Console) -> None:
+        """Wait for what is being written, and write of a mission whose end nobody saw what there is of it."""
+        unfinished = self._begun is not None or self._waiting is not None
+        if self._writing is None and not unfinished:
+            return
+        try:
+            with console.status("Writing the report ..."):
+                if self._writing is not None:
+                    self._writing.join()
+                if unfinished:
+                    if self._begun is not None:
+                        self._wall_time = self._bus.wall() - self._begun
+                    console.print(self._write(self._witnessed()))
+        except KeyboardInterrupt:
+            if self._writer is not None:
+                self._writer.kill()
+            console.print(f"No report. `skillwing report {shown(self._run_dir)}` writes it.", style="red")
+
+    def _on_status(self, status: MissionStatus) -> None:
+        if self._waiting is not None:
+            self._waiting.cancel()
+            self._waiting = None
+            self._start()
+        if status.over:
+            self._wall_time = None if self._begun is None else self._bus.wall() - self._begun
+            self._begun = None
+            self._waiting = self._bus.after(LAST_WORDS, self._start, wall=True)
+        elif self._begun is None and status.phase != "IDLE":
+            self._begun = self._bus.wall()
+
+    def _start(self) -> None:
+        self._waiting = None
+        before, witnessed = self._writing, self._witnessed()
+
+        def write() -> None:
+            if before is not None:
+                before.join()
+            text = self._write(witnessed)
+            self._bus.post(lambda: self._tell(text, ""))
+
+        self._writing = threading.Thread(target=write, name="report", daemon=True)
+        self._writing.start()
+
+    def _witnessed(self) -> bytes:
+        return msgspec.json.encode(Witnessed(wall_time_s=self._wall_time, processes=tuple(map(_entry, self._states()))))
+
+    def _write(self, witnessed: bytes) -> str:
+        """Have the report of the last mission written; returns what is to be said of it."""
+        words = ["report", str(self._run_dir), "--last", "--json", "--witnessed", "/dev/stdin"]
+        self._writer = subprocess.Popen(
+            [sys.executable, "-m", "skillwing.services.cli", *words],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            start_new_session=True,
+        )
+        out, error = self._writer.communicate(witnessed)
+        if self._writer.returncode != OK:
+            return f"There is no report of the mission. {error.decode(errors='replace').strip()}"
+        (written,) = json.loads(out)
+        report = written["report"]
+        return f"Mission {report['mission']}: {report['result']}. Its report is in {shown(Path(written['folder']))}."
+
+
+def _entry(state: ProcessState) -> ProcessEntry:
+    told = [state.last_words] if state.last_words else []
+    told += (
+        [f"It was started again {state.restarts} time{'s' if state.restarts > 1 else ''}."] if state.restarts else []
+    )
+    return ProcessEntry(name=state.name, state="died" if state.life == "given up" else "runs", detail=" ".join(told))

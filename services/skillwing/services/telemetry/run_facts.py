@@ -1,0 +1,41 @@
+"""`run.json`: what was run, for whoever reports it, or looks at it later."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from skillwing.services.errors import InvalidOptionError
+
+RUN_FILE = "run.json"
+
+
+class RunFacts(msgspec.Struct, frozen=True, kw_only=True):
+    """robot: its name. skillset: the path of its file. judge: of its flights, as `Robot.judge` names it. options: of
+    the run (`seed`, `world`, ...). mission: the only one of this run, whose report stands in the run directory itself;
+    None where missions come and go."""
+
+    robot: str
+    skillset: str
+    judge: str | None = None
+    options: dict[str, Any] = {}
+    mission: str | None = None
+
+
+def write_facts(run_dir: Path, facts: RunFacts) -> None:
+    """Write them down; raises OSError."""
+    run_dir.mkdir(parents=True, exist_ok=True)
+    (run_dir / RUN_FILE).write_bytes(msgspec.json.format(msgspec.json.encode(facts), indent=2) + b"\n")
+
+
+def read_facts(run_dir: Path) -> RunFacts:
+    """What was run there; raises InvalidOptionError if nobody has written it down."""
+    try:
+        return msgspec.json.decode((run_dir / RUN_FILE).read_bytes(), type=RunFacts)
+    except FileNotFoundError as error:
+        text = f"`{run_dir}` holds no `{RUN_FILE}`. Name the directory of a run."
+        raise InvalidOptionError("RUN", text) from error
+    except msgspec.DecodeError as error:
+        raise InvalidOptionError("RUN", f"`{run_dir / RUN_FILE}` cannot be read: {error}.") from error
