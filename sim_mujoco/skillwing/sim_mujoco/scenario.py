@@ -94,9 +94,10 @@ def read_scenario(path: Path) -> Scenario:
     try:
         scenario = msgspec.convert(content, Scenario)
         _require_known(scenario.fault)
+        _require_library(scenario.poses)
     except msgspec.ValidationError as error:
         raise ScenarioError(f"the scenario {path} does not fit: {_in_words(str(error))}") from error
-    except ValueError as error:
+    except (ValueError, ImportError) as error:
         raise ScenarioError(f"the scenario {path} does not fit: {error}") from error
     return scenario
 
@@ -112,6 +113,14 @@ def _require_known(faults: tuple[FaultOptions, ...]) -> None:
             check_fault(fault.sensor, fault.kind)
         except ValueError as error:
             raise ValueError(f"fault {number}: {error}") from error
+
+
+def _require_library(poses: Poses | None) -> None:
+    """Raises MissingLibraryError for poses that need a library which is not installed."""
+    if poses == "small-gicp":
+        from skillwing.sim_mujoco.slam.gicp import gicp_matcher  # noqa: PLC0415 - loads numpy
+
+        gicp_matcher()
 
 
 def _in_words(complaint: str) -> str:

@@ -23,11 +23,11 @@ from skillwing.sim_mujoco.slam.so3 import Floats
 from skillwing.sim_mujoco.slam.state import ATTITUDE, POSE, POSITION, State
 from skillwing.sim_mujoco.slam.vigil import judge
 
-VOXEL: Final = 1.0
+VOXEL: Final = 0.5
 """Side of the voxels of the map [m]."""
 _CELL, _NEIGHBOURS = 0.25, 10
 """Points are thinned to one in each cube of this side [m], and take their spread from so many neighbours."""
-_FARTHEST = 1.0
+_FARTHEST = 0.5
 """A point and its voxel may be so far apart [m]."""
 _KEPT_SCANS, _CLEARING = 1_000_000, 1000
 """small_gicp forgets voxels that so many scans have not seen, when it clears up. Ours forgets none."""
