@@ -17,7 +17,7 @@ from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import Keys
 from skillwing.services.telemetry.history import History
 from skillwing.services.telemetry.journal import TIMELINE_FILE, read_goals, read_records
-from skillwing.services.telemetry.mission_view import in_lines
+from skillwing.services.telemetry.mission_view import causes_in_words, in_lines
 from skillwing.services.telemetry.recorder import RECORDING_FILE, Recorder
 from skillwing.services.telemetry.recorder_options import RecorderOptions
 
@@ -93,8 +93,28 @@ def test_tree_and_causes_are_in_the_recording(tmp_path: Path) -> None:
         for text in row
     ]
     switch = next(row for row, text in enumerate(texts) if text.startswith("SWITCH"))
-    causes = ["<- zed_depthmap RI", "<- zed_status FAILED", "<- zed FAILED", "<- zed blackout ON"]
-    assert [text.strip() for text in texts[switch : switch + 5]] == ["SWITCH ZED branch -> LiDAR branch", *causes]
+    assert texts[switch : switch + 3] == [
+        "SWITCH ZED branch -> LiDAR branch",
+        "    <- zed_depthmap RI <- zed_status FAILED",
+        "    <- zed FAILED <- zed blackout ON",
+    ]
+
+
+def test_of_a_long_chain_the_nearest_causes_and_the_root_are_told() -> None:
+    def told(length: int) -> list[str]:
+        words = causes_in_words([f"cause {number}" for number in range(length)])
+        return [line.strip() for line in in_lines(words, 12)]
+
+    assert told(7) == [f"<- cause {number}" for number in (6, 5, 4, 3, 2, 1, 0)]
+    assert told(9) == [
+        "<- cause 8",
+        "<- cause 7",
+        "<- cause 6",
+        "<- cause 5",
+        "<- cause 4",
+        "<- ... 3 more",
+        "<- cause 0",
+    ]
 
 
 @given(st.text(st.characters(codec="ascii", exclude_categories=["Cc"]), min_size=1, max_size=300))

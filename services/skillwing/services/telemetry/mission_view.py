@@ -30,9 +30,12 @@ _PILL = 0.45
 """Half the height of a pill, in rows."""
 _LABEL_BELOW = 12.5
 """Rerun writes a label this many pixels below its point."""
-_LOG_WIDTH = 60
+_LOG_WIDTH = 54
 """Letters that fit a row of the log: a row is one line, and what does not fit is hidden."""
 _INDENT = "    "
+_HARD_BLANK = "\u00a0"
+_NEAREST = 5
+"""Causes that are told of a long chain, besides its root. A mission makes one step the cause of the next one."""
 _PASSING = frozenset({State.VALIDATING, State.DISPATCHING, State.INTERRUPTING, "GRANTED", "ENDED", "NOT_READY"})
 _BAD = ("FAILED", "RI", "ERROR", "LOST", "N_", "CRITICAL", "DIVERGED", "ABORTED", "VIOLATED")
 _DOUBTFUL = ("NR", "NV", "BUSY", "S_BLOCKED", "S_ABORTED")
@@ -159,7 +162,7 @@ class MissionView:
         text = f"SWITCH {record.before} -> {record.after}" if is_switch(record) else brief(record)
         chain = history.chain(record.id)[:-1]
         if chain and level != rr.TextLogLevel.INFO:
-            text = "\n".join([text, *(f"<- {cause}" for cause in reversed(headlines(chain)))])
+            text += "\n" + causes_in_words(headlines(chain))
         self._log(record.kind, record.t, text, level)
 
     def show_mission(self, status: MissionStatus) -> None:
@@ -209,6 +212,16 @@ class MissionView:
         self._recording.log("tree/names", names)
 
 
+def causes_in_words(chain: list[str]) -> str:
+    """A chain of causes, given root first, nearest first; of a long one the nearest and the root. A cause is not torn
+    apart when the text is broken into lines: its blanks do not break."""
+    nearest = chain[::-1]
+    left_out = len(nearest) - _NEAREST - 1
+    if left_out > 1:
+        nearest = [*nearest[:_NEAREST], f"... {left_out} more", nearest[-1]]
+    return " ".join(f"<- {cause}".replace(" ", _HARD_BLANK) for cause in nearest)
+
+
 def in_lines(text: str, width: int = _LOG_WIDTH) -> list[str]:
     """A text whose first line stands out: further lines, and what does not fit one, are indented below it."""
     lines: list[str] = []
@@ -222,7 +235,7 @@ def in_lines(text: str, width: int = _LOG_WIDTH) -> list[str]:
             break_long_words=False,
             break_on_hyphens=False,
         )
-    return lines
+    return [line.replace(_HARD_BLANK, " ") for line in lines]
 
 
 def _bar_colours(skill: Skill) -> dict[str, str]:
