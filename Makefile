@@ -62,12 +62,14 @@ errors: setup
 fault-detection: setup
 	$(BIN)/python benchmarks/fault_detection.py --write
 
-# The pictures in README.md, from a flight of this very code.
+# The pictures in README.md, from flights of this very code. Those of the dashboard need a Vulkan driver, no screen.
 pictures: setup
 	rm -rf runs/pictures
-	$(BIN)/skillwing demo --no-viewer --run-dir runs/pictures
-	mkdir -p docs/images
-	cp runs/pictures/timeline.png runs/pictures/map.png docs/images/
+	$(BIN)/skillwing demo --viewer none --run-dir runs/pictures/mapping
+	$(BIN)/skillwing demo inspection --viewer none --run-dir runs/pictures/inspection
+	cp runs/pictures/mapping/timeline.png runs/pictures/mapping/map.png docs/images/
+	$(BIN)/python benchmarks/dashboard_picture.py runs/pictures/mapping/recording.rrd docs/images/dashboard-mapping.png --at 62
+	$(BIN)/python benchmarks/dashboard_picture.py runs/pictures/inspection/recording.rrd docs/images/dashboard-inspection.png --at 50
 
 # The gallery in docs/worlds.md. Nothing is flown for it.
 worlds: setup
