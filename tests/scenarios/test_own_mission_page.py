@@ -13,11 +13,12 @@ from skillwing.bt_missions.commands import mission as mission_command
 from skillwing.bt_missions.running.library import find_mission
 
 PAGE = (ROOT / "docs/own_mission.md").read_text(encoding="utf-8")
-PATROL, WRONG, GRANTED, PAUSABLE = re.findall(r"```xml\n(.*?)```", PAGE, re.DOTALL)
-FIRST, SECOND = re.findall(r"```text\n(.*?)```", PAGE, re.DOTALL)
+PATROL, WRONG, HOP = re.findall(r"```xml\n(.*?)```", PAGE, re.DOTALL)
+MISTAKES, IN_THE_AIR = re.findall(r"```text\n(.*?)```", PAGE, re.DOTALL)
 LINE = re.compile(r'^ *<goto_straight name="out".*\n', re.MULTILINE)
-GUARDED = re.compile(r'<ReactiveSequence name="patrol">\s*<ResourceIs [^>]*>(.*?)</ReactiveSequence>', re.DOTALL)
-WAY = re.compile(r'<goto_straight name="out".*?<return_home[^>]*>', re.DOTALL)
+TREE = re.compile(r' *<BehaviorTree ID="patrol">.*?</BehaviorTree>\n', re.DOTALL)
+FLOWN = ["takeoff", "zed_depthmap", "goto_straight", "hover", "return_home", "land"]
+NEAR = (5.0, 0.0, 4.0)
 
 
 @pytest.fixture(autouse=True)
@@ -29,81 +30,88 @@ def typed(*words: str) -> str:
     return CliRunner().invoke(mission_command, list(words), catch_exceptions=False).output
 
 
-def change(line: str) -> None:
+def change(what: re.Pattern[str], text: str) -> None:
     file = Path("patrol.xml")
-    text, changes = LINE.subn(line.replace("\\", "\\\\"), file.read_text())
+    changed, changes = what.subn(lambda _: text, file.read_text())
     assert changes == 1
-    file.write_text(text)
+    file.write_text(changed)
 
 
-def test_it_begins_with_one_that_works() -> None:
-    typed("new", "patrol.xml")
-    assert typed("check", "patrol.xml") == "patrol: fits m600\n"
-    flight = Flight(mission=find_mission("patrol.xml"), target=(5.0, 0.0, 4.0))
+def patrol(**more: object) -> Flight:
+    return Flight(mission=find_mission("patrol.xml"), **more)
+
+
+@pytest.mark.parametrize("name", ["patrol.xml", "patrol.py"])
+def test_it_begins_with_one_that_works(name: str) -> None:
+    typed("new", name)
+    assert typed("check", name) == "patrol: fits m600\n"
+    flight = Flight(mission=find_mission(name), target=NEAR)
     assert flight.fly().phase == "SUCCEEDED"
-    assert flight.started == ["takeoff", "goto_straight", "hover", "return_home", "land"]
+    assert flight.started == FLOWN
+    assert flight.ends("zed_depthmap") == ["IT"]
+
+
+def test_the_same_in_python_is_the_same_tree() -> None:
+    typed("new", "patrol.py")
+    typed("new", "patrol.xml")
+    again = typed("export", "patrol.py")
+    assert again == typed("export", "patrol.xml")
+    Path("again.xml").write_text(again)
+    assert typed("check", "again.xml") == "patrol: fits m600\n"
 
 
 def test_it_is_changed_into_a_patrol() -> None:
     typed("new", "patrol.xml")
-    change(PATROL)
+    change(LINE, PATROL)
     assert typed("check", "patrol.xml") == "patrol: fits m600\n"
-    flight = Flight(mission=find_mission("patrol.xml"))
+    flight = patrol(target=NEAR)
     assert flight.fly().phase == "SUCCEEDED"
     assert flight.ends("goto_straight") == ["S_ARRIVED"] * 6
     assert flight.on_ground
 
 
-def test_a_flight_that_fails_ends_on_the_ground() -> None:
+def test_an_obstacle_ends_the_flight_on_the_ground() -> None:
     typed("new", "patrol.xml")
-    flight = Flight(mission=find_mission("patrol.xml"), poles=((5.0, 0.0),))
+    flight = patrol(poles=((5.0, 0.0),))
     assert flight.fly().phase == "FAILED"
     assert flight.ends("goto_straight") == ["S_BLOCKED"]
     assert flight.on_ground
     assert flight.idle
 
 
-def test_mistakes_are_listed_as_the_page_says() -> None:
+@pytest.mark.parametrize(("resource", "state"), [("battery_status", "CRITICAL"), ("zed_status", "FAILED")])
+def test_a_flight_that_fails_on_the_way_lands_where_it_is(resource: str, state: str) -> None:
     typed("new", "patrol.xml")
-    change(WRONG)
-    assert FIRST in typed("check", "patrol.xml")
-    file = Path("patrol.xml")
-    file.write_text(file.read_text().replace("goto_strait", "goto_straight"))
-    assert SECOND in typed("check", "patrol.xml")
+    flight = patrol()
+    flight.at(8.0, lambda: flight.drone.set(resource, state))
+    assert flight.fly().phase == "FAILED"
+    assert flight.started[-2:] == ["goto_straight", "land"]
+    assert flight.on_ground
+    assert flight.idle
 
 
-def test_it_stands_still_with_two_tags() -> None:
+@pytest.mark.parametrize(("what", "text", "told"), [(LINE, WRONG, MISTAKES), (TREE, HOP, IN_THE_AIR)])
+def test_mistakes_are_listed_as_the_page_says(what: re.Pattern[str], text: str, told: str) -> None:
     typed("new", "patrol.xml")
-    file = Path("patrol.xml")
-    text = file.read_text()
-    text, granted = GUARDED.subn(lambda found: found[1].join(GRANTED.split("...")), text)
-    text, pausable = WAY.subn(lambda found: found[0].join(PAUSABLE.split("...")), text)
-    assert granted == pausable == 1
-    file.write_text(text)
-    assert typed("check", "patrol.xml") == "patrol: fits m600\n"
+    change(what, text)
+    assert told in typed("check", "patrol.xml")
 
-    flight = Flight(mission=find_mission("patrol.xml"))
+
+def test_it_stands_still() -> None:
+    typed("new", "patrol.xml")
+    flight = patrol()
     flight.network.run_for(8.0)
     assert flight.node.pause() is None
-    flight.network.run_for(5.0)
+    flight.network.run_for(3.0)
     assert flight.node.status.phase == "PAUSED"
     flight.drone.set("SDK_authority", "UNAVAILABLE")
-    flight.network.run_for(5.0)
+    flight.network.run_for(3.0)
     assert flight.node.status.phase == "HELD"
     flight.drone.set("SDK_authority", "AVAILABLE")
     assert flight.node.resume() is None
     assert flight.fly().phase == "SUCCEEDED"
+    assert flight.ends("zed_depthmap") == ["IT"], "it looked ahead all the time"
     assert flight.on_ground
-
-
-def test_the_same_in_python_flies_the_same() -> None:
-    typed("new", "patrol.py")
-    assert typed("check", "patrol.py") == "patrol: fits m600\n"
-    flight = Flight(mission=find_mission("patrol.py"), target=(5.0, 0.0, 4.0))
-    assert flight.fly().phase == "SUCCEEDED"
-    assert flight.started == ["takeoff", "goto_straight", "hover", "return_home", "land"]
-    typed("export", "patrol.py", "-o", "again.xml")
-    assert typed("check", "again.xml") == "patrol: fits m600\n"
 
 
 def test_a_name_is_not_taken_twice() -> None:
