@@ -23,9 +23,9 @@ from skillwing.sim_mujoco.slam.so3 import Floats
 from skillwing.sim_mujoco.slam.state import ATTITUDE, POSE, POSITION, State
 from skillwing.sim_mujoco.slam.vigil import judge
 
-VOXEL: Final = 0.5
+VOXEL: Final = 0.35
 """Side of the voxels of the map [m]."""
-_CELL, _NEIGHBOURS = 0.25, 10
+_CELL, _NEIGHBOURS = 0.25, 20
 """Points are thinned to one in each cube of this side [m], and take their spread from so many neighbours."""
 _FARTHEST = 0.5
 """A point and its voxel may be so far apart [m]."""
