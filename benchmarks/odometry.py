@@ -1,7 +1,7 @@
 """How good LiDAR-inertial odometry and its map are on mapping flights: figures for docs/mapping.md.
 
     python benchmarks/odometry.py [--seeds 11:19] [--jobs 1] [--keep FILE] [--write]
-    python benchmarks/odometry.py --method small-gicp [--seeds 21:24] [--recorded FOLDER] [--write]
+    python benchmarks/odometry.py --method small-gicp [--seeds 21:24] [--keep FILE] [--recorded FOLDER] [--write]
 
 Flies each seed's route with the whole simulator, once with the nose along the track and once across it, and compares
 with the true motion. On the way each fault of the two sensors is tried on a copy of the odometry, until it notices or
@@ -317,7 +317,7 @@ def main() -> None:
         return
     seeds = wanted.seeds or "21:24"
     try:
-        outcomes = compare(wanted.method, flights(seeds), wanted.recorded)
+        outcomes = compare(wanted.method, flights(seeds), wanted.recorded, wanted.keep)
     except MissingLibraryError as error:
         raise SystemExit(str(error)) from error
     body, variant = report_comparison(outcomes, wanted.method, seeds), f"--method {wanted.method}"

@@ -106,17 +106,38 @@ def _matcher(method: str) -> MakeMatcher:
     return PlaneMatcher if method == OURS else gicp_matcher()
 
 
-def compare(method: str, flights: Iterable[tuple[int, bool]], folder: Path | None) -> list[Outcome]:
-    """What became of ours and of `method` on each flight; measurements come from `folder`, or are kept there."""
-    box = MappingOptions().box
+def compare(method: str, flights: Iterable[tuple[int, bool]], folder: Path | None, keep: Path | None) -> list[Outcome]:
+    """What became of ours and of `method` on each flight.
+
+    Measurements come from `folder`, or are kept there; what is in the file `keep` is not worked out again.
+    """
+    known = {(o.method, o.seed, o.across): o for o in _remembered(keep)}
     outcomes: list[Outcome] = []
     for seed, across in flights:
-        followers = [Follower(each, box) for each in (OURS, method)]
-        for moment in moments(seed, across=across, folder=folder):
-            for follower in followers:
-                follower.feed(moment)
-        outcomes += [follower.outcome(seed, across=across) for follower in followers]
+        wanted = [each for each in (OURS, method) if (each, seed, across) not in known]
+        for outcome in _followed(wanted, seed, across=across, folder=folder):
+            known[outcome.method, seed, across] = outcome
+            if keep is not None:
+                with keep.open("ab") as file:
+                    file.write(msgspec.json.encode(outcome) + b"\n")
+        outcomes += [known[each, seed, across] for each in (OURS, method)]
     return outcomes
+
+
+def _followed(methods: Sequence[str], seed: int, *, across: bool, folder: Path | None) -> list[Outcome]:
+    if not methods:
+        return []
+    followers = [Follower(each, MappingOptions().box) for each in methods]
+    for moment in moments(seed, across=across, folder=folder):
+        for follower in followers:
+            follower.feed(moment)
+    return [follower.outcome(seed, across=across) for follower in followers]
+
+
+def _remembered(keep: Path | None) -> list[Outcome]:
+    if keep is None or not keep.exists():
+        return []
+    return [msgspec.json.decode(line, type=Outcome) for line in keep.read_bytes().splitlines()]
 
 
 def report(outcomes: Sequence[Outcome], method: str, seeds: str) -> str:
