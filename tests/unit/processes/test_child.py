@@ -42,3 +42,13 @@ def test_its_last_words_name_the_line_and_the_log(
     outlook = given_up(log).outlook
     assert f"its last words: {words.format(file=file)}" in outlook
     assert outlook.endswith(f"Its log: {log}")
+
+
+def test_a_full_disk_keeps_nobody_from_being_started_again() -> None:
+    """A file on which nothing fits, as the log."""
+    child = Child("skill/refill", ["this"], Path("/dev/full"), restart="always")
+    child.start(0.0)
+    child.process.wait()
+    child.start(1.0)
+    assert child.state().restarts == 1
+    child.kill()

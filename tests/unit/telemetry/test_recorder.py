@@ -14,9 +14,10 @@ from rerun.chunk import RrdReader
 from synthetic_mission import INITIAL, SKILLSET, Story, Teller, tell
 
 from skillwing.services.bus.inprocess import InProcessNetwork
-from skillwing.services.protocol import Keys
+from skillwing.services.errors import PassingError
+from skillwing.services.protocol import Keys, Record
 from skillwing.services.telemetry.history import History
-from skillwing.services.telemetry.journal import TIMELINE_FILE, read_goals, read_records
+from skillwing.services.telemetry.journal import TIMELINE_FILE, JsonLines, read_goals, read_records
 from skillwing.services.telemetry.mission_view import causes_in_words, in_lines
 from skillwing.services.telemetry.recorder import RECORDING_FILE, Recorder
 from skillwing.services.telemetry.recorder_options import RecorderOptions
@@ -179,3 +180,8 @@ def test_a_recorder_that_is_started_again_goes_on_where_the_first_one_died(tmp_p
     assert (tmp_path / "run" / RECORDING_FILE).read_bytes() == (tmp_path / "whole" / RECORDING_FILE).read_bytes()
     shown = states_of(tmp_path / "run", "/skills/02_zed_depthmap", file="recording-2.rrd")
     assert shown == {6.2: "RI", 20.53: ""}
+
+
+def test_a_full_disk_is_told_in_a_sentence() -> None:
+    with JsonLines[Record](Path("/dev/full")) as file, pytest.raises(PassingError, match="No space left on device"):
+        file.write(tell().records[0])

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from skillwing.services.bus import Answer, Answered, Bus
 from skillwing.services.bus.reading import message_reader, stream_reader
+from skillwing.services.errors import PassingError
 from skillwing.services.protocol import Keys, MissionStatus, ProtocolError, decode, encode
 from skillwing.services.telemetry.history import OVER
 from skillwing.services.telemetry.journal import JsonLines, mend, read_lines
@@ -108,8 +109,11 @@ class FlightLog:
         self._saved = True
         centres = np.frombuffer(b"".join(self._centres), np.float32).reshape(-1, 3)
         unfinished = self._map_path.with_suffix(".part")
-        with unfinished.open("wb") as file:
-            np.savez_compressed(file, centres=centres, voxel_size=self._voxel_size, pose_source=self._pose_source)
+        try:
+            with unfinished.open("wb") as file:
+                np.savez_compressed(file, centres=centres, voxel_size=self._voxel_size, pose_source=self._pose_source)
+        except OSError as error:
+            raise PassingError(f"{unfinished} cannot be written: {error.strerror}.") from error
         unfinished.replace(self._map_path)
 
 

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -85,12 +86,11 @@ class Child:
         self.log.parent.mkdir(parents=True, exist_ok=True)
         if self._lives:
             self._close_pipes()
-        with self.log.open("ab") as file:
+        with self.log.open("ab", buffering=0) as file:
             if self._lives:
-                file.write(
-                    f"{RESTARTED} at {datetime.now().astimezone():{STAMP}}, life {self._lives + 1} ---\n".encode()
-                )
-                file.flush()
+                line = f"{RESTARTED} at {datetime.now().astimezone():{STAMP}}, life {self._lives + 1} ---\n"
+                with suppress(OSError):  # a full disk keeps nobody from being started again
+                    file.write(line.encode())
             self.process = subprocess.Popen(
                 [sys.executable, "-m", *self.command],
                 stdin=subprocess.PIPE,

@@ -20,11 +20,12 @@ from skillwing.services.bus import Bus, Node, Topology
 from skillwing.services.bus.clock import Clock
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.bus.zenoh_session import RouterUnreachableError
-from skillwing.services.errors import WrongSkillsetError
+from skillwing.services.errors import PassingError, WrongSkillsetError
 from skillwing.services.processes.lifetime import (
     EXIT_CONFIGURATION,
     EXIT_CRASHED,
     EXIT_OK,
+    EXIT_PASSING,
     EXIT_REPLACED,
     EXIT_UNREACHABLE,
     Lifetime,
@@ -97,8 +98,9 @@ def live(tenant: Tenant, place: Place, lifetime: Lifetime, heartbeat: Heartbeat 
         if bus.closed:
             return EXIT_REPLACED
         tenant.node.detach()
-    except WrongSkillsetError as error:
-        return give_up(error, EXIT_CONFIGURATION, who=tenant.name)
+    except (WrongSkillsetError, PassingError) as error:
+        code = EXIT_PASSING if isinstance(error, PassingError) else EXIT_CONFIGURATION
+        return give_up(error, code, who=tenant.name)
     except Exception:
         logger.exception("%s crashed", bus.name)
         return EXIT_CRASHED

@@ -13,6 +13,7 @@ from typing import Generic, Self, TypeVar
 
 import msgspec
 
+from skillwing.services.errors import PassingError
 from skillwing.services.protocol import GoalStatus, Message, Record
 
 TIMELINE_FILE = "timeline.jsonl"
@@ -22,14 +23,20 @@ M = TypeVar("M", bound=Message)
 
 
 class JsonLines(Generic[M]):
-    """An append-only file of messages, one JSON object a line; on disk when `write` returns."""
+    """An append-only file of messages, one JSON object a line; on disk when `write` returns.
+
+    Where nothing can be written, as on a full disk, that raises PassingError.
+    """
 
     def __init__(self, path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         self._file = path.open("ab", buffering=0)
 
     def write(self, message: M) -> None:
-        self._file.write(msgspec.json.encode(message) + b"\n")
+        try:
+            self._file.write(msgspec.json.encode(message) + b"\n")
+        except OSError as error:
+            raise PassingError(f"{self._file.name} cannot be written: {error.strerror}.") from error
 
     def close(self) -> None:
         self._file.close()

@@ -18,6 +18,7 @@ from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader
+from skillwing.services.errors import PassingError
 from skillwing.services.protocol import GoalStatus, Keys, MissionStatus, Record, TreeSnapshot
 from skillwing.services.telemetry.history import History
 from skillwing.services.telemetry.journal import (
@@ -96,7 +97,11 @@ class Recorder:
                 RECORDING_FILE,
             )
             return None
-        return Recording(self._options, self._skillset, free_name(self._run_dir / RECORDING_FILE))
+        path = free_name(self._run_dir / RECORDING_FILE)
+        try:
+            return Recording(self._options, self._skillset, path)
+        except (RuntimeError, OSError) as error:
+            raise PassingError(f"{path} cannot be written: {error}.") from error
 
     def _take_up(self) -> None:
         """Show again what an earlier recorder of this run has written down."""
