@@ -39,6 +39,8 @@ IDLE = {
     "depthmap_source": "NONE",
     "slam_status": "IDLE",
 }
+AWAY, BACK = ("SDK_authority", "UNAVAILABLE"), ("SDK_authority", "AVAILABLE")
+"""What the drone tells when the safety pilot takes it, and when he gives it back."""
 
 
 class Flight:

@@ -70,7 +70,7 @@ def test_the_tree_file_flies_as_the_mission_in_python_does(failure: float | None
 
 
 @given(seed=seeds, moment=moments)
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=8, deadline=None)
 def test_the_camera_may_fail_at_any_time(seed: int, moment: float) -> None:
     flight = Flight(seed=seed)
     flight.at(moment, lambda: flight.drone.set("zed_status", "FAILED"))
@@ -81,7 +81,7 @@ def test_the_camera_may_fail_at_any_time(seed: int, moment: float) -> None:
 
 
 @given(seed=seeds, moment=st.floats(1.0, LONGEST), second=st.floats(0.0, 30.0))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=8, deadline=None)
 def test_the_lidar_may_fail_at_any_time_and_the_drone_lands(seed: int, moment: float, second: float) -> None:
     flight = Flight(seed=seed)
     flight.at(max(0.0, moment - second), lambda: flight.drone.set("zed_status", "FAILED"))
@@ -95,7 +95,7 @@ def test_the_lidar_may_fail_at_any_time_and_the_drone_lands(seed: int, moment: f
 
 
 @given(seed=seeds, moment=st.floats(1.0, LONGEST))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=8, deadline=None)
 def test_the_pilot_may_keep_the_drone_at_any_time_and_nothing_is_commanded_after(seed: int, moment: float) -> None:
     flight = Flight(seed=seed, pilot_patience=20.0)
     started_before: list[int] = []

@@ -1,7 +1,7 @@
-"""A drone that only exists as positions: hooks for every skill that the mapping mission uses, without any physics.
+"""A drone that only exists as positions: hooks for every skill of the m600, without any physics.
 
 It flies straight lines at the asked speed, brakes at once, needs half a second to come to rest, stops before poles, and
-lets a test break its sensors. Everything between it and the mission is real: managers, protocol, interface.
+lets a test break its sensors and link. Between it and the mission everything is real: managers, protocol, interface.
 """
 
 from __future__ import annotations
@@ -21,6 +21,12 @@ REST_AFTER = 0.5
 STOP_BEFORE = 2.0
 LOWEST_HOVER = 0.2
 TUBE = 1.3
+PIECES = 24
+"""Straight lines in a lap round a building."""
+LEAST_BANDWIDTH = 0.5
+"""Mbit/s that a video needs; it is given up after `VIDEO_PATIENCE` seconds with less."""
+VIDEO_PATIENCE = 4.0
+VIDEO_LOOK = 0.25
 Position = tuple[float, float, float]
 
 
@@ -44,6 +50,9 @@ class ToyDrone:
         self.heading = 0.0
         self.poles = poles
         self.nearest_pole = math.inf
+        self.bandwidth = 8.0
+        self.laps = 0.0
+        """Flown round buildings since it was made."""
         self.truth = {
             "SDK_authority": "AVAILABLE",
             "homepoint_status": "VALID",
@@ -51,6 +60,7 @@ class ToyDrone:
             "zed_status": "OK",
             "lidar_status": "OK",
             "battery_status": "NORMAL",
+            "link_status": "GOOD",
         }
         self._keys = Keys(skillset.name)
         self._told: dict[str, str] = {}
@@ -59,7 +69,9 @@ class ToyDrone:
 
     def attach(self, bus: Bus) -> None:
         self.bus = bus
-        self._outputs = {name: bus.advertise(self._keys.data(name)) for name in ("position", "heading")}
+        self._outputs = {
+            name: bus.advertise(self._keys.data(name)) for name in ("position", "heading", "link_bandwidth")
+        }
         bus.every(PERIOD, self._step)
 
     def detach(self) -> None:
@@ -98,6 +110,7 @@ class ToyDrone:
         x, y, z = self.position
         self._publish("position", {"x": x, "y": y, "z": z})
         self._publish("heading", self.heading)
+        self._publish("link_bandwidth", self.bandwidth)
         self.nearest_pole = min([self.nearest_pole, *(math.dist((x, y), pole) for pole in self.poles)])
 
     def _advance(self, motion: Motion) -> None:
@@ -179,6 +192,51 @@ class ToyMotion(ToySkill):
         self.drone.fly(Motion(goal.id, self._target(goal.inputs), float(goal.inputs["speed"]), ended))
 
 
+class ToyInspect(ToySkill):
+    """Round a building, from the place of the circle that is nearest."""
+
+    def on_dispatch(self, goal: Goal[dict[str, Any]]) -> None:
+        center, (x, y, _) = goal.inputs["center"], self.drone.position
+        self._start = math.atan2(y - center["y"], x - center["x"])
+        self._flown = 0
+        self._fly_on(goal)
+
+    def progress(self, goal: Goal[dict[str, Any]]) -> dict[str, float]:
+        return {"laps_done": self._flown / PIECES}
+
+    def _fly_on(self, goal: Goal[dict[str, Any]]) -> None:
+        center, radius = goal.inputs["center"], goal.inputs["radius"]
+        angle = self._start + 2.0 * math.pi * self._flown / PIECES
+        x, y = center["x"] + radius * math.cos(angle), center["y"] + radius * math.sin(angle)
+
+        def ended(result: str, free: float) -> None:
+            if self._flown >= goal.inputs["laps"] * PIECES:
+                self.terminated(goal.id, "COMPLETED")
+                return
+            self._flown += 1
+            self.drone.laps += 1.0 / PIECES
+            self._fly_on(goal)
+
+        self.drone.fly(Motion(goal.id, (x, y, goal.inputs["height"]), float(goal.inputs["speed"]), ended))
+
+
+class ToyStream(ToySkill):
+    """Gives up when the link has been too narrow for a while."""
+
+    def on_dispatch(self, goal: Goal[dict[str, Any]]) -> None:
+        self._look(goal, self.drone.bus.now())
+
+    def _look(self, goal: Goal[dict[str, Any]], good_at: float) -> None:
+        if self.current is None or self.current.id != goal.id:
+            return
+        now = self.drone.bus.now()
+        good_at = now if self.drone.bandwidth >= LEAST_BANDWIDTH else good_at
+        if now - good_at > VIDEO_PATIENCE:
+            self.terminated(goal.id, "FPS_LOST")
+        else:
+            self.drone.bus.after(VIDEO_LOOK, lambda: self._look(goal, good_at))
+
+
 class ToyTurn(ToySkill):
     def on_dispatch(self, goal: Goal[dict[str, Any]]) -> None:
         def aligned() -> None:
@@ -212,6 +270,8 @@ def skill_hooks(drone: ToyDrone) -> Iterator[ToySkill]:
     yield ToyMotion("return_home", drone, home)
     yield ToyTurn("rotate_head", drone)
     yield ToyHover("hover", drone)
+    yield ToyInspect("inspect", drone)
+    yield ToyStream("stream", drone)
     for skill in ("lock_head", "zed_depthmap", "lidar_depthmap", "lidar_mapping"):
         yield ToySkill(skill, drone)
 
