@@ -145,6 +145,7 @@ def test_a_robot_that_does_not_get_ready_is_given_up_with_a_sentence() -> None:
 
 
 def test_a_robot_without_managers_is_given_up_too() -> None:
+    """By default the setup of py_trees_ros waits for a server for ever."""
     flight = Flight(ready_timeout=5.0)
     flight.buses["resource_manager"].close()
     flight.until(lambda: flight.node.over)
