@@ -25,6 +25,8 @@ from skillwing.services.mocking.system import mock_processes
 from skillwing.services.processes.launcher import Launcher
 from skillwing.services.processes.run_state import RunState, read_run_state, started, write_run_state
 from skillwing.services.protocol import FireExtern, Keys, ResourceChange, decode, encode
+from skillwing.services.telemetry.journal import read_records
+from skillwing.services.telemetry.recorder import RECORDING_FILE
 
 pytestmark = pytest.mark.slow
 
@@ -285,7 +287,7 @@ def test_up_and_down_leave_nothing_behind(skillwing: Command, tmp_path: Path, mo
     state = read_run_state("m600")
     assert state is not None
     processes = psutil.Process(state.pid).children()
-    assert len(processes) == len(mock_processes(ROBOT)) + 1
+    assert len(processes) == len(mock_processes(ROBOT)) + 2  # and router and recorder
     shown = skillwing("status", "--json").json["processes"].values()
     assert {process["state"] for process in shown} == {"runs"}
     again = skillwing("up", "--mock")
@@ -294,3 +296,5 @@ def test_up_and_down_leave_nothing_behind(skillwing: Command, tmp_path: Path, mo
     assert skillwing("down").code == OK
     assert psutil.wait_procs(processes, timeout=PATIENCE)[1] == []
     assert read_run_state("m600") is None
+    assert read_records(tmp_path / "run")
+    assert (tmp_path / "run" / RECORDING_FILE).stat().st_size > 0

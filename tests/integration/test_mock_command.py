@@ -80,7 +80,7 @@ def pump(skillwing: Command, tmp_path_factory: pytest.TempPathFactory) -> Iterat
     folder = tmp_path_factory.mktemp("pump")
     (folder / "pump.skillset").write_text(PUMP, encoding="utf-8")
     (folder / "pump.mock.toml").write_text(SCRIPT, encoding="utf-8")
-    said = skillwing("mock", str(folder / "pump.skillset"), "--detach", "--run-dir", str(folder / "run"))
+    said = skillwing("mock", str(folder / "pump.skillset"), "--detach", "--no-record", "--run-dir", str(folder / "run"))
     assert said.code == OK, said.error
     processes = psutil.Process(skillwing("status", "--json").json["pid"]).children()
     try:

@@ -122,7 +122,7 @@ def pump(skillwing: Command, tmp_path_factory: pytest.TempPathFactory) -> Iterat
     pump = Pump(skillwing, folder / "pump.skillset", folder / "run")
     pump.skillset.write_text(SKILLSET, encoding="utf-8")
     (folder / "pump.mock.toml").write_text(SCRIPT, encoding="utf-8")
-    said = skillwing("mock", str(pump.skillset), "--detach", "--run-dir", str(pump.run_dir))
+    said = skillwing("mock", str(pump.skillset), "--detach", "--no-record", "--run-dir", str(pump.run_dir))
     assert said.code == OK, said.error
     runner = psutil.Process(pump.state().pid)
     processes = [runner, *runner.children()]

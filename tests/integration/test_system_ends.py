@@ -36,7 +36,7 @@ def command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     monkeypatch.setenv("TERM", "xterm-256color")
     (tmp_path / "lamp.skillset").write_text(SKILLSET, encoding="utf-8")
     file, run_dir = str(tmp_path / "lamp.skillset"), str(tmp_path / "run")
-    return [sys.executable, "-m", "skillwing.services.cli", "mock", file, "--run-dir", run_dir]
+    return [sys.executable, "-m", "skillwing.services.cli", "mock", file, "--no-record", "--run-dir", run_dir]
 
 
 def until_it_runs(process: subprocess.Popen[bytes]) -> RunState:

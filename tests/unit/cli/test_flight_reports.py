@@ -1,0 +1,142 @@
+"""A mission that is flown with a running system leaves a report, also when it is cut short."""
+
+from __future__ import annotations
+
+import io
+import threading
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from skillwing.m600.robot import SKILLSET
+from skillwing.services import cli
+from skillwing.services.bus import Bus
+from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.commands.exit_codes import USAGE
+from skillwing.services.commands.flight_reports import LAST_WORDS, FlightReports
+from skillwing.services.processes.process_state import ProcessState
+from skillwing.services.protocol import Keys, MissionStatus, Record, RecordKind, encode
+from skillwing.services.telemetry.journal import TIMELINE_FILE, JsonLines
+from skillwing.services.telemetry.report import read_report
+from skillwing.services.telemetry.run_facts import RunFacts, write_facts
+
+STATES = (ProcessState(name="router"), ProcessState(name="recorder", restarts=1, last_words="It was killed."))
+
+
+class System:
+    """A run directory, as a recorder fills it, and a bus on which a mission tells what it does."""
+
+    def __init__(self, run_dir: Path) -> None:
+        self.run_dir = run_dir
+        write_facts(run_dir, RunFacts(robot="m600", skillset=str(SKILLSET)))
+        self.network = InProcessNetwork()
+        self.told: list[str] = []
+        self.reports = FlightReports(run_dir, "m600", lambda: STATES)
+        self.bus: Bus = self.network.bus("attendance")
+        self.reports.attach(self.bus, lambda text, _style: self.told.append(text))
+        self._out = self.network.bus("mission").advertise(Keys("m600").mission_status, events=True)
+        self._number = 0
+
+    def enter(self, before: str, after: str) -> None:
+        self._number += 1
+        t = self.bus.now()
+        record = Record(
+            id=f"mission#{self._number}",
+            t=t,
+            source="mission",
+            kind=RecordKind.MISSION,
+            subject="patrol",
+            before=before,
+            after=after,
+        )
+        with JsonLines[Record](self.run_dir / TIMELINE_FILE) as file:
+            file.write(record)
+        self._out.put(encode(MissionStatus(mission="patrol", phase=after, t=t, text="")))
+
+    def wait_for_report(self) -> None:
+        for thread in threading.enumerate():
+            if thread.name == "report":
+                thread.join()
+        self.network.run_for(0.1)
+
+    def finish(self) -> str:
+        console = Console(file=io.StringIO(), width=300)
+        self.reports.finish(console)
+        assert isinstance(console.file, io.StringIO)
+        return console.file.getvalue()
+
+
+@pytest.fixture
+def system(tmp_path: Path) -> System:
+    return System(tmp_path / "run")
+
+
+def test_a_mission_that_is_over_is_reported_and_the_next_one_beside_it(system: System) -> None:
+    system.network.run_for(1.0)
+    system.enter("IDLE", "RUNNING")
+    system.network.run_for(20.0)
+    system.enter("RUNNING", "SUCCEEDED")
+    system.network.run_for(LAST_WORDS + 1.0)
+    system.wait_for_report()
+    assert system.told[0].startswith("Mission patrol: success. Its report is in ")
+    report = read_report(system.run_dir / "1-patrol")
+    assert (report.result, report.sim_time_s) == ("success", 20.0)
+    assert report.wall_time_s == pytest.approx(20.0, abs=0.5)
+    assert [(each.name, each.state) for each in report.processes] == [("router", "runs"), ("recorder", "runs")]
+    assert "started again 1 time." in report.processes[1].detail
+    assert (system.run_dir / "1-patrol" / "timeline.png").exists()
+
+    system.enter("IDLE", "RUNNING")
+    system.network.run_for(5.0)
+    assert "Mission patrol: unfinished." in system.finish()
+    assert read_report(system.run_dir / "2-patrol").result == "unfinished"
+    assert read_report(system.run_dir / "1-patrol") == report
+
+
+def test_where_no_mission_was_flown_nothing_is_written(system: System) -> None:
+    assert system.finish() == ""
+    assert [path.name for path in system.run_dir.iterdir()] == ["run.json"]
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [(None, "holds no `run.json`"), (b"{", "cannot be read"), (b'{"robot":"r","skillset":"%s"}', "No mission was")],
+)
+def test_a_run_that_cannot_be_reported_gets_a_sentence(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    content: bytes | None,
+    sentence: str,
+) -> None:
+    if content is not None:
+        (tmp_path / "run.json").write_bytes(content.replace(b"%s", str(SKILLSET).encode()))
+    monkeypatch.setattr("sys.argv", ["skillwing", "report", str(tmp_path)])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert ended.value.code == USAGE
+    assert sentence in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--no-record", "--viewer", "web"], "Leave out `--no-record`."),
+        ([], "holds the recording of a run already"),
+    ],
+)
+def test_what_cannot_be_shown_or_recorded_starts_nothing(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    words: list[str],
+    sentence: str,
+) -> None:
+    (tmp_path / TIMELINE_FILE).touch()
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.setattr("sys.argv", ["skillwing", "up", "--mock", "--run-dir", str(tmp_path), *words])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert ended.value.code == USAGE
+    assert sentence in capsys.readouterr().err
