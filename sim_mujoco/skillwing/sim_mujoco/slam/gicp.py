@@ -29,6 +29,9 @@ _CELL, _NEIGHBOURS = 0.25, 20
 """Points are thinned to one in each cube of this side [m], and take their spread from so many neighbours."""
 _FARTHEST = 0.5
 """A point and its voxel may be so far apart [m]."""
+_LEAST_CLOSE = 0.3
+"""Of all points this share has to find a voxel. Unlike ours, small_gicp does not tell what contradicts the map from
+what is new: on a sound flight half of the points were new for some scans in a row."""
 _KEPT_SCANS, _CLEARING = 1_000_000, 1000
 """small_gicp forgets voxels that so many scans have not seen, when it clears up. Ours forgets none."""
 
@@ -84,7 +87,7 @@ class GicpMatcher:
             prior, covariance, lambda state, _: Evidence(information, information @ seen.minus(state)[POSE])
         )
         agreement = Agreement(cloud.size(), cloud.size(), registered.num_inliers, None)
-        judgement = judge(agreement, covariance, posterior)
+        judgement = judge(agreement, covariance, posterior, _LEAST_CLOSE)
         return Match(unchanged(predicted) if judgement.doubt else posterior, agreement, judgement)
 
 

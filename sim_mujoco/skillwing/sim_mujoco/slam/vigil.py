@@ -41,13 +41,16 @@ class Judgement:
     surprise: float
 
 
-def judge(agreement: Agreement, predicted: Floats, posterior: Posterior) -> Judgement:
-    """Judge what a scan would change about a prediction of this covariance (18, 18)."""
+def judge(agreement: Agreement, predicted: Floats, posterior: Posterior, least_close: float = LEAST_CLOSE) -> Judgement:
+    """Judge what a scan would change about a prediction of this covariance (18, 18).
+
+    least_close: as LEAST_CLOSE, for another kind of map.
+    """
     step = posterior.step[POSE]
     surprise = float(step @ np.linalg.solve(predicted[POSE, POSE], step))
     if agreement.matched < FEWEST_MATCHES:
         return Judgement(f"only {agreement.matched} points lie on known planes", surprise)
-    if agreement.close < LEAST_CLOSE * agreement.matched:
+    if agreement.close < least_close * agreement.matched:
         share = 100 * agreement.close / agreement.matched
         return Judgement(f"only {share:.0f} % of the points fit the planes of the map", surprise)
     if surprise > LARGEST_SURPRISE:
