@@ -140,8 +140,8 @@ def test_cancel_of_a_finished_goal_is_no_error_and_sends_nothing(mission: FakeMi
 
 
 def test_a_halt_does_not_wait_for_the_robot_to_stop(mission: FakeMission) -> None:
-    """BehaviorTree.CPP #1117: a blocking cancel stalls the tree. Here the goal is still running when `stop` has returned;
-    the fake would never end it by itself."""
+    """BehaviorTree.CPP #1117: a blocking cancel stalls the tree. Here the goal is still running when `stop` has
+    returned; the fake would never end it by itself."""
     leaf = SkillAction("go", mission.context, "go")
     tick(leaf)
     mission.goals[0].run()
