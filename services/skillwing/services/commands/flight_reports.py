@@ -18,8 +18,7 @@ from skillwing.services.commands.exit_codes import OK
 from skillwing.services.commands.observing import shown
 from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.protocol import Keys, MissionStatus
-from skillwing.services.telemetry.report import ProcessEntry
-from skillwing.services.telemetry.report_command import Witnessed
+from skillwing.services.telemetry.report import ProcessEntry, Witnessed
 
 LAST_WORDS = 5.0
 """Wall seconds that the recorder gets for the map and the last records."""

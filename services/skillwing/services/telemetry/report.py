@@ -53,6 +53,13 @@ class ProcessEntry(msgspec.Struct, frozen=True, kw_only=True):
     detail: str = ""
 
 
+class Witnessed(msgspec.Struct, frozen=True, kw_only=True):
+    """What whoever ran a system knows of its last mission, besides what was recorded."""
+
+    wall_time_s: float | None = None
+    processes: tuple[ProcessEntry, ...] = ()
+
+
 class Report(msgspec.Struct, frozen=True, kw_only=True):
     """`result` is success, failure, aborted or unfinished. Clearance is of the hull from the nearest obstacle; it and
     collisions are None if no truth was recorded."""

@@ -14,18 +14,11 @@ from skillwing.services.commands.output import make_console, print_json
 from skillwing.services.errors import InvalidOptionError, SkillwingError
 from skillwing.services.options import imported
 from skillwing.services.telemetry.flights import Flight, flights_of
-from skillwing.services.telemetry.report import REPORT_FILE, ProcessEntry, Report, read_report, summary_table
+from skillwing.services.telemetry.report import REPORT_FILE, Report, Witnessed, read_report, summary_table
 from skillwing.services.telemetry.run_facts import RunFacts, read_facts
 
 NEITHER = "No mission was flown in this run. `skillwing timeline RUN` shows what was."
 TABLE_WIDTH = 100
-
-
-class Witnessed(msgspec.Struct, frozen=True, kw_only=True):
-    """What whoever ran a system knows of its last mission, besides what was recorded."""
-
-    wall_time_s: float | None = None
-    processes: tuple[ProcessEntry, ...] = ()
 
 
 def report(
