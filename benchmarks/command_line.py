@@ -16,7 +16,7 @@ from statistics import median
 
 from performance_page import against, machine, make_parser, table, tell
 
-RUNS = 21
+RUNS = 11
 BUDGET = 0.3
 SKILLWING = str(Path(sys.executable).with_name("skillwing"))
 PYTHON = "Python alone"
