@@ -26,6 +26,10 @@ TIMELINE = "mission_time"
 """Name of the one timeline: robot time as a duration."""
 _AHEAD = 2.0
 """Seconds after the cursor that the lanes show."""
+_WINDOW = 120.0
+"""Seconds of the lanes that are in view where not all of a run is."""
+_LEAD = 1.0
+"""Seconds for which the first change finds its resource in the state before."""
 _PILL = 0.45
 """Half the height of a pill, in rows."""
 _LABEL_BELOW = 12.5
@@ -84,9 +88,12 @@ def whole_run(ahead: float = 0.0) -> rrb.TimeAxis:
 
 
 class MissionView:
-    """Logs one robot's mission into `recording`. A skill or resource has a lane from its first use or change on."""
+    """Logs one robot's mission into `recording`. A skill or resource has a lane from its first use or change on.
 
-    def __init__(self, recording: rr.RecordingStream, skillset: Skillset) -> None:
+    from_zero: robot time begins with the run, as it does where a world is simulated; of mocks it is the time of day.
+    """
+
+    def __init__(self, recording: rr.RecordingStream, skillset: Skillset, *, from_zero: bool = True) -> None:
         self._recording = recording
         self._skills = {skill.name: skill for skill in skillset.skills}
         self._lanes: dict[str, str] = {}
@@ -96,12 +103,16 @@ class MissionView:
         self._outline = Outline()
         self._phase = ""
         self._resources = {resource.name: resource for resource in skillset.resources}
+        self._begin: float | None = 0.0 if from_zero else None
+        """Robot time at which lanes begin: for None, shortly before the first record."""
 
     @staticmethod
-    def panels() -> MissionPanels:
+    def panels(*, from_zero: bool) -> MissionPanels:
+        """The views. Lanes show all of a run that begins with robot time, and the latest part of another."""
+        lanes = whole_run(_AHEAD) if from_zero else trailing(_WINDOW, _AHEAD)
         return MissionPanels(
-            skills=rrb.StateTimelineView(origin="/skills", name="Skills", time_view=whole_run(_AHEAD)),
-            resources=rrb.StateTimelineView(origin="/resources", name="Resources", time_view=whole_run(_AHEAD)),
+            skills=rrb.StateTimelineView(origin="/skills", name="Skills", time_view=lanes),
+            resources=rrb.StateTimelineView(origin="/resources", name="Resources", time_view=lanes),
             tree=rrb.Spatial2DView(
                 origin="/tree",
                 name="Behaviour tree",
@@ -137,7 +148,7 @@ class MissionView:
         if record.subject not in self._lanes:
             colours = palette.state_colours(resource.states, resource.initial)
             lane = self._new_lane("resources", resource.name, colours)
-            self._state(lane, 0.0, record.before or resource.initial)
+            self._state(lane, self._begin or 0.0, record.before or resource.initial)
         self._state(self._lanes[record.subject], record.t, record.after)
 
     def _new_lane(self, group: str, name: str, colours: Mapping[str, str]) -> str:
@@ -156,6 +167,8 @@ class MissionView:
     # --- causes --------------------------------------------------------------------------------------------
 
     def show_record(self, record: Record, history: History) -> None:
+        if self._begin is None:
+            self._begin = max(record.t - _LEAD, 0.0)
         if record.kind is RecordKind.RESOURCE:
             self._show_resource(record)
         level = _level(record)

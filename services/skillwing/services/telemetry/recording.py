@@ -32,12 +32,13 @@ class Recording:
         name = options.recording_id or path.parent.name
         self.stream = rr.RecordingStream(APPLICATION, recording_id=name, batcher_config=batching)
         self._scene = _make_scene(options, self.stream)
-        panels = MissionView.panels()
+        from_zero = self._scene is not None
+        panels = MissionView.panels(from_zero=from_zero)
         blueprint = self._scene.blueprint(panels) if self._scene else plain_blueprint(panels)
         sinks = [rr.FileSink(path), *_live_sinks(options)]
         self.stream.set_sinks(*sinks, default_blueprint=blueprint)
         self.stream.send_blueprint(blueprint)
-        self.mission = MissionView(self.stream, skillset)
+        self.mission = MissionView(self.stream, skillset, from_zero=from_zero)
 
     def attach(self, bus: Bus) -> None:
         if self._scene:
