@@ -8,6 +8,7 @@ from typing import Any
 from soundness import assert_all_sound
 
 from skillwing.dsl import parse
+from skillwing.dsl.model import Skillset
 from skillwing.services.core.kept import Entry
 from skillwing.services.core.resource_core import Publication, ResourceCore, Step
 from skillwing.services.ids import RecordIds
@@ -94,8 +95,9 @@ RIG = parse(
 class Bench:
     """A resource core and everything that it has published; requests in short."""
 
-    def __init__(self) -> None:
-        self.core = ResourceCore(RIG, source="rm", new_record_id=RecordIds("rm"))
+    def __init__(self, skillset: Skillset = RIG) -> None:
+        self.skillset = skillset
+        self.core = ResourceCore(skillset, source="rm", new_record_id=RecordIds("rm"))
         self.published: list[Publication] = []
         self.kept: list[Entry] = []
         self.now = 0.0
@@ -106,14 +108,23 @@ class Bench:
         self.kept += step.entries
         return step.reply
 
-    def begin(self, skill: str, goal_id: str, manager: str = "", incarnation: str = "", **inputs: Any) -> GoalVerdict:
+    def begin(
+        self,
+        skill: str,
+        goal_id: str,
+        manager: str = "",
+        incarnation: str = "",
+        cause: str | None = None,
+        **inputs: Any,
+    ) -> GoalVerdict:
         request = BeginGoal(
             goal_id=goal_id,
             skill=skill,
             inputs=inputs,
             manager=manager or f"skill/{skill}",
             owner="test",
-            schema=RIG.schema_hash,
+            schema=self.skillset.schema_hash,
+            cause=cause,
             incarnation=incarnation,
         )
         return self.perform(self.core.begin(request, self.now))
@@ -126,8 +137,11 @@ class Bench:
         how: str = "result",
         result: str | None = None,
         incarnation: str = "",
+        cause: str | None = None,
     ) -> GoalVerdict:
-        request = EndGoal(goal_id=goal_id, skill=skill, token=token, how=how, result=result, incarnation=incarnation)
+        request = EndGoal(
+            goal_id=goal_id, skill=skill, token=token, how=how, result=result, cause=cause, incarnation=incarnation
+        )
         return self.perform(self.core.end(request, self.now))
 
     def attach(self, manager: str, incarnation: str) -> Any:

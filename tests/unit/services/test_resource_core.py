@@ -5,8 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from gate import Gate
 from rig import RIG, Bench
 
+from skillwing.services.core.checks import LONGEST_GOAL_ID
+from skillwing.services.core.grants import NO_TOKEN
 from skillwing.services.core.kept import GoalOver, ManagerNoted
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.protocol import (
@@ -23,6 +26,7 @@ from skillwing.services.protocol import (
     Record,
     RecordKind,
     RenewGoal,
+    ResourceChange,
     Violated,
 )
 
@@ -504,3 +508,122 @@ def test_who_speaks_of_another_version_of_the_skillset_moves_nothing(bench: Benc
         call(RIG.schema_hash)
         assert bench.core.states["authority"] == "OFF"
         bench.extern("authority", "ON")
+
+
+@pytest.mark.parametrize(("length", "fits"), [(0, False), (1, True), (LONGEST_GOAL_ID, True)])
+def test_a_goal_id_is_neither_empty_nor_without_bounds(bench: Bench, length: int, fits: bool) -> None:
+    if fits:
+        granted(bench.begin("move", "x" * length))
+    for too_much in ("" if length == 0 else "x" * (LONGEST_GOAL_ID + 1),):
+        with pytest.raises(RefusedError) as refusal:
+            bench.begin("move", too_much)
+        assert refusal.value.code is ErrorCode.BAD_REQUEST
+
+
+def test_an_end_of_no_known_kind_is_told_which_there_are(bench: Bench) -> None:
+    token = granted(bench.begin("move", "g")).token
+    with pytest.raises(RefusedError) as refusal:
+        bench.end("move", "g", token, "vanish")
+    assert refusal.value.known == ("result", "interrupt", "error", "ungranted")
+
+
+@pytest.mark.parametrize(("resource", "target", "mover"), [("axes", "USED", "skills"), ("lamp", "LIT", "BROKEN")])
+def test_a_refused_transition_is_told_who_moves_the_resource(
+    bench: Bench, resource: str, target: str, mover: str
+) -> None:
+    with pytest.raises(RefusedError, match="no extern transition") as refusal:
+        bench.extern(resource, target)
+    assert mover in refusal.value.help
+    assert ("functional layer" in refusal.value.help) == bool(refusal.value.known)
+
+
+# --- guards that speak of inputs, of data, and of parts of them ------------------------------------------------------
+
+
+def test_a_precondition_is_judged_on_the_inputs_of_its_goal() -> None:
+    gate = Gate()
+    verdict = gate.lift("far", z=6.0)
+    assert isinstance(verdict, NotReady)
+    assert verdict.failing == {"near": "`goal.z < 5.0` does not hold: goal.z is 6."}
+    granted(gate.lift("near", z=4.5))
+
+
+def test_an_invariant_is_judged_on_the_inputs_of_its_goal() -> None:
+    gate = Gate()
+    granted(gate.lift(x=3.0))
+    gate.height(2.5)
+    assert gate.violations == []
+    gate.height(4.0)
+    [violated] = gate.of(Violated)
+    assert (violated.invariant, violated.subject) == ("below", "at")
+    assert violated.reason == "`at.z < goal.x` does not hold: at.z is 4, goal.x is 3."
+
+
+@pytest.mark.parametrize(("x", "held"), [(3.0, False), (6.0, True)])
+def test_a_postcondition_is_judged_on_the_inputs_of_its_goal(x: float, held: bool) -> None:
+    gate = Gate()
+    token = granted(gate.lift(x=x)).token
+    gate.datum("heat", 5.0)
+    ended = gate.end("lift", "g", token, result="UP")
+    assert isinstance(ended, Ended)
+    assert ended.held == held
+    assert gate.core.states["arm"] == "FREE"
+
+
+def test_an_invariant_on_nothing_but_inputs_blames_no_resource_of_the_same_name() -> None:
+    gate = Gate()
+    gate.extern("flag", "UP")
+    violated = gate.lift(flag=False)
+    assert isinstance(violated, Violated)
+    assert (violated.invariant, violated.subject) == ("plain", "plain")
+    assert gate.chain(violated.record) == ["lift GRANTED", "lift.plain VIOLATED"]
+
+
+def test_exactly_the_data_that_a_guard_speaks_of_are_followed() -> None:
+    """Be it that of an event, a precondition, an invariant or a result; an input's name stands for the input."""
+    gate = Gate()
+    assert gate.core.data_names == ("wind", "load", "at", "permit", "heat")
+    gate.datum("spare", "of no type that it should have")
+
+
+def test_an_event_may_be_guarded_by_data_or_by_nothing() -> None:
+    gate = Gate()
+    with pytest.raises(RefusedError, match="wind is 1") as refusal:
+        gate.fire("gust")
+    assert refusal.value.code is ErrorCode.NOT_ALLOWED
+    gate.datum("wind", 10.0)
+    gate.fire("gust")
+    assert gate.core.states["flag"] == "UP"
+    gate.fire("calm")
+    assert gate.core.states["flag"] == "DOWN"
+
+
+# --- what a refusal does ---------------------------------------------------------------------------------------------
+
+
+def test_a_goal_that_is_not_ready_has_its_failure_effect_and_is_remembered() -> None:
+    gate = Gate()
+    gate.now = 0.5
+    verdict = gate.lift(z=6.0, cause="skill/lift#1")
+    assert isinstance(verdict, NotReady)
+    assert (gate.core.states["flag"], gate.core.states["arm"], gate.core.grants) == ("UP", "FREE", ())
+    [refused] = gate.of(Record, lambda record: record.id == verdict.record)
+    assert (refused.after, refused.goal_id, refused.cause) == ("NOT_READY", "g", "skill/lift#1")
+    [raised] = gate.of(Record, lambda record: record.subject == "flag")
+    assert (raised.cause, raised.goal_id) == (verdict.record, "g")
+    [change] = gate.of(ResourceChange)
+    assert (change.resource, change.after, change.cause) == ("flag", "UP", verdict.record)
+    assert gate.kept[-1] == GoalOver("g", "lift", NO_TOKEN, verdict)
+    assert gate.lift(z=1.0) == verdict, "the id of a goal that was refused is used up"
+    with pytest.raises(RefusedError, match="belongs to `lift`"):
+        gate.begin("weigh", "g")
+
+
+def test_a_failure_effect_that_cannot_apply_is_loud_and_hides_no_precondition() -> None:
+    gate = Gate()
+    gate.extern("flag", "BROKEN")
+    verdict = gate.lift(z=6.0)
+    assert isinstance(verdict, NotReady)
+    assert list(verdict.failing) == ["near", "effect warn"]
+    assert "no internal transition from BROKEN to UP" in verdict.failing["effect warn"]
+    assert gate.core.states["flag"] == "BROKEN"
