@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from itertools import pairwise
+
+import pytest
+
 from skillwing.services.bus import Answered, Refused, Request
-from skillwing.services.bus.inprocess import InProcessNetwork
-from skillwing.services.client.asking import ask_until_answered
+from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork
+from skillwing.services.client.asking import CUT_OFF_DELAY, ask_until_answered
 from skillwing.services.protocol import ErrorCode, ErrorReply
 
 
@@ -61,3 +66,40 @@ def test_any_other_refusal_is_an_answer() -> None:
     assert isinstance(told, Refused)
     assert told.error.code is ErrorCode.INTERNAL
     assert busy.asked == 1
+
+
+def test_silence_counts_for_nothing_while_we_are_cut_off_and_anew_when_we_are_back() -> None:
+    network = InProcessNetwork()
+    asker = network.bus("asker")
+    assert isinstance(asker, InProcessBus)
+    counts: list[tuple[float, int]] = []
+
+    def keep_asking(silences: int) -> bool:
+        counts.append((network.now(), silences))
+        return True
+
+    ask_until_answered(asker, "nobody", b"", lambda answer: None, keep_asking=keep_asking)
+    network.run_for(0.3)
+    asker.given_up = True
+    network.run_for(2.0)
+    heard = [(when, silences) for when, silences in counts if when > 0.3]
+    assert {silences for _, silences in heard} == {0}
+    pauses = [later - earlier for (earlier, _), (later, _) in pairwise(heard)]
+    assert len(pauses) > 3
+    assert pauses == pytest.approx([CUT_OFF_DELAY] * len(pauses), abs=0.01)
+    asker.given_up, back = False, network.now()
+    network.run_for(1.0)
+    assert [silences for when, silences in counts if when > back][:3] == [1, 2, 3]
+
+
+def test_a_robot_clock_that_stands_still_is_no_reason_to_stop_asking(monkeypatch: pytest.MonkeyPatch) -> None:
+    network = InProcessNetwork()
+    busy = Busy(network, refusals=3)
+    right = InProcessBus.after
+
+    def after(self: InProcessBus, delay: float, action: Callable[[], None], *, wall: bool = False) -> object:
+        return right(self, delay, action) if wall else None
+
+    monkeypatch.setattr(InProcessBus, "after", after)
+    assert ask(network, patience=10) == [Answered(b"done")]
+    assert busy.asked == 4

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
-from rig import RIG, Bench
+from gate import GATE, Gate
+from rig import Bench
 from soundness import assert_all_sound
 
 from skillwing.services.core.kept import (
@@ -49,9 +51,9 @@ def kept_by(bench: Bench) -> Kept:
 def successor(bench: Bench, now: float) -> tuple[Bench, tuple[Any, ...], tuple[Any, ...]]:
     """A bench that goes on at `now`; what it is to say again, and what it has to say itself."""
     kept = kept_by(bench)
-    later = Bench()
+    later = Bench(bench.skillset)
     later.now = now
-    later.core = ResourceCore(RIG, source="rm", new_record_id=RecordIds("rm-again"), kept=kept)
+    later.core = ResourceCore(bench.skillset, source="rm", new_record_id=RecordIds("rm-again"), kept=kept)
     step = later.core.resume(kept, now)
     assert_all_sound(step.publications, now)
     return later, step.reply, step.publications
@@ -129,12 +131,120 @@ def test_data_count_as_fresh_for_as_long_as_they_may_be(bench: Bench) -> None:
     assert later.violations == [("move", "charged")]
 
 
-def test_a_new_journal_begins_with_every_resource_as_it_stands() -> None:
-    core = ResourceCore(RIG, source="rm", new_record_id=RecordIds("rm"), found={"door": "OPEN"})
+def test_a_new_journal_begins_with_every_resource_as_it_stands(bench: Bench) -> None:
+    core = ResourceCore(bench.skillset, source="rm", new_record_id=RecordIds("rm"), found={"door": "OPEN"})
     core.fire_extern(FireExtern(resource="authority", target="OFF", source="test"), 0.0)
-    assert {(entry.resource, entry.state) for entry in core.inventory() if isinstance(entry, ResourceStands)} == {
-        ("authority", "OFF"),
-        ("door", "OPEN"),
-        ("axes", "FREE"),
-        ("lamp", "OFF"),
-    }
+    assert {
+        (entry.resource, entry.state, entry.revision) for entry in core.inventory() if isinstance(entry, ResourceStands)
+    } == {("authority", "OFF", 1), ("door", "OPEN", 0), ("axes", "FREE", 0), ("lamp", "OFF", 0)}
+
+
+def test_whoever_was_replaced_stays_so(bench: Bench) -> None:
+    for incarnation in ("first", "second"):
+        bench.attach("skill/move", incarnation)
+    later, _, _ = successor(bench, 2.0)
+    with pytest.raises(RefusedError) as refusal:
+        later.begin("move", "g", incarnation="first")
+    assert refusal.value.code is ErrorCode.REPLACED
+    granted(later.begin("watch", "w", manager="skill/move", incarnation="second"))
+
+
+def test_the_first_news_of_a_datum_ends_the_wait_for_it(bench: Bench) -> None:
+    granted(bench.begin("move", "g"))
+    later, _, _ = successor(bench, 10.0)
+    later.now = 10.5
+    later.battery(5.0)
+    assert later.violations == [("move", "charged")], "and no guard holds any longer for want of them"
+
+
+# --- guards while the data are not known yet -------------------------------------------------------------------------
+
+
+@pytest.fixture
+def gate() -> Gate:
+    gate = Gate()
+    gate.now = 0.5
+    return gate
+
+
+def refused(call: Any) -> ErrorCode:
+    with pytest.raises(RefusedError) as refusal:
+        call()
+    return refusal.value.code
+
+
+def test_neither_an_event_nor_an_end_is_judged_on_data_that_may_be_fresh(gate: Gate) -> None:
+    token = granted(gate.lift()).token
+    later, _, _ = successor(gate, 10.0)
+    assert refused(lambda: later.fire("gust")) is ErrorCode.UNAVAILABLE
+    assert refused(lambda: later.end("lift", "g", token, result="UP")) is ErrorCode.UNAVAILABLE
+    assert (later.core.states["arm"], later.published, later.kept) == ("USED", [], [])
+    later.fire("calm")
+    later.datum("heat", 1.0)
+    later.end("lift", "g", token, result="UP")
+    assert later.core.states["arm"] == "FREE"
+
+
+def test_what_names_no_datum_that_is_awaited_is_judged_at_once(gate: Gate) -> None:
+    """An input may bear the name of a datum, and what lasts is known from the journal."""
+    goal = {"x": 3.0, "z": 1.0}
+    later, _, _ = successor(gate, 10.0)
+    light = granted(later.begin("lift", "light", goal=goal))
+    later.end("lift", "light", light.token, result="HEAVY")
+    assert isinstance(later.begin("lift", "heavy", goal=goal, load=8.5), Violated)
+    assert later.violations == [("lift", "small")]
+
+
+# --- values that last, and those of a core that this one replaces ----------------------------------------------------
+
+
+def test_of_what_lasts_each_change_is_kept_and_nothing_else(gate: Gate) -> None:
+    gate.kept.clear()
+    for gate.now, permit in ((1.0, 1.0), (2.0, 2.0), (3.0, 2.0), (4.0, 1.0)):
+        gate.datum("permit", permit)
+        gate.datum("load", gate.now)
+    assert gate.kept == [DatumKept("permit", 2.0, 2.0), DatumKept("permit", 1.0, 4.0)]
+
+
+def in_place_of(bench: Bench, kept: Kept) -> ResourceCore:
+    """A core that is given the data of one whose last step was never written down."""
+    return ResourceCore(GATE, source="rm", new_record_id=RecordIds("rm-again"), kept=kept, data=bench.core.data)
+
+
+def test_a_lasting_value_that_was_never_written_down_is_kept_with_the_next_step(gate: Gate) -> None:
+    written = kept_by(gate)
+    lost = replace(written, data=())
+    outdated = replace(written, data=(DatumKept("permit", 9.0, 0.0),))
+    for kept in (lost, outdated):
+        core = in_place_of(gate, kept)
+        assert core.tick(gate.now).entries == (DatumKept("permit", 1.0, 0.0),)
+        assert core.tick(gate.now).entries == ()
+    assert in_place_of(gate, written).tick(gate.now).entries == ()
+    assert in_place_of(Gate(fed=False), lost).tick(gate.now).entries == ()
+
+
+def test_data_that_are_known_already_are_not_awaited(gate: Gate) -> None:
+    kept = kept_by(gate)
+    gate.core = in_place_of(gate, kept)
+    gate.perform(gate.core.resume(kept, gate.now))
+    assert isinstance(gate.begin("weigh", "w"), Granted)
+    gate.core = in_place_of(Gate(fed=False), kept)
+    gate.perform(gate.core.resume(kept, gate.now))
+    assert refused(lambda: gate.begin("weigh", "next")) is ErrorCode.UNAVAILABLE
+
+
+def test_where_somebody_has_set_the_clock_back_old_values_shut_out_no_new_ones(gate: Gate) -> None:
+    gate.now = 1000.0
+    gate.datum("load", 1.0)
+    kept = kept_by(gate)
+    gate.core = in_place_of(gate, kept)
+    gate.now = 500.0
+    gate.core.resume(kept, gate.now)
+    assert gate.core.data.value("load") == 1.0
+    assert gate.core.data.reading("permit", gate.now).t == 0.0, "what is older stays as old as it is"
+    gate.now = 500.5
+    gate.datum("load", 9.5)
+    assert gate.core.data.value("load") == 9.5
+    gate.now = 503.5
+    assert gate.core.data.value("load") == 9.5, "the latest value, stale or not"
+    assert gate.core.data.reading("load", gate.now).stale

@@ -85,6 +85,14 @@ def test_after_we_did_not_run_ourselves_nobody_is_blamed() -> None:
     assert "g" in leases
 
 
+def test_whoever_looks_before_there_is_a_lease_finds_nothing() -> None:
+    leases = Leases()
+    assert leases.look(1000.0, hearing=True) == ()
+    leases.begin("g", 2.0, 2000.0)
+    [(_, when)] = look_until(leases, 2000.25, 2010.0)
+    assert when < 2002.01
+
+
 def test_an_idle_time_without_leases_is_no_pause() -> None:
     leases = Leases()
     leases.begin("g", 2.0, 1000.0)

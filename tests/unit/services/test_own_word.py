@@ -251,6 +251,7 @@ def test_a_goal_that_was_ended_by_a_managers_own_word_begins_nowhere(bench: Benc
     bench.attach("skill/move", "one")
     ended = ask(bench, "one")
     assert (ended.terminal, ended.reason, ended.record, ended.held) == (INTERRUPTED, "", "m#1", False)
+    assert ended.how == UNGRANTED
     assert bench.kept[-1:] == [GoalOver("g", "move", NO_TOKEN, ended)]
     bench.attach("skill/move", "two")
     states = dict(bench.core.states)
@@ -297,6 +298,7 @@ def test_what_cannot_be_a_managers_own_word_is_refused(bench: Bench, terminal: T
         ask(bench, "one", terminal=terminal)
     assert refusal.value.code is ErrorCode.BAD_REQUEST
     assert refusal.value.known == ("BUSY", "NV", "IT", "ERROR")
+    assert refusal.value.help
 
 
 def test_an_own_word_has_no_token(bench: Bench) -> None:

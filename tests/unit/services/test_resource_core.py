@@ -525,6 +525,7 @@ def test_an_end_of_no_known_kind_is_told_which_there_are(bench: Bench) -> None:
     with pytest.raises(RefusedError) as refusal:
         bench.end("move", "g", token, "vanish")
     assert refusal.value.known == ("result", "interrupt", "error", "ungranted")
+    assert refusal.value.help
 
 
 @pytest.mark.parametrize(("resource", "target", "mover"), [("axes", "USED", "skills"), ("lamp", "LIT", "BROKEN")])

@@ -10,6 +10,7 @@ import pytest
 from rig import RIG
 from skill_desk import ENDED, REFUSED, TOKEN, VIOLATED, Desk, dispatching, interrupting, owned, running, validating
 
+from skillwing.services.core.memory import Recent
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.skill_actions import AskResources, CallHook, Hook
 from skillwing.services.core.skill_core import GOALS_REMEMBERED, RENEWALS_UNTIL_UNWATCHED, SILENCES_UNTIL_ERROR
@@ -22,6 +23,7 @@ from skillwing.services.protocol import (
     Granted,
     Lost,
     NotReady,
+    Record,
     RenewGoal,
     State,
 )
@@ -238,6 +240,13 @@ def test_mistake_cancel_of_a_finished_goal_throws() -> None:
     assert len(desk.terminals) == 1
 
 
+def test_an_end_that_was_confirmed_was_not_forced() -> None:
+    desk = interrupting()
+    desk.interrupted()
+    desk.ended()
+    assert not desk.terminal().forced
+
+
 def test_mistake_double_halt() -> None:
     desk = interrupting()
     desk.interrupt()
@@ -265,6 +274,13 @@ def test_a_late_start_is_refused_and_never_runs() -> None:
     assert desk.actions == []
 
 
+def test_a_start_at_its_very_deadline_is_in_time() -> None:
+    desk = Desk()
+    desk.now = 10.0
+    desk.start(deadline=10.0)
+    assert desk.state is State.VALIDATING
+
+
 def test_a_foreign_schema_is_refused() -> None:
     desk = Desk()
     with pytest.raises(RefusedError) as refusal:
@@ -279,6 +295,32 @@ def test_calls_for_goals_that_are_over_are_dropped_and_counted() -> None:
     assert desk.core.dropped_calls == 2
     assert desk.state is State.RUNNING
     assert desk.ends_asked == []
+
+
+def test_a_goal_is_validated_once_and_not_after_it_is_over() -> None:
+    desk = validating()
+    count = len(desk.actions)
+    desk.validated()
+    assert len(desk.actions) == count
+    desk.violated()
+    count = len(desk.actions)
+    desk.validated()
+    desk.validated("Too windy.")
+    assert len(desk.actions) == count
+
+
+@pytest.mark.parametrize(("give_up", "reason"), [(Desk.failed, "The motor is gone."), (Desk.raised, "ValueError: oh")])
+def test_a_goal_that_is_given_up_says_why_and_asks_for_the_effect_of_a_loss(
+    give_up: Callable[[Desk], None], reason: str
+) -> None:
+    desk = running()
+    give_up(desk)
+    assert desk.ends_asked == [("error", None, TOKEN)]
+    assert desk.core.dropped_calls == 0
+    desk.ended()
+    assert reason in desk.terminal().reason
+    desk.failed()
+    assert desk.core.dropped_calls == 1
 
 
 @pytest.mark.parametrize(("context", "how"), [(validating, None), (running, "DONE")])
@@ -405,6 +447,47 @@ def test_a_skill_may_go_on_without_its_owner() -> None:
     assert desk.state is State.RUNNING
 
 
+# --- what the hooks and the resource manager are told ----------------------------------------------------------------
+
+
+def test_hooks_are_told_token_begin_and_end_of_their_goal() -> None:
+    desk = Desk()
+    desk.now = 3.0
+    desk.start()
+    desk.now = 4.0
+    desk.validated()
+    desk.granted()
+    desk.dispatched()
+    desk.interrupt()
+    desk.interrupted()
+    desk.ended()
+    calls = [action for action in desk.actions if isinstance(action, CallHook)]
+    assert [(call.hook, call.goal_id, call.token, call.started_at, call.terminal) for call in calls] == [
+        (Hook.VALIDATE, "g", 0, 3.0, None),
+        (Hook.DISPATCH, "g", TOKEN, 3.0, None),
+        (Hook.INTERRUPT, "g", TOKEN, 3.0, None),
+        (Hook.ENDED, "g", TOKEN, 3.0, desk.terminal()),
+    ]
+
+
+def test_each_request_names_the_record_it_comes_of_and_each_record_its_goal() -> None:
+    desk = running()
+    desk.terminated()
+    validating, _, running_ = [action for action in desk.actions if isinstance(action, Record)]
+    begin, end = (action.call for action in desk.actions if isinstance(action, AskResources))
+    assert isinstance(begin, BeginGoal)
+    assert (begin.cause, begin.manager, begin.incarnation) == (validating.id, "skill/move", "this")
+    assert isinstance(end, EndGoal)
+    assert (end.cause, end.incarnation) == (running_.id, "this")
+    desk.ended()
+    records = [action for action in desk.actions if isinstance(action, Record)]
+    assert [record.goal_id for record in records] == ["g"] * 4
+    assert "test" in records[0].text, "who has asked for it"
+
+
+# --- memory ----------------------------------------------------------------------------------------------------------
+
+
 def test_memory_stays_bounded() -> None:
     desk = Desk()
     for number in range(3 * GOALS_REMEMBERED):
@@ -415,6 +498,37 @@ def test_memory_stays_bounded() -> None:
     with pytest.raises(RefusedError):
         desk.core.status("bad0")
     desk.core.status(f"bad{3 * GOALS_REMEMBERED - 1}")
+
+
+def test_what_was_written_last_is_remembered_longest() -> None:
+    memory: Recent[str, int] = Recent(3)
+    for key in ("a", "b", "c"):
+        memory[key] = 1
+    assert len(memory) == 3, "as many as there is room for"
+    memory["a"] = 2
+    assert memory.newest() == 2
+    memory["d"] = 3
+    assert [memory.get(key) for key in ("a", "b", "c", "d")] == [2, None, 1, 3]
+    assert memory.pop("d") == 3
+    assert memory.pop("d") is None
+    assert "d" not in memory
+
+
+def test_an_interrupt_that_came_early_ends_one_goal_and_is_forgotten() -> None:
+    desk = Desk()
+    for _ in range(2):
+        with pytest.raises(RefusedError):
+            desk.interrupt()
+    desk.start()
+    desk.granted_to_nobody()
+    for number in range(GOALS_REMEMBERED):
+        desk.start(f"bad{number}", inputs={"speed": 9.0})
+        desk.granted_to_nobody()
+    with pytest.raises(RefusedError):
+        desk.core.status("g")
+    desk.start()
+    assert desk.state is State.VALIDATING
+    assert desk.core.current is not None
 
 
 def test_a_resource_manager_that_cannot_judge_now_is_asked_again() -> None:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import pytest
 
 from skillwing.dsl import parse
-from skillwing.dsl.model import Field, ScalarType
+from skillwing.dsl.expressions import Comparison, Environment, Literal, Name
+from skillwing.dsl.model import ArrayType, EnumType, Field, ScalarType, Type
+from skillwing.services.core.judge import why_not
 from skillwing.services.core.values import LONGEST_TEXT, PROBLEMS_TOLD, fit_fields, sendable_text
 
 
@@ -101,6 +105,23 @@ def test_what_is_deep_inside_is_named_by_its_path() -> None:
     ]
 
 
+def test_a_name_that_is_nearly_right_is_told_the_right_one() -> None:
+    assert problems(lenght=1)[0] == ("lenght", "unknown", "There is no field `lenght`; did you mean `length`?")
+    [inner] = problems(at={"x": 1.0, "y": 1.0, "X": 1.0})
+    assert inner[2] == "There is no field `at.X`; did you mean `at.x`?"
+
+
+def test_what_is_missing_is_described_with_a_unit_only_if_it_has_one() -> None:
+    _, [pair, *_] = fit_fields(TYPES.skill("go").inputs, {})
+    assert pair.sentence == "`pair` is missing; it is a list of 2: each a finite number."
+
+
+def test_the_values_of_an_enum_are_told_wherever_it_stands() -> None:
+    modes = ArrayType(EnumType("Mode", ("SLOW", "FAST")), length=None)
+    _, [problem] = fit_fields((Field("modes", modes),), {"modes": "FAST"})
+    assert problem.sentence == "`modes` is 'FAST'; it takes a list of any length: each one of `SLOW` and `FAST`."
+
+
 def test_a_name_that_is_like_no_other_is_told_all_there_are() -> None:
     [(path, kind, sentence)] = problems(zzzzzzzz=1)
     assert (path, kind) == ("zzzzzzzz", "unknown")
@@ -109,6 +130,48 @@ def test_a_name_that_is_like_no_other_is_told_all_there_are() -> None:
 
 def test_the_limits_themselves_are_within() -> None:
     assert problems(far=0.5) == problems(far=9.0) == problems(count=0) == problems(count=255) == []
+
+
+def test_truth_is_a_value_like_any_other() -> None:
+    for value in (True, False):
+        fitted, found = fit_fields(TYPES.skill("go").inputs, FITTING | {"on": value})
+        assert (fitted["on"], found) == (value, [])
+
+
+def test_the_limits_of_a_list_are_those_of_each_element() -> None:
+    field = Field("speeds", ArrayType(ScalarType("float64"), length=None), low=0.5, high=9.0)
+    fitted, found = fit_fields((field,), {"speeds": [0.5, 10, 9.0, 0.25]})
+    assert fitted == {"speeds": [0.5, 10.0, 9.0, 0.25]}
+    assert [(problem.path, problem.kind) for problem in found] == [("speeds[1]", "range"), ("speeds[3]", "range")]
+
+
+@pytest.mark.parametrize(
+    ("value", "kind"), [(-1, "type"), (0, "range"), (1, None), (200, None), (255, "range"), (256, "type")]
+)
+def test_what_the_type_has_room_for_is_a_matter_of_range_alone(value: int, kind: str | None) -> None:
+    _, found = fit_fields((Field("count", ScalarType("uint8"), low=1, high=200),), {"count": value})
+    assert [problem.kind for problem in found] == ([] if kind is None else [kind])
+
+
+@pytest.mark.parametrize("kind", ["uint8", "float64"])
+@pytest.mark.parametrize(("digits", "shown"), [(400, "1000000"), (5000, "a number beyond all bounds")])
+def test_a_whole_number_beyond_all_floats_does_not_fit_and_breaks_nothing(kind: str, digits: int, shown: str) -> None:
+    scalar: Type = ScalarType("uint8") if kind == "uint8" else ScalarType("float64")
+    _, [problem] = fit_fields((Field("far", scalar),), {"far": 10**digits})
+    assert problem.kind == "type"
+    assert problem.sentence.startswith(f"`far` is {shown}")
+
+
+@pytest.mark.parametrize(("length", "whole"), [(60, True), (61, False)])
+def test_a_name_is_cut_where_it_gets_too_long(length: int, whole: bool) -> None:
+    [(path, _, _)] = problems(**{"z" * length: 0})
+    assert path == ("z" * 60 if whole else "z" * 57 + "...")
+
+
+def test_after_so_much_that_is_wrong_nobody_looks_any_further() -> None:
+    wrong = problems(many=[*["no"] * PROBLEMS_TOLD, *range(1000)])
+    assert wrong[-1][2] == "`many` was not looked at any further: too much of it is wrong."
+    assert len(problems(many=["no"] * (PROBLEMS_TOLD - 1))) == PROBLEMS_TOLD - 1
 
 
 def test_a_long_text_is_cut_and_one_without_an_encoding_is_mended() -> None:
@@ -129,3 +192,12 @@ def test_a_long_name_is_cut() -> None:
     [(path, _, sentence)] = problems(**{"x" * 1000: 0})
     assert len(path) < 80
     assert len(sentence) < 300
+
+
+@pytest.mark.parametrize("where", [{"at": {"z": 1.5}}, {"at": SimpleNamespace(z=1.5)}])
+def test_of_a_structure_the_field_is_told_that_the_guard_names(where: dict[str, object]) -> None:
+    high = Literal(2.0)
+    expression = Comparison(">", Name("at.z", "data"), high)
+    assert why_not(expression, Environment(data=where)) == "`at.z > 2.0` does not hold: at.z is 1.5."
+    expression = Comparison(">", Name("at.z", "input"), high)
+    assert why_not(expression, Environment(inputs=where)) == "`at.z > 2.0` does not hold: at.z is 1.5."

@@ -136,6 +136,22 @@ def test_an_end_that_nobody_hears_of_is_told_with_its_reason() -> None:
     assert desk.terminal().reason == "The resource manager does not answer. The skill ended with DONE."
 
 
+def test_what_did_not_hold_is_told_beside_what_was_reached() -> None:
+    desk = running()
+    desk.terminated()
+    desk.ended(held=False)
+    assert desk.terminal().reason == "The skill ended with DONE. It did not hold."
+
+
+def test_inputs_that_cannot_be_sent_on_are_not_validated_and_say_so() -> None:
+    desk = Desk()
+    desk.start(inputs={"label": "\udc80"})
+    desk.granted_to_nobody()
+    assert desk.hooks == []
+    assert desk.terminal().ending is Ending.NOT_VALIDATED
+    assert desk.terminal().reason.startswith("The inputs of `move` cannot be sent to the resource manager: ")
+
+
 def test_a_begin_that_nobody_hears_of_is_given_up() -> None:
     desk = validating()
     for _ in range(SILENCES_UNTIL_ERROR):

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
-from rig import Bench
+from rig import RIG, Bench
 
 from skillwing.dsl import parse
 from skillwing.services.core.grants import NO_TOKEN
@@ -20,6 +22,7 @@ from skillwing.services.protocol import (
     Lost,
     Record,
     RecordKind,
+    ResourceChange,
     Violated,
 )
 
@@ -40,6 +43,36 @@ def granted(verdict: object) -> Granted:
 def record_of(bench: Bench, record_id: str) -> Record:
     [record] = bench.of(Record, lambda record: record.id == record_id)
     return record
+
+
+def change_of(bench: Bench, resource: str, state: str) -> tuple[ResourceChange, Record]:
+    """How a resource came into a state: what was published of it, and what is on record."""
+    [change] = bench.of(ResourceChange, lambda change: (change.resource, change.after) == (resource, state))
+    return change, record_of(bench, change.record)
+
+
+def test_what_a_goal_takes_and_gives_back_is_on_record_with_the_goal_and_its_cause(bench: Bench) -> None:
+    grant = granted(bench.begin("move", "g", cause="skill/move#1"))
+    bench.now = 0.75
+    ended = bench.end("move", "g", grant.token, result="DONE", cause="skill/move#9")
+    assert isinstance(ended, Ended)
+    for step, after, cause, state in (
+        (grant.record, "GRANTED", "skill/move#1", "USED"),
+        (ended.record, "ENDED", "skill/move#9", "FREE"),
+    ):
+        record = record_of(bench, step)
+        assert (record.subject, record.after, record.goal_id, record.cause) == ("move", after, "g", cause)
+        change, changed = change_of(bench, "axes", state)
+        assert (changed.goal_id, changed.cause, change.cause) == ("g", step, step)
+        assert (changed.before, changed.after) == (change.before, change.after)
+
+
+def test_what_a_lost_goal_gives_back_is_on_record_with_the_goal_and_its_loss(bench: Bench) -> None:
+    granted(bench.begin("move", "g"))
+    bench.perform(bench.core.manager_lost("skill/move", bench.now))
+    [lost] = bench.of(Lost)
+    change, record = change_of(bench, "axes", "FREE")
+    assert (record.goal_id, record.cause, change.cause) == ("g", lost.record, lost.record)
 
 
 def test_a_goal_that_is_lost_alone_leaves_the_others_of_its_manager(bench: Bench) -> None:
@@ -163,6 +196,16 @@ def two() -> Bench:
 def test_what_is_lost_has_an_effect_of_its_own_if_the_skillset_says_so(two: Bench) -> None:
     two.perform(two.core.manager_lost("skill/hold", two.now))
     assert two.core.states["arm"] == "SAFE"
+
+
+def test_what_is_lost_without_one_has_the_effect_of_an_interrupt() -> None:
+    """A model that no file was read for may leave it open."""
+    skills = tuple(replace(skill, lost=None) for skill in RIG.skills)
+    bench = Bench(replace(RIG, skills=skills))
+    bench.battery(80.0)
+    granted(bench.begin("move", "g"))
+    bench.perform(bench.core.manager_lost("skill/move", bench.now))
+    assert bench.core.states["axes"] == "FREE"
 
 
 @pytest.mark.parametrize(("first", "second"), [("left", "right"), ("right", "left")])
