@@ -268,7 +268,7 @@ def test_a_goal_past_its_deadline_is_interrupted() -> None:
 def test_a_late_start_is_refused_and_never_runs() -> None:
     desk = Desk()
     desk.now = 10.0
-    with pytest.raises(RefusedError) as refusal:
+    with pytest.raises(RefusedError, match=r"1\.0 s after its deadline") as refusal:
         desk.start(deadline=9.0)
     assert refusal.value.code is ErrorCode.TOO_LATE
     assert desk.actions == []

@@ -71,6 +71,7 @@ def test_what_a_lost_goal_gives_back_is_on_record_with_the_goal_and_its_loss(ben
     granted(bench.begin("move", "g"))
     bench.perform(bench.core.manager_lost("skill/move", bench.now))
     [lost] = bench.of(Lost)
+    assert lost.reason == "The manager `skill/move` was lost: its alive token is gone."
     change, record = change_of(bench, "axes", "FREE")
     assert (record.goal_id, record.cause, change.cause) == ("g", lost.record, lost.record)
 
