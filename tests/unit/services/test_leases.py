@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork
 from skillwing.services.core.leases import LONGEST_PAUSE, LOOK_PERIOD, RECOVERY, Expired, Leases
+from skillwing.services.managers.lease_watch import LeaseWatch
 
 
 def look_until(leases: Leases, begin: float, end: float, *, hearing: bool = True) -> list[tuple[str, float]]:
@@ -134,3 +138,30 @@ def test_a_lease_that_was_given_back_does_not_run_out() -> None:
     assert leases.keys == ("h",)
     assert "g" not in leases
     assert [key for key, _ in look_until(leases, 0.0, 5.0)] == ["h"]
+
+
+# --- on the bus ------------------------------------------------------------------------------------------------------
+
+
+def test_a_lease_runs_out_although_the_robots_clock_stands_still(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = InProcessBus.after
+
+    def after(self: InProcessBus, delay: float, action: Callable[[], None], *, wall: bool = False) -> object:
+        return right(self, delay, action) if wall else None
+
+    monkeypatch.setattr(InProcessBus, "after", after)
+    network, expired = InProcessNetwork(), list[Expired]()
+    LeaseWatch(network.bus("watch"), expired.append).begin("g", 2.0)
+    network.run_for(10.0)
+    assert [each.key for each in expired] == ["g"]
+
+
+@pytest.mark.parametrize("from_outside", [True, False])
+def test_who_is_heard_through_the_router_is_not_blamed_while_there_is_none(
+    monkeypatch: pytest.MonkeyPatch, from_outside: bool
+) -> None:
+    monkeypatch.setattr(InProcessBus, "routed", False)
+    network, expired = InProcessNetwork(), list[Expired]()
+    LeaseWatch(network.bus("watch"), expired.append, from_outside=from_outside).begin("g", 2.0)
+    network.run_for(10.0)
+    assert [each.key for each in expired] == ([] if from_outside else ["g"])

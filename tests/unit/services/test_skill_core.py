@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
+import msgspec
 import pytest
 from rig import RIG
 from skill_desk import ENDED, REFUSED, TOKEN, VIOLATED, Desk, dispatching, interrupting, owned, running, validating
@@ -26,6 +27,7 @@ from skillwing.services.protocol import (
     Record,
     RenewGoal,
     State,
+    Terminal,
 )
 
 
@@ -229,6 +231,7 @@ def test_mistake_limbo_while_interrupting() -> None:
     desk.wait(0.1)
     desk.ended()
     assert desk.terminal().forced
+    assert "within 2 s" in desk.terminal().reason
 
 
 def test_mistake_cancel_of_a_finished_goal_throws() -> None:
@@ -483,6 +486,41 @@ def test_each_request_names_the_record_it_comes_of_and_each_record_its_goal() ->
     records = [action for action in desk.actions if isinstance(action, Record)]
     assert [record.goal_id for record in records] == ["g"] * 4
     assert "test" in records[0].text, "who has asked for it"
+
+
+def test_an_interrupt_is_on_record_with_its_cause_and_who_asked_for_it() -> None:
+    desk = interrupting()
+    record = [action for action in desk.actions if isinstance(action, Record)][-1]
+    assert (record.after, record.cause, record.text) == ("INTERRUPTING", "mission#1", "test interrupted it.")
+    desk = running()
+    before = [action for action in desk.actions if isinstance(action, Record)][-1]
+    desk.wait(60.0)
+    record = [action for action in desk.actions if isinstance(action, Record)][-1]
+    assert (record.after, record.cause) == ("INTERRUPTING", before.id), "where nobody has asked it comes of the goal"
+
+
+@pytest.mark.parametrize(
+    ("answer", "record"),
+    [
+        (NotReady(goal_id="g", failing={"free": "It is not."}, record="rm#1"), "rm#1"),
+        (VIOLATED, "rm#9"),
+        (ENDED, "rm#2"),
+        (msgspec.structs.replace(ENDED, terminal=Terminal(ending=Ending.BUSY, reason="It is.")), "rm#2"),
+    ],
+)
+def test_an_end_by_the_resource_manager_comes_of_its_record(answer: Any, record: str) -> None:
+    desk = validating()
+    desk.answer(answer)
+    last = [action for action in desk.actions if isinstance(action, Record)][-1]
+    assert (last.after, last.cause) == (desk.terminal().label, record)
+
+
+def test_an_answer_to_no_open_question_ends_nothing() -> None:
+    """It may be about a goal of the same id that has long been forgotten."""
+    desk = running()
+    old = EndGoal(goal_id="g", skill="move", token=3, how="interrupt")
+    desk.take(desk.core.answered(AskResources(old), ENDED, desk.now))
+    assert desk.state is State.RUNNING
 
 
 # --- memory ----------------------------------------------------------------------------------------------------------

@@ -101,6 +101,19 @@ def test_any_other_refusal_is_no_reason_to_hurry() -> None:
     assert judge.pauses == [pytest.approx(STANDING_PERIOD, abs=SLACK)] * 2
 
 
+def test_a_refusal_is_logged_once_until_it_has_ended(caplog: pytest.LogCaptureFixture) -> None:
+    network = InProcessNetwork()
+    judge = Judge(network)
+    standing(network, lambda error: None)
+    for refuses in (ErrorCode.BAD_REQUEST, None, ErrorCode.BAD_REQUEST):
+        judge.refuses = refuses
+        network.run_for(3 * STANDING_PERIOD)
+    warnings = [record.message for record in caplog.records if record.levelname == "WARNING"]
+    assert len(warnings) == 2
+    assert "skill/watch" in warnings[0]
+    assert "So it is." in warnings[0]
+
+
 def test_who_gives_up_asks_no_more_even_of_nobody() -> None:
     network = InProcessNetwork()
     mine = standing(network, lambda error: None)

@@ -143,6 +143,29 @@ def test_what_did_not_hold_is_told_beside_what_was_reached() -> None:
     assert desk.terminal().reason == "The skill ended with DONE. It did not hold."
 
 
+@pytest.mark.parametrize(
+    ("result", "output", "named"),
+    [("DOEN", None, "DOEN"), ("DONE", {"distanze": 3.0}, "distanze"), ("DONE", {"distance": "far"}, "distance")],
+)
+def test_an_end_that_the_skillset_does_not_know_is_an_error_that_names_what_is_wrong(
+    result: str, output: dict[str, object] | None, named: str
+) -> None:
+    desk = running()
+    desk.terminated(result, output)
+    assert desk.ends_asked == [("error", None, TOKEN)]
+    desk.ended()
+    assert desk.terminal().ending is Ending.ERROR
+    assert named in desk.terminal().reason
+
+
+@pytest.mark.parametrize(("output", "told"), [(None, None), ({}, {}), ({"distance": 3}, {"distance": 3.0})])
+def test_an_output_is_told_if_there_was_one(output: dict[str, object] | None, told: dict[str, object] | None) -> None:
+    desk = running()
+    desk.terminated(output=output)
+    desk.ended()
+    assert desk.terminal().output == told
+
+
 def test_inputs_that_cannot_be_sent_on_are_not_validated_and_say_so() -> None:
     desk = Desk()
     desk.start(inputs={"label": "\udc80"})
