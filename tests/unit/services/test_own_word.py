@@ -21,6 +21,7 @@ from skillwing.services.protocol import (
     Granted,
     Lost,
     NotReady,
+    Record,
     State,
     Terminal,
     encode,
@@ -90,6 +91,8 @@ OWN_WORDS = [
 def test_it_asks_before_it_ends_a_goal_by_its_own_word(make: Any, label: str) -> None:
     desk = make()
     assert [goal for goal, _ in desk.terminals] == []
+    [first, *_] = [action for action in desk.actions if isinstance(action, Record) and action.goal_id == "g"]
+    assert (first.after, first.text) == ("VALIDATING", "asked by test")
     asked = desk.asked.call
     assert isinstance(asked, EndGoal) and asked.terminal is not None
     assert (asked.goal_id, asked.skill, asked.token, asked.how) == ("g", "move", NO_TOKEN, "ungranted")
