@@ -3,14 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rig import RIG
 
+from skillwing.services.bus import Handle
 from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork
+from skillwing.services.bus.reading import message_reader
 from skillwing.services.core.leases import LONGEST_PAUSE, LOOK_PERIOD, RECOVERY, Expired, Leases
+from skillwing.services.journal.errors import JournalWriteError
+from skillwing.services.journal.journal import Journal
 from skillwing.services.managers.lease_watch import LeaseWatch
+from skillwing.services.managers.presence import LOSS_DEBOUNCE, Presence
+from skillwing.services.managers.resource_manager import GRANT_LEASE, WRITE_AGAIN, ResourceManagerNode
+from skillwing.services.protocol import BeginGoal, Keys, Lost, encode
+
+KEYS = Keys(RIG.name)
 
 
 def look_until(leases: Leases, begin: float, end: float, *, hearing: bool = True) -> list[tuple[str, float]]:
@@ -165,3 +177,72 @@ def test_who_is_heard_through_the_router_is_not_blamed_while_there_is_none(
     LeaseWatch(network.bus("watch"), expired.append, from_outside=from_outside).begin("g", 2.0)
     network.run_for(10.0)
     assert [each.key for each in expired] == ([] if from_outside else ["g"])
+
+
+def test_who_was_here_and_went_is_missed_again_when_he_is_expected() -> None:
+    network, gone = InProcessNetwork(), list[str]()
+    presence = Presence(network.bus("watch"), KEYS, "**", gone.append)
+    token = network.bus("skill/watch").declare_alive(KEYS.alive("skill/watch"))
+    network.run_for(0.5)
+    presence.expect("skill/watch")
+    network.run_for(3.0)
+    assert gone == [], "who is here is not missed"
+    token.cancel()
+    network.run_for(LOSS_DEBOUNCE + 0.1)
+    assert gone == ["skill/watch"]
+    presence.expect("skill/watch")
+    network.run_for(LOSS_DEBOUNCE + 0.1)
+    assert gone == ["skill/watch"] * 2
+
+
+# --- losses that cannot be written down at first ---------------------------------------------------------------------
+
+
+class Holder:
+    """A manager that is granted a goal and renews nothing, beside a resource manager."""
+
+    def __init__(self, dispatch_timeout: float) -> None:
+        skillset = replace(RIG, skills=tuple(replace(each, dispatch_timeout=dispatch_timeout) for each in RIG.skills))
+        self.network = InProcessNetwork()
+        self.network.attach(ResourceManagerNode(skillset))
+        self.lost: list[Lost] = []
+        bus = self.network.bus("skill/watch")
+        bus.subscribe(KEYS.verdict("watch"), message_reader(Lost, self.lost.append), events=True)
+        self.token: Handle = bus.declare_alive(KEYS.alive("skill/watch"))
+        begin = BeginGoal(
+            goal_id="g", skill="watch", inputs={}, manager="skill/watch", owner="test", schema=skillset.schema_hash
+        )
+        bus.ask(KEYS.resource_goal, encode(begin), lambda answer: None)
+        self.network.run_for(0.1)
+
+    def run_with_a_full_disk(self, monkeypatch: pytest.MonkeyPatch, seconds: float) -> None:
+        def fail(*arguments: object) -> None:
+            raise JournalWriteError(Path("journal.sqlite"), "The disk is full.")
+
+        with monkeypatch.context() as disk:
+            disk.setattr(Journal, "write", fail)
+            self.network.run_for(seconds)
+        assert self.lost == []
+
+
+def test_a_silence_that_could_not_be_written_down_is_written_as_soon_as_it_can_be(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    holder = Holder(dispatch_timeout=0.5)
+    holder.run_with_a_full_disk(monkeypatch, GRANT_LEASE + 0.5 * WRITE_AGAIN)
+    holder.network.run_for(WRITE_AGAIN)
+    [lost] = holder.lost
+    assert lost.goal_id == "g"
+    assert "silent" in lost.reason
+
+
+def test_a_manager_whose_loss_could_not_be_written_down_is_lost_as_soon_as_it_can_be(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    holder = Holder(dispatch_timeout=60.0)
+    holder.token.cancel()
+    holder.run_with_a_full_disk(monkeypatch, 1.5 * LOSS_DEBOUNCE)
+    holder.network.run_for(LOSS_DEBOUNCE)
+    [lost] = holder.lost
+    assert lost.goal_id == "g"
+    assert "alive token" in lost.reason
