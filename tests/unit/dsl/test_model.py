@@ -129,3 +129,32 @@ def test_the_schema_hash_notices_a_change_of_meaning(old: str, new: str) -> None
 def test_the_schema_hash_sees_into_types() -> None:
     source = "skillset s {{ enum M {{ A {more} }}  skill k {{ input {{ m: M }}  result {{ DONE }} }} }}"
     assert parse(source.format(more="B")).schema_hash != parse(source.format(more="C")).schema_hash
+
+
+@pytest.mark.parametrize(
+    ("datum", "given"),
+    [("arm: float64", ""), ("battery: float64", "input { arm: float64 = 1.0 }")],
+    ids=["datum", "input"],
+)
+def test_a_guard_on_what_is_called_like_a_resource_is_kept(datum: str, given: str) -> None:
+    skillset = parse(
+        f"""
+        skillset s {{
+            data {{ {datum} period=0.1 }}
+            resource arm {{ initial FREE  FREE -> USED  USED -> FREE }}
+            skill reach {{
+                {given}
+                effect {{ take: arm -> USED  release: arm -> FREE }}
+                precondition {{ low: data=(arm < 3.0)  success take }}
+                invariant {{ still_low: data=(3.0 > arm) violation=release }}
+                interrupt {{ apply=release }}
+                result {{ DONE: apply=release post data=(arm == 1.0) }}
+            }}
+        }}
+        """,
+        "s.skillset",
+    )
+    skill = skillset.skill("reach")
+    assert [each.name for each in skill.preconditions.checks] == ["low"]
+    assert [each.name for each in skill.invariants] == ["still_low"]
+    assert skill.result("DONE").post is not None

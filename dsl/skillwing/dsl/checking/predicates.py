@@ -136,7 +136,7 @@ class Predicates:
         left_symbol, right_symbol = self._enum_value(left, right), self._enum_value(right, left)
         if left_symbol or right_symbol:
             return self._enum_comparison(comparison, left_symbol, right_symbol)
-        if resources := [side for side in (left, right) if self._names_resource(side)]:
+        if resources := [side for side in (left, right) if self._names_resource(side) and self._scope(side) is None]:
             self._typed(resources[0])
             return None
         typed_left, typed_right = self._typed(left), self._typed(right)
@@ -204,10 +204,12 @@ class Predicates:
     def _is_untyped(self, operand: Operand) -> bool:
         return isinstance(operand, Name) and not self._known.untyped.isdisjoint((operand.root, *operand.fields))
 
-    def _scope(self, name: Name) -> Scope | None:
-        if name.root in self._known.inputs:
+    def _scope(self, operand: Operand) -> Scope | None:
+        if not isinstance(operand, Name):
+            return None
+        if operand.root in self._known.inputs:
             return "input"
-        return "data" if name.root in self._known.data else None
+        return "data" if operand.root in self._known.data else None
 
     def _type_of(self, name: Name, quiet: bool = False) -> Type | None:
         """The type of a datum or input, or of its field; problems are reported unless `quiet`."""
