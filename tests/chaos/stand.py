@@ -71,7 +71,10 @@ class Cell:
         """How its goal may end; whoever is not part of it costs it nothing."""
         usual = "IT" if self.state == State.INTERRUPTING else "S_DONE"
         if self.process == skill_process(SKILL):
-            return frozenset({"LOST by client", "LOST by resource_manager"})
+            lost = frozenset({"LOST by client", "LOST by resource_manager"})
+            # Nothing was granted yet, and the start has had no answer: sent again, it may reach the next process.
+            repeated = self.fault is Fault.KILL and self.state == State.VALIDATING
+            return lost | {usual} if repeated else lost
         if self.process == MISSION or self.fault is Fault.HANG:
             return frozenset({"IT"})
         if self.process == ROUTER and self.fault is Fault.STOP and self.state == State.VALIDATING:

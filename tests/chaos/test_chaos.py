@@ -73,6 +73,8 @@ def test_a_cell_is_as_promised_only_with_answer_free_tool_and_a_goal_that_succee
         (Cell("router", Fault.STOP, "RUNNING"), "S_DONE", "NR"),
         (Cell("skill/other", Fault.KILL, "INTERRUPTING"), "IT", "IT (forced)"),
         (Cell("skill/work", Fault.KILL, "RUNNING"), "LOST by client", "S_DONE"),
+        (Cell("skill/work", Fault.KILL, "VALIDATING"), "S_DONE", "IT"),
+        (Cell("skill/work", Fault.STOP, "VALIDATING"), "LOST by resource_manager", "S_DONE"),
         (Cell("mission", Fault.STOP, "RUNNING"), "IT", "LOST by client"),
         (Cell("resource_manager", Fault.HANG, "RUNNING"), "IT", "S_DONE"),
     ],
