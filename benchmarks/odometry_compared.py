@@ -165,7 +165,7 @@ def report(outcomes: Sequence[Outcome], method: str, seeds: str) -> str:
     ]
     return "\n\n".join(
         [
-            f"Both on the same measurements; seeds {seeds}, on which neither was tuned, {len(outcomes) // 2} flights "
+            f"Both on the same measurements; seeds {seeds}, on which ours was not tuned, {len(outcomes) // 2} flights "
             f"by the whole simulator; median of the flights, least and largest in brackets. {machine()}.",
             table(("", *(name for name, _ in groups)), [(name, *cells) for name, cells in rows]),
             table(("drift, RMS [m], of seed", *map(str, numbers)), by_seed),
