@@ -87,7 +87,8 @@ def test_a_managers_own_word_is_kept_as_it_was_said_or_refused(random: Random, p
     fields = valid(random, EndGoal, WORDS) | {"goal_id": "g", "skill": skill, "manager": "skill/x"}
     fields |= {"incarnation": "one", "how": "ungranted", "terminal": terminal}
     if plausible:
-        terminal |= {"ending": random.choice(OWN_WORDS), "result": None}
+        terminal |= {"ending": random.choice(OWN_WORDS), "result": None, "success": False, "output": None}
+        terminal |= {"forced": False}
         fields |= {"token": 0, "terminal": terminal}
     word = decode(msgspec.msgpack.encode(fields), EndGoal)
     try:

@@ -159,10 +159,10 @@ def check_token(request: EndGoal | RenewGoal, token: int) -> None:
 def own_word(request: EndGoal) -> Terminal:
     """The answer that a manager is about to give by its own word; refuses with BAD_REQUEST what cannot be one."""
     word = request.terminal
-    if word is None or word.ending not in OWN_WORDS or word.result is not None or request.token != NO_TOKEN:
+    if word is None or word.ending not in OWN_WORDS or request.token != NO_TOKEN or _tells_of_a_run(word):
         raise RefusedError(
             ErrorCode.BAD_REQUEST,
-            "A goal that was never granted ends with a `terminal`, without result and token.",
+            "A goal that was never granted ends with a `terminal`, without token and without anything of a run.",
             help=f"Let it be {', '.join(OWN_WORDS[:-1])} or {OWN_WORDS[-1]}.",
             known=OWN_WORDS,
         )
@@ -172,6 +172,11 @@ def own_word(request: EndGoal) -> Terminal:
         text = f"The answer to the goal {request.goal_id} cannot be kept: {error}."
         raise RefusedError(ErrorCode.BAD_REQUEST, text, help="Give a shorter reason.") from error
     return word
+
+
+def _tells_of_a_run(word: Terminal) -> bool:
+    """It claims what only a goal can have that has run."""
+    return word.result is not None or word.success or word.output is not None or word.forced
 
 
 def unknown_goal(goal_id: str) -> RefusedError:
