@@ -76,6 +76,7 @@ def test_a_critical_zone_ends_it_once_and_the_camera_is_left_alone() -> None:
         drone.run((ENTRY - 6.0) / SPEED - 3.0)
         goal.assert_running()
         goal.assert_ended("S_FPS_LOST", within=14.0)
+        assert goal.causes[:2] == ["link LOST", "link_status LOST"]
         assert drone.film.position[0] < EXIT, "inside of the zone, not behind it"
         drone.assert_states(link_status="LOST")
         drone.run(4.0)
@@ -105,6 +106,8 @@ def test_a_link_that_is_cut_for_good_ends_it() -> None:
         drone.break_link("cut", on=True)
         goal.assert_ended("S_FPS_LOST", within=8.0)
         drone.assert_states(link_status="LOST")
+        assert goal.causes[:3] == ["link cut", "link LOST", "link_status LOST"]
+        assert goal.causes[-1] == "stream S_FPS_LOST"
         drone.start_skill("stream").assert_ended("NR")
 
 
@@ -114,6 +117,7 @@ def test_a_camera_that_goes_blind_ends_it() -> None:
         drone.run(6.0)
         drone.film.blind = True
         goal.assert_ended("S_FPS_LOST", within=8.0)
+        assert "link" not in " ".join(goal.causes), "which was good"
 
 
 def test_an_interrupted_stream_stops_at_once() -> None:

@@ -85,9 +85,11 @@ class AnySkill(SkillHooks[dict[str, Any], dict[str, Any], dict[str, Any]]):
             self.interrupted(goal.id)
             self.interrupted(goal.id)
 
-    def terminated(self, goal_id: str, result: str, output: dict[str, Any] | None = None) -> None:
+    def terminated(
+        self, goal_id: str, result: str, output: dict[str, Any] | None = None, *, cause: str | None = None
+    ) -> None:
         self._logbook.stood_still.add(goal_id)
-        super().terminated(goal_id, result, output)
+        super().terminated(goal_id, result, output, cause=cause)
 
     def interrupted(self, goal_id: str) -> None:
         self._logbook.stood_still.add(goal_id)

@@ -21,6 +21,7 @@ PROTOCOL_VERSION = 1
 MAX_MESSAGE_BYTES = 1 << 20
 ROOM_FOR_THE_REST = 1 << 14
 """Bytes kept free in a message for everything but the one value of a developer that it carries."""
+LONGEST_LABEL = 200
 LONGEST_SENTENCE = 2000
 """Characters of a refusal's sentence that are sent."""
 MAX_NESTING = 32
@@ -36,7 +37,7 @@ class ProtocolError(Exception):
     """A payload that is not a valid message; `str()` is a sentence for people."""
 
 
-Label: TypeAlias = Annotated[str, msgspec.Meta(max_length=200)]
+Label: TypeAlias = Annotated[str, msgspec.Meta(max_length=LONGEST_LABEL)]
 """An id or a name that its receiver remembers or repeats, hence of bounded length."""
 
 

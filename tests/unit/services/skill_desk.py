@@ -57,14 +57,20 @@ class Desk:
     def dispatched(self) -> None:
         self.take(self.core.dispatched("g", self.now))
 
-    def terminated(self, result: str = "DONE", output: dict[str, object] | None = None, goal_id: str = "g") -> None:
-        self.take(self.core.terminated(goal_id, result, output, self.now))
+    def terminated(
+        self,
+        result: str = "DONE",
+        output: dict[str, object] | None = None,
+        goal_id: str = "g",
+        cause: str | None = None,
+    ) -> None:
+        self.take(self.core.terminated(goal_id, result, output, self.now, cause))
 
     def interrupted(self) -> None:
         self.take(self.core.interrupted("g", self.now))
 
-    def failed(self) -> None:
-        self.take(self.core.failed("g", "The motor is gone.", self.now))
+    def failed(self, cause: str | None = None) -> None:
+        self.take(self.core.failed("g", "The motor is gone.", self.now, cause))
 
     def raised(self) -> None:
         self.take(self.core.raised("g", "progress", "ValueError: oh", self.now))

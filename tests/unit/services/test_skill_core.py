@@ -16,6 +16,7 @@ from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.skill_actions import AskResources, CallHook, Hook
 from skillwing.services.core.skill_core import GOALS_REMEMBERED, RENEWALS_UNTIL_UNWATCHED, SILENCES_UNTIL_ERROR
 from skillwing.services.protocol import (
+    MAX_MESSAGE_BYTES,
     BeginGoal,
     EndGoal,
     Ending,
@@ -28,6 +29,7 @@ from skillwing.services.protocol import (
     RenewGoal,
     State,
     Terminal,
+    encode,
 )
 
 
@@ -118,6 +120,19 @@ def test_the_way_of_a_goal_is_one_chain_of_causes() -> None:
     ]
     assert desk.terminal().output == {"distance": 3.0}
     assert desk.terminal().success
+
+
+@pytest.mark.parametrize("end", [lambda d: d.terminated("STUCK", cause="rm#7"), lambda d: d.failed(cause="rm#7")])
+def test_an_end_is_put_down_to_what_its_developer_names(end: Callable[[Desk], None]) -> None:
+    desk = running()
+    end(desk)
+    assert desk.asked.call.cause == "rm#7"
+
+
+def test_a_cause_that_cannot_be_sent_holds_no_end_up() -> None:
+    desk = running()
+    desk.terminated(cause="\ud800" + "a" * MAX_MESSAGE_BYTES)
+    assert len(encode(desk.asked.call)) < MAX_MESSAGE_BYTES
 
 
 def test_a_failure_that_held_is_no_success() -> None:

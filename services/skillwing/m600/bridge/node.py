@@ -15,7 +15,7 @@ from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
 from skillwing.m600.bridge.battery_level import BatteryLevel
 from skillwing.m600.bridge.extern_levels import ExternLevels, Level
-from skillwing.m600.bridge.link_level import SILENCE, LinkLevel
+from skillwing.m600.bridge.link_level import SILENCE, LinkLevel, LinkState
 from skillwing.m600.bridge.telemetry import Telemetry
 from skillwing.m600.latest import Latest
 from skillwing.services.bus import Answer, Bus, Refused, Sample
@@ -97,9 +97,8 @@ class RobotBridge:
         if health.status is before:
             return
         self._health[health.sensor] = health.status
-        if health.cause is not None and health.cause not in self._faults:
-            self._faults.add(health.cause)
-            self._timeline.publish(self._fault(health, health.cause))
+        if health.cause is not None:
+            self._tell_fault(health.cause, health.sensor, health.t)
         self._timeline.publish(
             Record(
                 id=health.id,
@@ -118,18 +117,24 @@ class RobotBridge:
             self._levels.want(resource, health.status, health.id)
             self._follow()
 
-    def _fault(self, health: Health, cause: str) -> Record:
-        """The root of the chain: the fault (`fault/<sensor>/<kind>`) that a simulator names behind a failure."""
+    def _tell_fault(self, cause: str, subject: str, t: float) -> None:
+        """Write down, once, the root of a chain: the fault `fault/<subject>/<kind>` that a simulator names behind a
+        failure."""
+        if cause in self._faults:
+            return
+        self._faults.add(cause)
         kind = cause.rpartition("/")[2]
-        return Record(
-            id=cause,
-            t=health.t,
-            source=self.name,
-            kind=RecordKind.FAULT,
-            subject=health.sensor,
-            before=None,
-            after=kind,
-            text=f"{kind} of {health.sensor} was switched on",
+        self._timeline.publish(
+            Record(
+                id=cause,
+                t=t,
+                source=self.name,
+                kind=RecordKind.FAULT,
+                subject=subject,
+                before=None,
+                after=kind,
+                text=f"{kind} of {subject} was switched on",
+            )
         )
 
     def _on_flight(self, flight: FlightState) -> None:
@@ -165,18 +170,23 @@ class RobotBridge:
 
     def _on_link(self, link: LinkStatus) -> None:
         through = link.bandwidth * (1.0 - link.loss) / 1e6
-        self._want("link_status", self._link.update(through), "link", f"{through:.2f} Mbit/s")
+        state = self._link.update(through)
+        fault = f"fault/link/{link.faults[0]}" if link.faults and state is not LinkState.GOOD else None
+        self._want("link_status", state, "link", f"{through:.2f} Mbit/s", fault)
 
     def _miss_the_modem(self) -> None:
         if self._modem.value is not None and not self._modem.is_fresh(SILENCE):
             self._want("link_status", self._link.update(0.0), "link", f"the modem is silent for {SILENCE:g} s")
 
-    def _want(self, resource: str, state: str, subject: str, text: str = "") -> None:
-        """Note where a resource should be. A change of that is the root of a chain of causes."""
+    def _want(self, resource: str, state: str, subject: str, text: str = "", fault: str | None = None) -> None:
+        """Note where a resource should be. A change of that is the root of a chain of causes, unless a simulator names
+        the fault behind it."""
         before = self._levels.wanted(resource)
         if state == before:
             return
-        cause = self._timeline.record(RecordKind.HEALTH, subject, before, state, text=text)
+        if fault is not None:
+            self._tell_fault(fault, subject, self._bus.now())
+        cause = self._timeline.record(RecordKind.HEALTH, subject, before, state, text=text, cause=fault)
         self._levels.want(resource, state, cause)
         self._follow()
 

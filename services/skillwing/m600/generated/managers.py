@@ -45,17 +45,17 @@ class AbstractTakeoffManager(_SkillHooks[TakeoffInputs, None, TakeoffFeedback]):
     Inputs = TakeoffInputs
     Feedback = TakeoffFeedback
 
-    def terminated_AT_ALTITUDE(self, goal_id: str) -> None:
+    def terminated_AT_ALTITUDE(self, goal_id: str, *, cause: str | None = None) -> None:
         """End the goal as a success."""
-        self.terminated(goal_id, "AT_ALTITUDE")
+        self.terminated(goal_id, "AT_ALTITUDE", cause=cause)
 
-    def terminated_BLOCKED(self, goal_id: str) -> None:
+    def terminated_BLOCKED(self, goal_id: str, *, cause: str | None = None) -> None:
         """End the goal as a failure."""
-        self.terminated(goal_id, "BLOCKED")
+        self.terminated(goal_id, "BLOCKED", cause=cause)
 
-    def terminated_ABORTED(self, goal_id: str) -> None:
+    def terminated_ABORTED(self, goal_id: str, *, cause: str | None = None) -> None:
         """End the goal as a failure."""
-        self.terminated(goal_id, "ABORTED")
+        self.terminated(goal_id, "ABORTED", cause=cause)
 
 
 class AbstractLandManager(_SkillHooks[LandInputs, None, LandFeedback]):
@@ -65,13 +65,13 @@ class AbstractLandManager(_SkillHooks[LandInputs, None, LandFeedback]):
     Inputs = LandInputs
     Feedback = LandFeedback
 
-    def terminated_LANDED(self, goal_id: str) -> None:
+    def terminated_LANDED(self, goal_id: str, *, cause: str | None = None) -> None:
         """End the goal as a success."""
-        self.terminated(goal_id, "LANDED")
+        self.terminated(goal_id, "LANDED", cause=cause)
 
-    def terminated_BLOCKED(self, goal_id: str) -> None:
+    def terminated_BLOCKED(self, goal_id: str, *, cause: str | None = None) -> None:
         """End the goal as a failure."""
-        self.terminated(goal_id, "BLOCKED")
+        self.terminated(goal_id, "BLOCKED", cause=cause)
 
 
 class AbstractHoverManager(_SkillHooks[HoverInputs, None, HoverFeedback]):
@@ -81,9 +81,9 @@ class AbstractHoverManager(_SkillHooks[HoverInputs, None, HoverFeedback]):
     Inputs = HoverInputs
     Feedback = HoverFeedback
 
-    def terminated_DONE(self, goal_id: str) -> None:
+    def terminated_DONE(self, goal_id: str, *, cause: str | None = None) -> None:
         """End the goal as a success."""
-        self.terminated(goal_id, "DONE")
+        self.terminated(goal_id, "DONE", cause=cause)
 
 
 class AbstractGotoManager(_SkillHooks[GotoInputs, GotoOutputs, GotoFeedback]):
@@ -94,17 +94,17 @@ class AbstractGotoManager(_SkillHooks[GotoInputs, GotoOutputs, GotoFeedback]):
     Outputs = GotoOutputs
     Feedback = GotoFeedback
 
-    def terminated_ARRIVED(self, goal_id: str, output: GotoOutputs) -> None:
+    def terminated_ARRIVED(self, goal_id: str, output: GotoOutputs, *, cause: str | None = None) -> None:
         """End the goal as a success."""
-        self.terminated(goal_id, "ARRIVED", output)
+        self.terminated(goal_id, "ARRIVED", output, cause=cause)
 
-    def terminated_BLOCKED(self, goal_id: str, output: GotoOutputs) -> None:
+    def terminated_BLOCKED(self, goal_id: str, output: GotoOutputs, *, cause: str | None = None) -> None:
         """End the goal as a failure."""
-        self.terminated(goal_id, "BLOCKED", output)
+        self.terminated(goal_id, "BLOCKED", output, cause=cause)
 
-    def terminated_ABORTED(self, goal_id: str, output: GotoOutputs) -> None:
+    def terminated_ABORTED(self, goal_id: str, output: GotoOutputs, *, cause: str | None = None) -> None:
         """End the goal as a failure."""
-        self.terminated(goal_id, "ABORTED", output)
+        self.terminated(goal_id, "ABORTED", output, cause=cause)
 
 
 class AbstractGotoStraightManager(_SkillHooks[GotoStraightInputs, GotoStraightOutputs, GotoStraightFeedback]):
@@ -115,17 +115,17 @@ class AbstractGotoStraightManager(_SkillHooks[GotoStraightInputs, GotoStraightOu
     Outputs = GotoStraightOutputs
     Feedback = GotoStraightFeedback
 
-    def terminated_ARRIVED(self, goal_id: str, output: GotoStraightOutputs) -> None:
+    def terminated_ARRIVED(self, goal_id: str, output: GotoStraightOutputs, *, cause: str | None = None) -> None:
         """End the goal as a success."""
-        self.terminated(goal_id, "ARRIVED", output)
+        self.terminated(goal_id, "ARRIVED", output, cause=cause)
 
-    def terminated_BLOCKED(self, goal_id: str, output: GotoStraightOutputs) -> None:
+    def terminated_BLOCKED(self, goal_id: str, output: GotoStraightOutputs, *, cause: str | None = None) -> None:
         """End the goal as a failure."""
-        self.terminated(goal_id, "BLOCKED", output)
+        self.terminated(goal_id, "BLOCKED", output, cause=cause)
 
-    def terminated_ABORTED(self, goal_id: str, output: GotoStraightOutputs) -> None:
+    def terminated_ABORTED(self, goal_id: str, output: GotoStraightOutputs, *, cause: str | None = None) -> None:
         """End the goal as a failure."""
-        self.terminated(goal_id, "ABORTED", output)
+        self.terminated(goal_id, "ABORTED", output, cause=cause)
 
 
 class AbstractReturnHomeManager(_SkillHooks[ReturnHomeInputs, None, ReturnHomeFeedback]):
@@ -135,13 +135,13 @@ class AbstractReturnHomeManager(_SkillHooks[ReturnHomeInputs, None, ReturnHomeFe
     Inputs = ReturnHomeInputs
     Feedback = ReturnHomeFeedback
 
-    def terminated_ARRIVED(self, goal_id: str) -> None:
+    def terminated_ARRIVED(self, goal_id: str, *, cause: str | None = None) -> None:
         """End the goal as a success."""
-        self.terminated(goal_id, "ARRIVED")
+        self.terminated(goal_id, "ARRIVED", cause=cause)
 
-    def terminated_ABORTED(self, goal_id: str) -> None:
+    def terminated_ABORTED(self, goal_id: str, *, cause: str | None = None) -> None:
         """End the goal as a failure."""
-        self.terminated(goal_id, "ABORTED")
+        self.terminated(goal_id, "ABORTED", cause=cause)
 
 
 class AbstractRotateHeadManager(_SkillHooks[RotateHeadInputs, None, RotateHeadFeedback]):
@@ -151,9 +151,9 @@ class AbstractRotateHeadManager(_SkillHooks[RotateHeadInputs, None, RotateHeadFe
     Inputs = RotateHeadInputs
     Feedback = RotateHeadFeedback
 
-    def terminated_ALIGNED(self, goal_id: str) -> None:
+    def terminated_ALIGNED(self, goal_id: str, *, cause: str | None = None) -> None:
         """End the goal as a success."""
-        self.terminated(goal_id, "ALIGNED")
+        self.terminated(goal_id, "ALIGNED", cause=cause)
 
 
 class AbstractLockHeadManager(_SkillHooks[LockHeadInputs, None, LockHeadFeedback]):
@@ -171,9 +171,9 @@ class AbstractZedDepthmapManager(_SkillHooks[ZedDepthmapInputs, None, ZedDepthma
     Inputs = ZedDepthmapInputs
     Feedback = ZedDepthmapFeedback
 
-    def terminated_NO_DATA(self, goal_id: str) -> None:
+    def terminated_NO_DATA(self, goal_id: str, *, cause: str | None = None) -> None:
         """End the goal as a failure."""
-        self.terminated(goal_id, "NO_DATA")
+        self.terminated(goal_id, "NO_DATA", cause=cause)
 
 
 class AbstractLidarDepthmapManager(_SkillHooks[LidarDepthmapInputs, None, LidarDepthmapFeedback]):
@@ -183,9 +183,9 @@ class AbstractLidarDepthmapManager(_SkillHooks[LidarDepthmapInputs, None, LidarD
     Inputs = LidarDepthmapInputs
     Feedback = LidarDepthmapFeedback
 
-    def terminated_NO_DATA(self, goal_id: str) -> None:
+    def terminated_NO_DATA(self, goal_id: str, *, cause: str | None = None) -> None:
         """End the goal as a failure."""
-        self.terminated(goal_id, "NO_DATA")
+        self.terminated(goal_id, "NO_DATA", cause=cause)
 
 
 class AbstractLidarMappingManager(_SkillHooks[LidarMappingInputs, None, LidarMappingFeedback]):
@@ -195,9 +195,9 @@ class AbstractLidarMappingManager(_SkillHooks[LidarMappingInputs, None, LidarMap
     Inputs = LidarMappingInputs
     Feedback = LidarMappingFeedback
 
-    def terminated_DIVERGED(self, goal_id: str) -> None:
+    def terminated_DIVERGED(self, goal_id: str, *, cause: str | None = None) -> None:
         """End the goal as a failure."""
-        self.terminated(goal_id, "DIVERGED")
+        self.terminated(goal_id, "DIVERGED", cause=cause)
 
 
 class AbstractInspectManager(_SkillHooks[InspectInputs, None, InspectFeedback]):
@@ -207,17 +207,17 @@ class AbstractInspectManager(_SkillHooks[InspectInputs, None, InspectFeedback]):
     Inputs = InspectInputs
     Feedback = InspectFeedback
 
-    def terminated_COMPLETED(self, goal_id: str) -> None:
+    def terminated_COMPLETED(self, goal_id: str, *, cause: str | None = None) -> None:
         """End the goal as a success."""
-        self.terminated(goal_id, "COMPLETED")
+        self.terminated(goal_id, "COMPLETED", cause=cause)
 
-    def terminated_BLOCKED(self, goal_id: str) -> None:
+    def terminated_BLOCKED(self, goal_id: str, *, cause: str | None = None) -> None:
         """End the goal as a failure."""
-        self.terminated(goal_id, "BLOCKED")
+        self.terminated(goal_id, "BLOCKED", cause=cause)
 
-    def terminated_ABORTED(self, goal_id: str) -> None:
+    def terminated_ABORTED(self, goal_id: str, *, cause: str | None = None) -> None:
         """End the goal as a failure."""
-        self.terminated(goal_id, "ABORTED")
+        self.terminated(goal_id, "ABORTED", cause=cause)
 
 
 class AbstractStreamManager(_SkillHooks[StreamInputs, None, StreamFeedback]):
@@ -227,6 +227,6 @@ class AbstractStreamManager(_SkillHooks[StreamInputs, None, StreamFeedback]):
     Inputs = StreamInputs
     Feedback = StreamFeedback
 
-    def terminated_FPS_LOST(self, goal_id: str) -> None:
+    def terminated_FPS_LOST(self, goal_id: str, *, cause: str | None = None) -> None:
         """End the goal as a failure."""
-        self.terminated(goal_id, "FPS_LOST")
+        self.terminated(goal_id, "FPS_LOST", cause=cause)

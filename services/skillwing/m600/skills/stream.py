@@ -9,7 +9,7 @@ from skillwing.m600.skills.shortfall import Shortfall
 from skillwing.m600.skills.switch import Switch
 from skillwing.services.bus import Handle
 from skillwing.services.managers.skill_manager import Goal
-from skillwing.services.protocol import Terminal
+from skillwing.services.protocol import Keys, ResourceChange, Terminal
 from skillwing.sim_mujoco.topics import (
     VIDEO_COMMAND,
     VIDEO_ENCODER,
@@ -30,6 +30,7 @@ NEWS = 1.5
 PATIENCE = 4.0
 """Without a status for this long the video process is gone [s]."""
 LOOK_PERIOD = 0.25
+LINK = Keys("m600").resource("link_status")
 
 
 class StreamManager(AbstractStreamManager):
@@ -43,6 +44,7 @@ class StreamManager(AbstractStreamManager):
         self._video = Switch(self, VIDEO_COMMAND, _control, node="video process")
         self._ground = Latest(self.bus, VIDEO_STATUS, VideoStatus, at_rest=True)
         self._encoder = Latest(self.bus, VIDEO_ENCODER, EncoderStatus, at_rest=True)
+        self._link = Latest(self.bus, LINK, ResourceChange, events=True)
         self._watch: Handle | None = None
 
     def validate(self, goal: Goal[StreamInputs]) -> str | None:
@@ -92,7 +94,13 @@ class StreamManager(AbstractStreamManager):
             and seen.quality >= goal.inputs.min_quality
         )
         if shortfall.observe(now, good=good) >= TOLERANCE:
-            self.terminated_FPS_LOST(goal.id)
+            self.terminated_FPS_LOST(goal.id, cause=self._trouble)
+
+    @property
+    def _trouble(self) -> str | None:
+        """The record of what became of the link, if it is not good now."""
+        change = self._link.value
+        return None if change is None or change.after == "GOOD" else change.record
 
 
 def _control(goal: Goal[StreamInputs], on: bool) -> ControlVideo:

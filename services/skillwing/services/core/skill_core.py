@@ -22,6 +22,7 @@ from skillwing.services.core.values import by_path, fit_fields, sendable_text
 from skillwing.services.core.verdicts import terminal_of
 from skillwing.services.names import CLIENT, RESOURCE_MANAGER
 from skillwing.services.protocol import (
+    LONGEST_LABEL,
     BeginGoal,
     Ended,
     EndGoal,
@@ -213,12 +214,16 @@ class SkillCore:
         return self._actions()
 
     def terminated(
-        self, goal_id: str, result: str, output: Mapping[str, object] | None, now: float
+        self, goal_id: str, result: str, output: Mapping[str, object] | None, now: float, cause: str | None = None
     ) -> tuple[Action, ...]:
-        """The skill ended by itself. Calls for a goal that is over are dropped and counted, like those below."""
+        """The skill ended by itself. Calls for a goal that is over are dropped and counted, like those below.
+
+        cause: the timeline record of what ended it, where there is one besides its start.
+        """
         del now
         run = self._run_to_end(goal_id)
         if run is not None:
+            _note_cause(run, cause)
             try:
                 self.skill.result(result)
             except UnknownNameError as error:
@@ -244,11 +249,12 @@ class SkillCore:
             self._end(run, "interrupt", run.stop_reason)
         return self._actions()
 
-    def failed(self, goal_id: str, reason: str, now: float) -> tuple[Action, ...]:
-        """The developer gives the goal up."""
+    def failed(self, goal_id: str, reason: str, now: float, cause: str | None = None) -> tuple[Action, ...]:
+        """The developer gives the goal up. cause: as with `terminated`."""
         del now
         run = self._run_to_end(goal_id)
         if run is not None:
+            _note_cause(run, cause)
             self._end(run, "error", reason)
         return self._actions()
 
@@ -557,6 +563,12 @@ class SkillCore:
 
     def _actions(self) -> tuple[Action, ...]:
         return self._scribe.hand_over()
+
+
+def _note_cause(run: GoalRun, cause: str | None) -> None:
+    """What comes next of the goal is put down to this record, where the developer names one."""
+    if cause is not None:
+        run.record = sendable_text(cause)[:LONGEST_LABEL]
 
 
 def _obstacle_to_sending(values: Mapping[str, object]) -> str | None:

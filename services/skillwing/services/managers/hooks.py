@@ -30,9 +30,9 @@ class Goal(Generic[I]):
 class GoalControl(Protocol):
     """What hooks may do to a goal; the manager implements it."""
 
-    def terminated(self, goal_id: str, result: str, output: object) -> None: ...
+    def terminated(self, goal_id: str, result: str, output: object, cause: str | None) -> None: ...
     def interrupted(self, goal_id: str) -> None: ...
-    def failed(self, goal_id: str, reason: str) -> None: ...
+    def failed(self, goal_id: str, reason: str, cause: str | None) -> None: ...
 
 
 class SkillHooks(Generic[I, O, F]):
@@ -97,14 +97,18 @@ class SkillHooks(Generic[I, O, F]):
 
     # --- to call ---------------------------------------------------------------------------------------------------
 
-    def terminated(self, goal_id: str, result: str, output: O | None = None) -> None:
-        """End the goal with a result of the skill; the generated `terminated_<RESULT>` call this."""
-        self._control.terminated(goal_id, result, output)
+    def terminated(self, goal_id: str, result: str, output: O | None = None, *, cause: str | None = None) -> None:
+        """End the goal with a result of the skill; the generated `terminated_<RESULT>` call this.
+
+        cause: id of the timeline record of what made it end so, such as a resource's last change; without it the end
+        is put down to the start.
+        """
+        self._control.terminated(goal_id, result, output, cause)
 
     def interrupted(self, goal_id: str) -> None:
         """Confirm that the interrupted skill has really stopped."""
         self._control.interrupted(goal_id)
 
-    def failed(self, goal_id: str, reason: str) -> None:
-        """End the goal as ERROR; the skill's lost effect is applied."""
-        self._control.failed(goal_id, reason)
+    def failed(self, goal_id: str, reason: str, *, cause: str | None = None) -> None:
+        """End the goal as ERROR; the skill's lost effect is applied. cause: as with `terminated`."""
+        self._control.failed(goal_id, reason, cause)

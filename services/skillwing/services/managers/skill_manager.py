@@ -174,15 +174,15 @@ class SkillManagerNode:
 
     # --- what the hooks ask for --------------------------------------------------------------------------------------
 
-    def terminated(self, goal_id: str, result: str, output: object) -> None:
+    def terminated(self, goal_id: str, result: str, output: object, cause: str | None) -> None:
         told = None if output is None else msgspec.to_builtins(output)
-        self._perform(self._core.terminated(goal_id, result, told, self._bus.now()))
+        self._perform(self._core.terminated(goal_id, result, told, self._bus.now(), cause))
 
     def interrupted(self, goal_id: str) -> None:
         self._perform(self._core.interrupted(goal_id, self._bus.now()))
 
-    def failed(self, goal_id: str, reason: str) -> None:
-        self._perform(self._core.failed(goal_id, reason, self._bus.now()))
+    def failed(self, goal_id: str, reason: str, cause: str | None) -> None:
+        self._perform(self._core.failed(goal_id, reason, self._bus.now(), cause))
 
     # --- carrying out ------------------------------------------------------------------------------------------------
 
