@@ -1,6 +1,6 @@
 """What the journal costs, and writing all steps down: one goal (begin and end) and one extern transition.
 
-python benchmarks/journal_cost.py [--repeats N] [--write docs/reliability.md]
+python benchmarks/journal_cost.py [--repeats N] [--write docs/journal.md]
 
 Ratios to the core alone in the same run; the journal lies in the temporary directory. `--write` puts the table between
 its markers in a document.
@@ -25,6 +25,7 @@ from skillwing.services.core.resource_core import ResourceCore, Step
 from skillwing.services.ids import RecordIds
 from skillwing.services.journal.journal import Journal
 from skillwing.services.journal.schema import Identity
+from skillwing.services.marked_page import Marks, page_with
 from skillwing.services.protocol import BeginGoal, EndGoal, FireExtern, Granted, Record
 from skillwing.services.replay.files import StepWriter
 from skillwing.services.replay.recorded_core import RecordedCore
@@ -44,7 +45,7 @@ SOURCE = """
     }
 """
 DIGGER = parse(SOURCE, "digger.skillset")
-BEGIN, END = "<!-- journal cost: begin -->", "<!-- journal cost: end -->"
+MARKS = Marks.named("journal cost")
 
 
 class Manager:
@@ -120,24 +121,15 @@ def measure(repeats: int) -> list[str]:
     ]
 
 
-def put_between(document: Path, lines: list[str]) -> None:
-    """Replace what stands between the markers; raises ValueError if they are not there."""
-    before, _, rest = document.read_text(encoding="utf-8").partition(BEGIN)
-    _, found, after = rest.partition(END)
-    if not found:
-        raise ValueError(f"{document} has no lines `{BEGIN}` and `{END}`")
-    document.write_text("\n".join([before + BEGIN, *lines, END]) + after, encoding="utf-8")
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description="What the resource manager's journal costs.")
     parser.add_argument("--repeats", type=int, default=3000, help="goals")
-    parser.add_argument("--write", type=Path, metavar="FILE", help="document that gets the table")
+    parser.add_argument("--write", type=page_with(MARKS), metavar="FILE", help="document that gets the table")
     options = parser.parse_args()
     lines = measure(options.repeats)
     sys.stdout.write("\n".join(lines) + "\n")
     if options.write is not None:
-        put_between(options.write, lines)
+        MARKS.replace(options.write, "\n".join(lines))
 
 
 if __name__ == "__main__":

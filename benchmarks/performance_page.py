@@ -10,6 +10,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from statistics import median, quantiles
 
+from skillwing.services.marked_page import Marks, PageError
+
 PAGE = Path(__file__).parents[1] / "docs" / "performance.md"
 
 
@@ -26,17 +28,15 @@ def tell(script: str, title: str, body: str, *, write: bool, file: Path = PAGE, 
     variant: the words of an option with which the script writes a section of its own.
     """
     name = f"{script} {variant.lstrip('-')}" if variant else script
-    begin, end = f"<!-- benchmarks/{name} -->", f"<!-- end of benchmarks/{name} -->"
     command = f"{script} {variant}" if variant else script
     again = f"`python benchmarks/{command} --write` measures again and rewrites this section."
-    section = f"{begin}\n## {title}\n\n{body.strip()}\n\n{again}\n{end}"
+    section = f"## {title}\n\n{body.strip()}\n\n{again}"
     sys.stdout.write(section + "\n")
     if write:
-        page = file.read_text(encoding="utf-8") if file.exists() else f"# {file.stem.capitalize()}\n"
-        before, found, rest = page.partition(begin)
-        if not found:
-            before, rest = page.rstrip() + "\n\n", end + "\n"
-        file.write_text(before + section + rest.split(end, 1)[1], encoding="utf-8")
+        try:
+            Marks.of_section(f"benchmarks/{name}").replace_or_append(file, section, title=file.stem.capitalize())
+        except PageError as error:
+            sys.exit(str(error))
 
 
 def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

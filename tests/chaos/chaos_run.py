@@ -19,7 +19,9 @@ from pathlib import Path
 
 from flights_with_faults import FlightResult, flight_cells, fly
 from stand import Cell, Result, Stand, cells
-from tables import flight_table, manager_table, page_with_places, put_between, told
+from tables import PLACES, flight_table, manager_table, told
+
+from skillwing.services.marked_page import page_with
 
 
 def run_managers(repeats: int, wanted: Callable[[str], bool]) -> Iterator[Result]:
@@ -48,7 +50,9 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--flights", action="store_true", help="only the flights of the m600, more than half an hour")
     parser.add_argument("--repeats", type=int, default=1, metavar="N", help="of each of the managers' cells")
     parser.add_argument("--only", default="", metavar="TEXT", help="only what has this in `PROCESS FAULT STATE`")
-    parser.add_argument("--write", type=page_with_places, metavar="FILE", help="document that gets the tables")
+    parser.add_argument(
+        "--write", type=page_with(*PLACES.values()), metavar="FILE", help="document that gets the tables"
+    )
     wanted = parser.parse_args(arguments)
     if wanted.write and wanted.only:
         parser.error("--write needs all of it: leave --only out")
@@ -78,7 +82,7 @@ def _finish(part: str, table: list[str], results: Sequence[Result | FlightResult
     """Print a table, write it down if there is a document; returns how many promises were broken."""
     _say("\n".join(table))
     if document is not None:
-        put_between(document, part, table)
+        PLACES[part].replace(document, "\n".join(table))
     return sum(not each.kept for each in results)
 
 

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import os
 import platform
-from argparse import ArgumentTypeError
 from collections.abc import Sequence
 from datetime import date
-from pathlib import Path
 
 from flights_with_faults import FlightResult
 from signs import Fault
 from stand import IDLE, STATES, Result
 
-PARTS = ("managers", "flights")
-BEGIN, END = "<!-- chaos, {part}: begin -->", "<!-- chaos, {part}: end -->"
+from skillwing.services.marked_page import Marks
+
+PLACES = {part: Marks.named(f"chaos, {part}") for part in ("managers", "flights")}
 
 
 def manager_table(results: Sequence[Result], seconds: float) -> list[str]:
@@ -64,29 +63,6 @@ def told(result: Result) -> str:
     if not result.harmed:
         return f"{result.answer}, {again}"
     return f"**{result.answer}** {_time(result.answered)}, free {_time(result.free)}, {again}"
-
-
-def page_with_places(path: str) -> Path:
-    """A page of the documentation that can take the tables: to be known before anything is harmed.
-
-    Raises argparse.ArgumentTypeError for another.
-    """
-    page = Path(path)
-    text = page.read_text(encoding="utf-8") if page.exists() else ""
-    for mark in (mark.format(part=part) for part in PARTS for mark in (BEGIN, END)):
-        if mark not in text:
-            raise ArgumentTypeError(f"{page} has no place for the tables: write the line {mark} into it")
-    return page
-
-
-def put_between(document: Path, part: str, lines: Sequence[str]) -> None:
-    """Replace what stands between the markers of a part; raises ValueError if they are not there."""
-    begin, end = BEGIN.format(part=part), END.format(part=part)
-    before, found, rest = document.read_text(encoding="utf-8").partition(begin)
-    _, found_too, after = rest.partition(end)
-    if not (found and found_too):
-        raise ValueError(f"{document} has no lines `{begin}` and `{end}`")
-    document.write_text("\n".join([before + begin, *lines, end]) + after, encoding="utf-8")
 
 
 def _slowest(results: Sequence[Result]) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from argparse import ArgumentTypeError
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +12,7 @@ import pytest
 from flights_with_faults import FlightCell, FlightResult, Moment
 from signs import Fault, Sign
 from stand import Cell, Result, Stand
-from tables import flight_table, manager_table, page_with_places, put_between
+from tables import flight_table, manager_table
 
 RESULT = Result(Cell("router", Fault.KILL, "RUNNING"), Sign(0.01, "launcher"), "S_DONE", False, 5.0, 5.0, 0.1)
 FLIGHT = FlightResult(
@@ -121,16 +120,3 @@ def test_of_repeated_cells_the_worst_is_told() -> None:
     assert "**broken**: S_DONE, free 5.0 s, again never" in table
     assert "2 of 3 as promised" in table
     assert "**still flies**" in "\n".join(flight_table([replace(FLIGHT, landed=None)], 60.0))
-
-
-def test_a_table_takes_the_place_of_the_one_before(tmp_path: Path) -> None:
-    page = tmp_path / "page.md"
-    page.write_text("a\n<!-- chaos, managers: begin -->\nold\n<!-- chaos, managers: end -->\nz\n", encoding="utf-8")
-    put_between(page, "managers", ["new"])
-    assert page.read_text(encoding="utf-8") == (
-        "a\n<!-- chaos, managers: begin -->\nnew\n<!-- chaos, managers: end -->\nz\n"
-    )
-    with pytest.raises(ValueError, match="flights"):
-        put_between(page, "flights", ["new"])
-    with pytest.raises(ArgumentTypeError, match="flights"):
-        page_with_places(str(page))

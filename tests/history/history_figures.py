@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 import platform
-from argparse import ArgumentTypeError
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import date
-from pathlib import Path
 
-BEGIN, END = "<!-- histories: begin -->", "<!-- histories: end -->"
+from skillwing.services.marked_page import Marks
+
+MARKS = Marks.named("histories")
 
 
 @dataclass(frozen=True)
@@ -51,24 +51,6 @@ def table(histories: Sequence[Judged], seconds: float) -> list[str]:
     machine = f"{platform.machine()}, {os.cpu_count()} cores at a load of {os.getloadavg()[2]:.0f}"
     today = date.today().isoformat()  # noqa: DTZ011
     return [*lines, "", f"Seeds {first:,} to {last:,}, in {seconds / 60:.0f} min; {machine}, {today}."]
-
-
-def page_with_place(path: str) -> Path:
-    """A page of the documentation that can take the table: to be known before anything is recorded.
-
-    Raises argparse.ArgumentTypeError for another.
-    """
-    page = Path(path)
-    text = page.read_text(encoding="utf-8") if page.exists() else ""
-    if text.count(BEGIN) != 1 or text.count(END) != 1 or text.index(BEGIN) > text.index(END):
-        raise ArgumentTypeError(f"{page} has no place for the figures: write the lines {BEGIN} and {END} into it")
-    return page
-
-
-def put_between(page: Path, lines: Sequence[str]) -> None:
-    """Replace what stands between the markers."""
-    before, rest = page.read_text(encoding="utf-8").split(BEGIN)
-    page.write_text("\n".join([before + BEGIN, *lines, END]) + rest.split(END)[1], encoding="utf-8")
 
 
 def _result(histories: Sequence[Judged]) -> str:

@@ -20,13 +20,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from history_clients import Client, Goal, LossWatch
-from history_figures import Judged, page_with_place, put_between, table
+from history_figures import MARKS, Judged, table
 from linearizability import Verdict, check
 from sequential_manager import Call, Reply, SequentialManager, Told
 
 from skillwing.dsl import load
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.core.grants import UNGRANTED
+from skillwing.services.marked_page import page_with
 from skillwing.services.names import RESOURCE_MANAGER
 from skillwing.services.processes.launcher import Launcher
 from skillwing.services.protocol import EndGoal
@@ -130,7 +131,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--operations", type=int, default=300, help="of each client (default: %(default)s)")
     parser.add_argument("--kills", type=int, default=2, help="kill -9 in every second history (default: %(default)s)")
     parser.add_argument("--seed", type=int, default=int(time.time()), help="of what clients ask for")
-    parser.add_argument("--write", type=page_with_place, metavar="FILE", help="document that gets the table")
+    parser.add_argument("--write", type=page_with(MARKS), metavar="FILE", help="document that gets the table")
     wanted = parser.parse_args(arguments)
     started = time.monotonic()
     judged: list[Judged] = []
@@ -160,7 +161,7 @@ def main(arguments: list[str] | None = None) -> int:
     figures = table(judged, time.monotonic() - started)
     sys.stdout.write("\n".join([*figures, ""]))
     if wanted.write is not None:
-        put_between(wanted.write, figures)
+        MARKS.replace(wanted.write, "\n".join(figures))
     return 0 if all(each.linearizable for each in judged) else 1
 
 

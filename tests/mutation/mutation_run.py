@@ -24,6 +24,8 @@ import msgspec
 from mutants import WORKSPACE, function_of, is_of_rule, make_mutants, module_of
 from rules import RULES
 
+from skillwing.services.marked_page import Marks, page_with
+
 UNIT_TESTS = (
     "tests/unit/client/test_goal_pursuit.py",
     "tests/unit/services/test_asking.py",
@@ -49,7 +51,7 @@ WHOLE_MANAGERS = (
 BENCHES = (UNIT_TESTS, WHOLE_MANAGERS)
 BATCH = 10
 """Mutants that are judged before it is looked at the time, and written down what came of them."""
-BEGIN, END = "<!-- mutation: begin -->", "<!-- mutation: end -->"
+MARKS = Marks.named("mutation")
 COLUMNS = ("unit tests", "managers", "simulation", "survives", "not judged")
 
 
@@ -186,26 +188,6 @@ def survivors(judgements: Mapping[str, Judgement]) -> list[str]:
     return [name for name, judgement in judgements.items() if judgement.fate == "survives"]
 
 
-def page_with_place(path: str) -> Path:
-    """A page of the documentation that can take the tables: to be known before the hours that they take.
-
-    Raises argparse.ArgumentTypeError for another.
-    """
-    page = Path(path)
-    text = page.read_text(encoding="utf-8") if page.exists() else ""
-    if text.count(BEGIN) != 1 or text.count(END) != 1 or text.index(BEGIN) > text.index(END):
-        raise argparse.ArgumentTypeError(
-            f"{page} has no place for the tables: write the lines {BEGIN} and {END} into it"
-        )
-    return page
-
-
-def write_section(page: Path, text: str) -> None:
-    """Put the tables between their marks."""
-    head, rest = page.read_text(encoding="utf-8").split(BEGIN)
-    page.write_text(f"{head}{BEGIN}\n{text}\n{END}{rest.split(END)[1]}", encoding="utf-8")
-
-
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=7200.0, help="wall time after which it stops")
@@ -214,7 +196,7 @@ def main() -> int:
         "--again", action="store_true", help="judge once more what has survived, for there are new tests"
     )
     parser.add_argument("--report", action="store_true", help="only tell what is known")
-    parser.add_argument("--write", type=page_with_place, help="write the tables into this page of the documentation")
+    parser.add_argument("--write", type=page_with(MARKS), help="write the tables into this page of the documentation")
     arguments = parser.parse_args()
     deadline = time.monotonic() + arguments.seconds
     judgements = Judgements(make_mutants(), WORKSPACE / "judgements.json")
@@ -225,7 +207,7 @@ def main() -> int:
     text = section(judgements.by_name)
     sys.stdout.write(text + "\n\n" + "\n".join(survivors(judgements.by_name)) + "\n")
     if arguments.write is not None:
-        write_section(arguments.write, text)
+        MARKS.replace(arguments.write, text)
     return 0
 
 

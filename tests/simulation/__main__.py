@@ -9,8 +9,9 @@ from pathlib import Path
 from simulation.campaign import run_campaign, shrink
 from simulation.ledger import Ledger, code_version, part_of
 from simulation.plan import draw_plan
-from simulation.report import page_with_place, write_section
+from simulation.report import MARKS, write_section
 from simulation.story import tell
+from skillwing.services.marked_page import page_with
 
 
 def main() -> int:
@@ -24,7 +25,7 @@ def main() -> int:
     parser.add_argument("--seconds", type=float, help="stop after so much wall time")
     parser.add_argument("--record", type=Path, help="go on with the campaign in this file until it has so many seeds")
     parser.add_argument(
-        "--write", type=page_with_place, help="write what came out, or stands in --record, into this page"
+        "--write", type=page_with(MARKS), help="write what came out, or stands in --record, into this page"
     )
     arguments = parser.parse_args()
     say = sys.stdout.write

@@ -2,32 +2,19 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentTypeError
 from collections.abc import Sequence
 from pathlib import Path
 
 from simulation.ledger import Part, spans
 from simulation.planted import BUGS, SEEDS, find
+from skillwing.services.marked_page import Marks
 
-BEGIN, END = "<!-- figures of the simulation: begin -->", "<!-- figures of the simulation: end -->"
-
-
-def page_with_place(path: str) -> Path:
-    """A page of the documentation that can take the figures: to be known before the hours that they take.
-
-    Raises argparse.ArgumentTypeError for another.
-    """
-    page = Path(path)
-    text = page.read_text(encoding="utf-8") if page.exists() else ""
-    if text.count(BEGIN) != 1 or text.count(END) != 1 or text.index(BEGIN) > text.index(END):
-        raise ArgumentTypeError(f"{page} has no place for the figures: write the lines {BEGIN} and {END} into it")
-    return page
+MARKS = Marks.named("figures of the simulation")
 
 
 def write_section(page: Path, parts: Sequence[Part]) -> None:
-    """Put the figures between their marks."""
-    head, rest = page.read_text(encoding="utf-8").split(BEGIN)
-    page.write_text(f"{head}{BEGIN}\n{_figures(parts)}\n{END}{rest.split(END)[1]}", encoding="utf-8")
+    """Put the figures between their marks; raises PageError for a page without these."""
+    MARKS.replace(page, _figures(parts))
 
 
 def _figures(parts: Sequence[Part]) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from argparse import ArgumentTypeError
 from pathlib import Path
 from types import ModuleType
 from unittest.mock import patch
@@ -114,12 +113,9 @@ def test_a_campaign_goes_on_where_it_was_interrupted(tmp_path: Path) -> None:
 def test_figures_take_the_place_of_those_before(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(report, "BUGS", ())
     page = tmp_path / "page.md"
-    page.write_text("nowhere to write", encoding="utf-8")
-    with pytest.raises(ArgumentTypeError, match="no place"):
-        report.page_with_place(str(page))
-    page.write_text(f"a\n{report.BEGIN}\n2,700 runs\n{report.END}\nz\n", encoding="utf-8")
+    page.write_text(f"a\n{report.MARKS.begin}\n2,700 runs\n{report.MARKS.end}\nz\n", encoding="utf-8")
     part = part_of(0, run_campaign(0, 2), "a")
-    report.write_section(report.page_with_place(str(page)), [part])
+    report.write_section(page, [part])
     text = page.read_text(encoding="utf-8")
     assert "2,700" not in text
     assert f"2 runs (seeds 0 to 1) with {part.messages:,} messages" in text

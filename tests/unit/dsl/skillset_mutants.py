@@ -19,8 +19,9 @@ from pathlib import Path
 from skillwing.dsl.checking.checker import check
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic, has_errors, render_all
 from skillwing.dsl.reading.lexer import lex
+from skillwing.services.marked_page import Marks, page_with
 
-BEGIN, END = "<!-- mutants of skillset files: begin -->", "<!-- mutants of skillset files: end -->"
+MARKS = Marks.named("mutants of skillset files")
 HERE = Path(__file__).parent
 ROOT = HERE.parents[2]
 FILES = sorted(
@@ -132,7 +133,7 @@ def main() -> int:
     """Judge many mutants, tell what came out, and fail if any answer was wrong."""
     parser = ArgumentParser(description=__doc__.partition("\n")[0] if __doc__ else None)
     parser.add_argument("--mutants", type=int, default=10_000)
-    parser.add_argument("--write", type=Path, metavar="PAGE", help="put the figures between their marks in this page")
+    parser.add_argument("--write", type=page_with(MARKS), metavar="PAGE", help="put the figures into this page")
     options = parser.parse_args()
     with Pool() as pool:
         verdicts = Counter(pool.imap_unordered(_verdict, range(options.mutants), chunksize=100))
@@ -144,8 +145,7 @@ def main() -> int:
     )
     print(told)  # noqa: T201
     if options.write is not None:
-        before, rest = options.write.read_text(encoding="utf-8").split(BEGIN)
-        options.write.write_text(f"{before}{BEGIN}\n{told}\n{END}{rest.split(END)[1]}", encoding="utf-8")
+        MARKS.replace(options.write, told)
     return 1 if verdicts["wrong"] or verdicts["raised"] else 0
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from skillwing.m600.campaign.outcomes import HEADINGS, Outcomes
 from skillwing.m600.campaign.result import FlightResult
+from skillwing.services.marked_page import Marks
 
 
 def section(title: str, words: Sequence[str], results: Sequence[FlightResult], rows: Sequence[Outcomes]) -> str:
@@ -54,13 +55,8 @@ def section(title: str, words: Sequence[str], results: Sequence[FlightResult], r
 
 
 def write(page: Path, title: str, text: str) -> None:
-    """Put a section into a page, in place of the one with the same title. Raises OSError."""
-    begin, end = f"<!-- campaign: {title} -->", f"<!-- end of campaign: {title} -->"
-    old = page.read_text(encoding="utf-8") if page.exists() else "# Missions\n"
-    before, found, rest = old.partition(begin)
-    if not found:
-        before, rest = old.rstrip() + "\n\n", end + "\n"
-    page.write_text(f"{before}{begin}\n{text}\n{end}{rest.split(end, 1)[1]}", encoding="utf-8")
+    """Put a section into a page, in place of the one with the same title. Raises PageError."""
+    Marks.of_section(f"campaign: {title}").replace_or_append(page, text, title="Missions")
 
 
 def machine() -> str:
