@@ -85,7 +85,7 @@ history: setup
 # Bad input to every key of everything that runs, and 100,000 goals that nobody may remember.
 FUZZ_ARGS ?=
 fuzz: setup
-	$(BIN)/python tests/fuzz/fuzz_run.py $(FUZZ_ARGS)
+	$(BIN)/python tests/fuzz/fuzz_run.py --write docs/reliability.md $(FUZZ_ARGS)
 	SOAK_GOALS=100000 $(BIN)/python -m pytest -q --timeout 900 tests/fuzz/test_memory_is_bounded.py
 
 # kill -9 and SIGSTOP of every process in every state of a goal, and in flight. CHAOS_ARGS=--managers for half of it.
@@ -110,14 +110,16 @@ reference: setup
 	$(BIN)/skillwing docs services/skillwing/m600/m600.skillset -o docs/m600.md
 
 # Locks hold hashes and no addresses; `uv` is needed only here. requirements.lock is everything a developer
-# needs; locks/ holds what the container images need.
+# needs; locks/ holds what the container images need, by role, in the same versions.
 COMPILE := uv pip compile --universal --python-version 3.11 --generate-hashes --no-header --no-annotate \
 	--no-emit-index-url --no-emit-find-links --quiet
 
 lock:
 	$(COMPILE) pyproject.toml --all-extras --group dev -o requirements.lock
 	$(COMPILE) pyproject.toml -c requirements.lock -o locks/manager.lock
-	$(COMPILE) pyproject.toml --extra sim --extra missions --extra viewer -c requirements.lock -o locks/full.lock
+	$(COMPILE) pyproject.toml --extra sim -c requirements.lock -o locks/sim.lock
+	echo numpy | $(COMPILE) pyproject.toml - --extra missions -c requirements.lock -o locks/mission.lock
+	echo rerun-sdk | $(COMPILE) pyproject.toml - -c requirements.lock -o locks/recorder.lock
 	echo "hatchling>=1.26" | $(COMPILE) - -c requirements.lock -o locks/build.lock
 
 # Managers and clients on a failing network: RUNS seeds, or the story of one SEED (SHRINK=1: of its essence).

@@ -18,6 +18,7 @@ from skillwing.services.mocking.system import mock_processes
 from skillwing.services.processes.launcher import Launcher
 from skillwing.services.protocol import (
     BeginGoal,
+    ErrorCode,
     InterruptGoal,
     QueryData,
     QueryGoal,
@@ -50,12 +51,13 @@ def everything(run_dir: Path) -> tuple[ProcessSpec, ...]:
 
 @dataclass
 class Outcome:
-    """What came of it. memory: MB of each process before and after."""
+    """What came of it. internal: answers by an unforeseen error. memory: MB of each process before and after."""
 
     thrown: int = 0
     answered: int = 0
     refused: int = 0
     silent: tuple[str, ...] = ()
+    internal: tuple[str, ...] = ()
     died: tuple[str, ...] = ()
     deaf: tuple[str, ...] = ()
     memory: dict[str, tuple[float, float]] | None = None
@@ -76,6 +78,7 @@ class Thrower:
         self._publishers: dict[str, Publisher] = {}
         self._pids = {name: pid for name, pid in launcher.pids.items() if name in processes}
         self._silent: list[str] = []
+        self._internal: list[str] = []
         self.outcome = Outcome()
         self._before = self._memory()
         skills = {name.removeprefix("skill/") for name in processes if name.startswith("skill/")}
@@ -139,7 +142,7 @@ class Thrower:
             if process in self._pids and not isinstance(self._ask_raw(key, encode(question)), Answered | Refused):
                 deaf.append(process)
         out = self.outcome
-        out.silent, out.deaf = tuple(self._silent), tuple(deaf)
+        out.silent, out.internal, out.deaf = tuple(self._silent), tuple(self._internal), tuple(deaf)
         out.died = tuple(
             name
             for name, pid in self._pids.items()
@@ -198,7 +201,10 @@ class Thrower:
         self._bus.ask(key, content, answers.append, timeout=ANSWER_WITHIN)
         self._bus.run_until(lambda: bool(answers))
         self.outcome.answered += isinstance(answers[0], Answered)
-        self.outcome.refused += isinstance(answers[0], Refused)
+        if isinstance(answers[0], Refused):
+            self.outcome.refused += 1
+            if answers[0].error.code == ErrorCode.INTERNAL:
+                self._internal.append(f"{key} {content[:100]!r}: {answers[0].error.message}")
         return answers[0]
 
 

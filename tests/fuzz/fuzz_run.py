@@ -1,6 +1,6 @@
 """Throw bad input at the whole m600 for a while: in one process, then at all its real processes over Zenoh.
 
-    python tests/fuzz/fuzz_run.py --payloads 10000
+    python tests/fuzz/fuzz_run.py --payloads 10000 --write docs/reliability.md
 
 Prints what came of it, and ends with 1 if anything raised, died, fell silent or grew.
 """
@@ -16,17 +16,19 @@ from pathlib import Path
 from random import Random
 
 from endpoints import PUBLICATIONS, QUERIES
+from fuzz_figures import MARKS, Fuzzed, table
 from fuzz_processes import Thrower, everything, fuzz
 from fuzz_stage import MOCKED, REAL, FuzzStage, nodes_of_the_m600, nodes_of_the_mocked_m600
 
+from skillwing.services.marked_page import page_with
 from skillwing.sim_mujoco import topics
 
-ROOM = 120.0
-"""MB that a process may take in all: the recorder and the map grow while the drone stands there, too."""
+TOLD = 5
+"""So many findings of a kind are told in full."""
 
 
-def in_process(payloads: int, seed: int, run_dir: Path) -> bool:
-    """Returns whether nothing was found."""
+def in_process(payloads: int, seed: int, run_dir: Path) -> Fuzzed:
+    """The real and the mocked m600, side by side in virtual time."""
     started = time.monotonic()
     stage = FuzzStage({REAL: nodes_of_the_m600(run_dir), MOCKED: nodes_of_the_mocked_m600()})
     random = Random(seed)
@@ -34,20 +36,21 @@ def in_process(payloads: int, seed: int, run_dir: Path) -> bool:
     for number in range(payloads):
         stage.throw(random, endpoints[number % len(endpoints)])
     stage.run(3.0)
-    seconds = time.monotonic() - started
-    say(
-        f"in one process: {stage.thrown} payloads at {len(endpoints)} keys in {seconds:.0f} s, "
-        f"{stage.refused} refused, {len(stage.findings)} callbacks raised, {len(stage.silent)} questions unanswered, "
-        f"{len(stage.internal)} answered by INTERNAL"
+    return Fuzzed(
+        where=f"whole m600 and its mocks in one process, {len(endpoints)} keys",
+        thrown=stage.thrown,
+        refused=stage.refused,
+        fallen=[str(finding) for finding in stage.findings],
+        silent=stage.silent,
+        internal=stage.internal,
+        deaf=[robot for robot in (REAL, MOCKED) if not stage.answers_well(robot)],
+        growth=None,
+        seconds=time.monotonic() - started,
     )
-    for finding in (*stage.findings[:3], *stage.silent[:3], *stage.internal[:3]):
-        say(f"    {finding}")
-    well = stage.answers_well(REAL) and stage.answers_well(MOCKED)
-    return well and not (stage.findings or stage.silent or stage.internal)
 
 
-def over_zenoh(payloads: int, flood: int, seed: int, run_dir: Path) -> bool:
-    """Returns whether nothing was found."""
+def over_zenoh(payloads: int, flood: int, seed: int, run_dir: Path) -> Fuzzed:
+    """All processes that fly the m600, but for the mission."""
 
     def act(thrower: Thrower) -> None:
         thrower.throw(payloads)
@@ -57,17 +60,19 @@ def over_zenoh(payloads: int, flood: int, seed: int, run_dir: Path) -> bool:
     started = time.monotonic()
     specs = everything(run_dir)
     outcome = fuzz(specs, run_dir, act, seed=seed)
-    seconds = time.monotonic() - started
-    say(
-        f"{len(specs)} processes: {outcome.thrown} payloads in {seconds:.0f} s, {outcome.answered} answered, "
-        f"{outcome.refused} refused, {len(outcome.silent)} unanswered, died: {', '.join(outcome.died) or 'none'}, "
-        f"deaf: {', '.join(outcome.deaf) or 'none'}"
-    )
     for name, (before, after) in (outcome.memory or {}).items():
         say(f"    {name:<24} {before:6.0f} MB before, {after:6.0f} MB after")
-    for silent in outcome.silent[:5]:
-        say(f"    unanswered: {silent}")
-    return not (outcome.died or outcome.deaf or outcome.silent) and outcome.growth < ROOM
+    return Fuzzed(
+        where=f"its {len(specs)} processes over Zenoh",
+        thrown=outcome.thrown,
+        refused=outcome.refused,
+        fallen=outcome.died,
+        silent=outcome.silent,
+        internal=outcome.internal,
+        deaf=outcome.deaf,
+        growth=outcome.growth,
+        seconds=time.monotonic() - started,
+    )
 
 
 def say(text: str) -> None:
@@ -81,13 +86,24 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--payloads", type=int, default=5000, help="for each of the two (default: %(default)s)")
     parser.add_argument("--flood", type=int, default=2000, help="ids that nobody has seen (default: %(default)s)")
     parser.add_argument("--seed", type=int, default=int(time.time()), help="of the payloads")
+    parser.add_argument("--write", type=page_with(MARKS), metavar="FILE", help="document that gets the table")
     wanted = parser.parse_args(arguments)
     logging.disable(logging.CRITICAL)
     say(f"seed {wanted.seed}")
     with tempfile.TemporaryDirectory() as folder:
-        inside = in_process(wanted.payloads, wanted.seed, Path(folder) / "in_process")
-        outside = over_zenoh(wanted.payloads, wanted.flood, wanted.seed, Path(folder) / "processes")
-    return 0 if inside and outside else 1
+        runs = [
+            in_process(wanted.payloads, wanted.seed, Path(folder) / "in_process"),
+            over_zenoh(wanted.payloads, wanted.flood, wanted.seed, Path(folder) / "processes"),
+        ]
+    for run in runs:
+        for what in ("fallen", "silent", "internal", "deaf"):
+            for finding in getattr(run, what)[:TOLD]:
+                say(f"{run.where}, {what}: {finding}")
+    figures = "\n".join(table(runs, seed=wanted.seed))
+    say(figures)
+    if wanted.write is not None:
+        MARKS.replace(wanted.write, figures)
+    return 0 if all(run.well for run in runs) else 1
 
 
 if __name__ == "__main__":

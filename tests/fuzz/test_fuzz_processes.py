@@ -22,5 +22,6 @@ def test_processes_live_on_and_answer(tmp_path: Path) -> None:
     assert not outcome.died
     assert not outcome.deaf
     assert not outcome.silent
+    assert not outcome.internal
     assert outcome.refused > 100
     assert outcome.growth < ROOM, outcome.memory
