@@ -1,7 +1,7 @@
 """The library's inspection mission with another answer to the loss of the video, to compare its own with.
 
-Not for flying: one of the answers is none. It is the library's tree with one node exchanged, after the guards above
-have taken hold of the leaves, so that neither the operator nor the safety pilot can hold the new one.
+Not for flying: one of the answers is none. It is the library's tree with one node left out or exchanged, after the
+guards above have taken hold of the leaves, so that neither the operator nor the safety pilot can hold a new one.
 """
 
 from __future__ import annotations
@@ -20,14 +20,17 @@ from skillwing.bt_missions.missions.inspection import AT_HOME, NO_DEPTH_MAP, Ins
 from skillwing.bt_missions.running.mission import MissionTrees
 from skillwing.bt_missions.subtrees.composites import alongside
 
+GIVING_UP = "hover, then land"
+"""What the library's mission does without video."""
 PAUSE = 2.0
 """Robot seconds before a video that ended is asked for again."""
 
 
 class OtherwiseOptions(InspectionOptions, frozen=True, kw_only=True):
-    """instead: come home at once, or fly on as if nobody watched the video."""
+    """instead: no alternative, so that the guards above land the drone at once; come home at once; or fly on as if
+    nobody watched the video."""
 
-    instead: Literal["home", "unwatched"]
+    instead: Literal["land", "home", "unwatched"]
 
 
 class Unwatched(Decorator):
@@ -56,17 +59,21 @@ class InspectionOtherwise(InspectionMission):
     def build(self, context: MissionContext, options: InspectionOptions) -> MissionTrees:
         assert isinstance(options, OtherwiseOptions), "a mission is built with options of its own"
         trees = super().build(context, options)
-        if options.instead == "home":
-            # Another hover is that of a pause.
-            giving_up = _named(trees.root, "hover, then land")
-            assert isinstance(giving_up, Composite), "it does one thing after the other"
-            giving_up.replace_child(giving_up.children[-1], _come_home(context, options))
-        else:
-            stream = _named(trees.root, "stream")
-            parent = _parent(stream)
-            # A child has one parent: the decorator becomes that of the stream, and takes its place.
-            index = parent.remove_child(stream)
-            parent.insert_child(Unwatched("nobody watches", context, stream), index)
+        match options.instead:
+            case "land":
+                giving_up = _named(trees.root, GIVING_UP)
+                _parent(giving_up).remove_child(giving_up)
+            case "home":
+                # Another hover is that of a pause.
+                giving_up = _named(trees.root, GIVING_UP)
+                assert isinstance(giving_up, Composite), "it does one thing after the other"
+                giving_up.replace_child(giving_up.children[-1], _come_home(context, options))
+            case "unwatched":
+                stream = _named(trees.root, "stream")
+                parent = _parent(stream)
+                # A child has one parent: the decorator becomes that of the stream, and takes its place.
+                index = parent.remove_child(stream)
+                parent.insert_child(Unwatched("nobody watches", context, stream), index)
         return trees
 
 

@@ -1,7 +1,7 @@
 """The library's mapping mission with another answer to the camera's failure, to compare its own with.
 
-Not for flying: one of the answers is none. It is the library's tree with its LiDAR branch exchanged, after the guards
-above have taken hold of the leaves, so that neither the operator nor the safety pilot can hold the new branch.
+Not for flying: one of the answers is none. It is the library's tree with its LiDAR branch left out or exchanged, after
+the guards above have taken hold of the leaves, so that neither the operator nor the safety pilot can hold a new branch.
 """
 
 from __future__ import annotations
@@ -26,9 +26,10 @@ TIME_LIMIT = 240.0
 
 
 class OtherwiseOptions(MappingOptions, frozen=True, kw_only=True):
-    """instead: come home at once, or fly on along the route with nothing that looks ahead."""
+    """instead: no alternative, so that the guards above land the drone at once; come home at once; or fly on along the
+    route with nothing that looks ahead."""
 
-    instead: Literal["home", "blind"]
+    instead: Literal["land", "home", "blind"]
 
 
 class MappingOtherwise(MappingMission):
@@ -41,7 +42,10 @@ class MappingOtherwise(MappingMission):
         route = next(node.route for node in nodes if isinstance(node, WaypointWriter))
         by_lidar = next(node for node in nodes if node.name == "LiDAR branch")
         assert isinstance(by_lidar.parent, Composite), "the LiDAR branch hangs below the choice of branches"
-        by_lidar.parent.replace_child(by_lidar, _branch(context, route, options))
+        if options.instead == "land":
+            by_lidar.parent.remove_child(by_lidar)
+        else:
+            by_lidar.parent.replace_child(by_lidar, _branch(context, route, options))
         return trees
 
 

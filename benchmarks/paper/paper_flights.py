@@ -32,14 +32,16 @@ POLICIES = {
     MAPPING: (
         Policy("nominal", "nominal", fails=False),
         Policy("recovery", "recovery: on by LiDAR"),
+        Policy("abort", "abort: land at once", instead="land"),
+        Policy("home", "home at once", instead="home"),
         Policy("none", "none: on, blind", instead="blind"),
-        Policy("abort", "abort: home at once", instead="home"),
     ),
     INSPECTION: (
         Policy("nominal", "nominal", fails=False),
         Policy("recovery", "recovery: hover, land there"),
+        Policy("abort", "abort: land at once", instead="land"),
+        Policy("home", "home at once", instead="home"),
         Policy("none", "none: on, unseen", instead="unwatched"),
-        Policy("abort", "abort: home at once", instead="home"),
     ),
 }
 """By mission; the nominal one first, for the others are compared with it."""

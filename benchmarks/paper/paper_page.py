@@ -16,12 +16,12 @@ from skillwing.m600.campaign.page import machine
 from skillwing.m600.campaign.price import Price
 from skillwing.m600.campaign.result import FlightResult
 from skillwing.m600.demo.story import INSPECTION, MAPPING
+from skillwing.services.marked_page import Marks
 
-BEGIN, END = "<!-- figures: make paper -->", "<!-- end of figures -->"
-NOMINAL = "nominal"
+MARKS = Marks("<!-- figures: make paper -->", "<!-- end of figures -->")
+NOMINAL, RECOVERY = "nominal", "recovery"
 BOTH = "map", "timeline"
 Figure: TypeAlias = Callable[[FlightResult], float | None]
-Show: TypeAlias = Callable[[float], str]
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,9 +35,9 @@ class Picture:
 
 
 PICTURES = (
-    *(Picture(MAPPING, "courtyard", label, f"{what}.png") for label in (NOMINAL, "recovery") for what in BOTH),
+    *(Picture(MAPPING, "courtyard", label, f"{what}.png") for label in (NOMINAL, RECOVERY) for what in BOTH),
     Picture(MAPPING, "courtyard", "none", "map.png"),
-    *(Picture(INSPECTION, "inspection", "recovery", f"{what}.png") for what in BOTH),
+    *(Picture(INSPECTION, "inspection", RECOVERY, f"{what}.png") for what in BOTH),
 )
 SHOWN = frozenset((picture.mission, picture.label) for picture in PICTURES)
 """Missions and policies of which the page has pictures."""
@@ -49,43 +49,36 @@ def picture_name(picture: Picture) -> str:
 
 
 @dataclass(frozen=True, slots=True)
+class Unit:
+    """How a figure is shown: so many of the unit for each one of it, in this format, which never says `-0`."""
+
+    format: str
+    name: str
+    factor: float = 1.0
+
+    def bare(self, value: float) -> str:
+        """Without the unit."""
+        return f"{self.factor * value:{self.format}}"
+
+    def show(self, value: float) -> str:
+        return f"{self.bare(value)} {self.name}"
+
+
+SHARE, CHARGE = Unit("z.0f", "%", 100.0), Unit("z.1f", "%")
+SECONDS, METRES = Unit("z.0f", "s"), Unit("z.2f", "m")
+POINTS, RELATIVE, MORE_SECONDS = Unit("+z.0f", "points", 100.0), Unit("+z.0f", "%", 100.0), Unit("+z.0f", "s")
+
+
+@dataclass(frozen=True, slots=True)
 class Column:
-    """A figure of each flight, and how it is shown. change: the same for what it differs from the nominal flight of
-    its seed, by default not shown. relative: the difference is a share of the nominal figure."""
+    """A figure of each flight. change: the unit of what it differs from another flight of its seed, None where that
+    is not shown. relative: the difference is a share of that flight's figure."""
 
     heading: str
     figure: Figure
-    show: Show
-    change: Show | None = None
+    unit: Unit
+    change: Unit | None = None
     relative: bool = False
-
-
-def _percent(value: float) -> str:
-    return f"{value:.0f} %"
-
-
-def _share(value: float) -> str:
-    return _percent(100.0 * value)
-
-
-def _points(value: float) -> str:
-    return f"{100.0 * value:+.0f} points"
-
-
-def _relative(value: float) -> str:
-    return f"{100.0 * value:+.0f} %"
-
-
-def _seconds(value: float) -> str:
-    return f"{value:.0f} s"
-
-
-def _charge(value: float) -> str:
-    return f"{value:.1f} %"
-
-
-def _metres(value: float) -> str:
-    return f"{value:.2f} m"
 
 
 def _flown_unseen(price: Price) -> float | None:
@@ -93,42 +86,34 @@ def _flown_unseen(price: Price) -> float | None:
     return None if price.circled is None or price.circled_live is None else price.circled - price.circled_live
 
 
-TIME = Column("robot time", lambda each: each.end_time, _seconds, _relative, relative=True)
-BATTERY = Column("of the battery", lambda each: each.price.charge, _charge, _relative, relative=True)
-COLUMNS = {
-    MAPPING: (
-        Column("mapped", lambda each: each.coverage, _share, _points),
-        TIME,
-        BATTERY,
-        Column("nearest obstacle", lambda each: each.clearance, _metres),
-    ),
-    INSPECTION: (
-        Column("circle flown", lambda each: each.price.circled, _share, _points),
-        Column("flown unseen", lambda each: _flown_unseen(each.price), _share, _points),
-        Column("away without video", lambda each: each.price.unseen, _seconds, lambda value: f"{value:+.0f} s"),
-        TIME,
-        BATTERY,
-    ),
-}
+MAPPED = Column("mapped", lambda each: each.coverage, SHARE, POINTS)
+TIME = Column("robot time", lambda each: each.end_time, SECONDS, RELATIVE, relative=True)
+BATTERY = Column("of the battery", lambda each: each.price.charge, CHARGE, RELATIVE, relative=True)
+CLEARANCE = Column("nearest obstacle", lambda each: each.clearance, METRES)
+CIRCLED = Column("circle flown", lambda each: each.price.circled, SHARE, POINTS)
+UNSEEN = Column("flown unseen", lambda each: _flown_unseen(each.price), SHARE, POINTS)
+AWAY = Column("away without video", lambda each: each.price.unseen, SECONDS, MORE_SECONDS)
+COLUMNS = {MAPPING: (MAPPED, TIME, BATTERY, CLEARANCE), INSPECTION: (CIRCLED, TIME, BATTERY, UNSEEN, AWAY)}
 
 
-def write_page(page: Path, results: Sequence[FlightResult], planned: int) -> None:
-    """Put the tables into the page, in place of those there. planned: flights that these seeds ask for."""
-    old = page.read_text(encoding="utf-8") if page.exists() else f"# Results\n\n{BEGIN}\n{END}\n"
-    before, _, rest = old.partition(BEGIN)
-    after = rest.partition(END)[2]
-    page.write_text(f"{before}{BEGIN}\n{tables(results, planned)}\n{END}{after}", encoding="utf-8")
+def write_page(page: Path, results: Sequence[FlightResult], planned: int, code: str) -> None:
+    """Put the tables into the page, in place of those there. planned: flights that these seeds ask for. code: digest
+    of what flew them all.
+
+    Raises PageError.
+    """
+    MARKS.replace(page, tables(results, planned, code))
 
 
-def tables(results: Sequence[FlightResult], planned: int) -> str:
+def tables(results: Sequence[FlightResult], planned: int, code: str) -> str:
     """What was flown, and for each scenario the figures, the price and the seeds, as Markdown."""
     seeds = sorted({each.plan.seed for each in results})
     versions = ", ".join(sorted({each.version for each in results if each.version}))
     hours = sum(each.processor_time for each in results) / 3600.0
     parts = [
-        f"{len(results)} of {planned} flights, of seed {', '.join(map(str, seeds))}, of version {versions}; "
-        f"{hours:.1f} hours of processor time. {machine()}, {datetime.now(tz=UTC):%Y-%m-%d}. Cells of several flights: "
-        "median (least to most)."
+        f"{len(results)} of {planned} flights, of seed {', '.join(map(str, seeds))}, all by the same flight code, "
+        f"{code} (version {versions}); {hours:.1f} hours of processor time. {machine()}, "
+        f"{datetime.now(tz=UTC):%Y-%m-%d}. Cells of several flights: median (least to most)."
     ]
     for mission in POLICIES:
         flown = [each for each in results if each.plan.mission == mission]
@@ -143,7 +128,7 @@ def _figures(mission: str, results: Sequence[FlightResult]) -> str:
     rows: list[list[str]] = []
     for policy, flown in _by_policy(mission, results):
         ends = Counter("crashed" if each.collisions else str(each.end) for each in flown)
-        cells = [_spread(list(map(column.figure, flown)), column.show) for column in COLUMNS[mission]]
+        cells = [_spread(list(map(column.figure, flown)), column.unit) for column in COLUMNS[mission]]
         rows.append(
             [
                 policy.words,
@@ -158,23 +143,22 @@ def _figures(mission: str, results: Sequence[FlightResult]) -> str:
 
 
 def _price(mission: str, results: Sequence[FlightResult]) -> str:
-    """Each flight against the nominal one of its seed."""
-    nominal = {each.plan.seed: each for each in results if each.plan.label == NOMINAL}
-    columns = [column for column in COLUMNS[mission] if column.change is not None]
+    """The flights with recovery, each against those of its seed under the other policies."""
+    recovered = {each.plan.seed: each for each in results if each.plan.label == RECOVERY}
+    columns = [(column, column.change) for column in COLUMNS[mission] if column.change is not None]
     rows: list[list[str]] = []
     for policy, flown in _by_policy(mission, results):
-        pairs = [(each, nominal[each.plan.seed]) for each in flown if each.plan.seed in nominal]
-        if policy.label != NOMINAL and pairs:
-            cells = [
-                _spread([_change(column, *pair) for pair in pairs], column.change or column.show) for column in columns
-            ]
-            rows.append([policy.words, *cells])
-    heads = ["price, against the nominal flight of the same seed", *(column.heading for column in columns)]
-    return _table(heads, rows) if rows else "No nominal flight to compare with."
+        pairs = [(recovered[each.plan.seed], each) for each in flown if each.plan.seed in recovered]
+        if policy.label != RECOVERY and pairs:
+            cells = [_spread([_change(column, *pair) for pair in pairs], unit) for column, unit in columns]
+            crashed = sum(other.collisions > 0 for _, other in pairs)
+            rows.append([policy.words + (f" ({crashed} of {len(pairs)} crashed)" if crashed else ""), *cells])
+    heads = ["recovery, against the flight of the same seed", *(column.heading for column, _ in columns)]
+    return _table(heads, rows) if rows else "Nothing to compare recovery with."
 
 
-def _change(column: Column, flight: FlightResult, nominal: FlightResult) -> float | None:
-    ours, base = column.figure(flight), column.figure(nominal)
+def _change(column: Column, flight: FlightResult, other: FlightResult) -> float | None:
+    ours, base = column.figure(flight), column.figure(other)
     if ours is None or base is None or (column.relative and base == 0.0):
         return None
     return (ours - base) / base if column.relative else ours - base
@@ -194,7 +178,7 @@ def _by_seed(results: Sequence[FlightResult]) -> str:
 def _outcome(flight: FlightResult | None) -> str:
     if flight is None:
         return "not flown"
-    mapped = "no map" if flight.coverage is None else _share(flight.coverage)
+    mapped = "no map" if flight.coverage is None else SHARE.show(flight.coverage)
     return ", ".join([mapped, *flight.broken])
 
 
@@ -203,13 +187,13 @@ def _by_policy(mission: str, results: Sequence[FlightResult]) -> list[tuple[Poli
     return [(policy, flown) for policy, flown in groups if flown]
 
 
-def _spread(values: Sequence[float | None], show: Show) -> str:
+def _spread(values: Sequence[float | None], unit: Unit) -> str:
     """Median, least and largest of what is known."""
     known = [value for value in values if value is not None]
     if not known:
         return "-"
-    least, most = show(min(known)), show(max(known))
-    return least if least == most else f"{show(median(known))} ({least} to {most})"
+    least, most = unit.bare(min(known)), unit.bare(max(known))
+    return unit.show(known[0]) if least == most else f"{unit.show(median(known))} ({least} to {most})"
 
 
 def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -2,9 +2,10 @@
 
     python benchmarks/paper/run.py [--seeds 0:5] [--jobs 1] [-o runs/paper] [--page docs/results.md]
 
-Flies what is missing in the folder and writes the page from all that is there for these seeds; a run that was killed
-goes on. Those flights of the first seed are recorded whose pictures the page shows. A mapping flight takes
-about a minute of one core, an inspection two.
+Flies what is missing and writes the page from all that is there for these seeds; a run that was killed goes on. Each
+version of the code that flies has a folder of its own, so that flights of two versions are never compared with each
+other. Those flights of the first seed are recorded whose pictures the page shows. A mapping flight takes about a
+minute of one core, an inspection two.
 """
 
 from __future__ import annotations
@@ -12,20 +13,37 @@ from __future__ import annotations
 import argparse
 import shutil
 import sys
+from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 
+from flight_code import FlightCode, flight_code
 from paper_flights import paper_plans
-from paper_page import PICTURES, SHOWN, picture_name, write_page
+from paper_page import MARKS, PICTURES, SHOWN, picture_name, write_page
+from price_picture import PRICE_PICTURE, draw_price
 
 from skillwing.m600.campaign.command import parse_seeds
 from skillwing.m600.campaign.crew import Crew
 from skillwing.m600.campaign.ledger import LEDGER_FILE, Ledger, read_results
 from skillwing.m600.campaign.plan import FlightPlan
 from skillwing.m600.campaign.result import FlightResult
-from skillwing.services.errors import InvalidOptionError
+from skillwing.services.errors import SkillwingError
+from skillwing.services.marked_page import page_with
 
 ROOT = Path(__file__).parents[2]
+NAMED = 3
+"""So many changed files are told by name."""
+
+
+class CodeChangedError(SkillwingError):
+    """The code changed while it flew: what was flown meanwhile is of no version, and not kept."""
+
+    def __init__(self, changes: list[str]) -> None:
+        more = f" and {len(changes) - NAMED} more" if len(changes) > NAMED else ""
+        super().__init__(
+            f"The code has changed while it flew: {', '.join(changes[:NAMED])}{more}. The flight under way was not "
+            "kept. The same command flies everything anew, by the new code."
+        )
 
 
 def main() -> None:
@@ -33,24 +51,27 @@ def main() -> None:
     options.add_argument("--seeds", default="0:5", metavar="A:B")
     options.add_argument("--jobs", type=int, default=1, metavar="N", help="flights at once")
     options.add_argument("-o", "--output", type=Path, default=ROOT / "runs" / "paper", metavar="DIR")
-    options.add_argument("--page", type=Path, default=ROOT / "docs" / "results.md", metavar="FILE")
+    options.add_argument("--page", type=page_with(MARKS), default=ROOT / "docs" / "results.md", metavar="FILE")
     options.add_argument("--only-write", action="store_true", help="fly nothing: the page from what is there")
     chosen = options.parse_args()
     if chosen.jobs < 1:
         sys.exit("No flight can be flown by so few. Give `--jobs 1` or more.")
+    code = flight_code()
+    folder = chosen.output / code.digest
     try:
         plans = paper_plans(parse_seeds(chosen.seeds))
-        flown = known(chosen.output) if chosen.only_write else fly(plans, chosen.output, chosen.jobs)
-    except InvalidOptionError as error:
+        flown = known(folder) if chosen.only_write else fly(plans, folder, chosen.jobs, code)
+    except SkillwingError as error:
         sys.exit(str(error))
     except KeyboardInterrupt:
         sys.exit("Called off. The same command goes on with it.")
-    names = {plan.name for plan in plans}
-    results = [result for result in flown if result.plan.name in names]
+    results = [result for result in flown if result.plan in plans]
     if not results:
-        sys.exit("Nothing has been flown yet. Leave out `--only-write`.")
-    write_page(chosen.page, results, len(plans))
-    copy_pictures(plans[0].seed, chosen.output, chosen.page.parent / "images" / "results")
+        sys.exit(f"Nothing has been flown by this code ({code.digest}) yet. Leave out `--only-write`.")
+    images = chosen.page.parent / "images" / "results"
+    write_page(chosen.page, results, len(plans), code.digest)
+    copy_pictures(plans[0].seed, folder, images)
+    draw_price(images / PRICE_PICTURE, results)
 
 
 def known(folder: Path) -> list[FlightResult]:
@@ -59,23 +80,35 @@ def known(folder: Path) -> list[FlightResult]:
     return read_results(ledger) if ledger.exists() else []
 
 
-def fly(plans: list[FlightPlan], output: Path, jobs: int) -> list[FlightResult]:
-    """Fly what the ledger has not. Those that the page shows are recorded, each in a folder of its own."""
-    ledger = Ledger(output, resume=True)
-    flown = {result.plan.name for result in ledger.results}
-    missing = [plan for plan in plans if plan.name not in flown]
+def fly(
+    plans: list[FlightPlan],
+    folder: Path,
+    jobs: int,
+    code: FlightCode,
+    now: Callable[[], FlightCode] = flight_code,
+) -> list[FlightResult]:
+    """Fly what the ledger has not. Those that the page shows are recorded, each in a folder of its own.
+
+    code, now: what the folder's flights are flown by, and what there is whenever one has ended. Raises
+    CodeChangedError when that is not the same.
+    """
+    ledger = Ledger(folder, resume=True)
+    flown = [result.plan for result in ledger.results]
+    missing = [plan for plan in plans if plan not in flown]
 
     def run_dir(plan: FlightPlan) -> Path | None:
         if plan.seed != plans[0].seed or (plan.mission, plan.label) not in SHOWN:
             return None
-        folder = (ledger.folder / plan.name).absolute()
+        directory = (ledger.folder / plan.name).absolute()
         # What a flight left that was killed would be taken for a part of this one.
-        shutil.rmtree(folder, ignore_errors=True)
-        folder.mkdir(parents=True)
-        return folder
+        shutil.rmtree(directory, ignore_errors=True)
+        directory.mkdir(parents=True)
+        return directory
 
     with closing(ledger), Crew(jobs) as crew:
         for count, result in enumerate(crew.fly(missing, run_dir), start=1):
+            if changes := code.changes(now()):
+                raise CodeChangedError(changes)
             ledger.add(result)
             end = f"{result.end}, {result.end_time:.0f} s, {', '.join(result.broken) or 'promises kept'}"
             sys.stdout.write(f"{count}/{len(missing)} {result.plan.name}: {end}\n")

@@ -6,7 +6,7 @@ import importlib.util
 import math
 import shlex
 import sys
-from collections.abc import Callable
+from collections import Counter
 from pathlib import Path
 from types import ModuleType
 
@@ -14,10 +14,12 @@ import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from matplotlib.image import imread
 from msgspec.structs import replace
 
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.running.library import find_mission
+from skillwing.bt_missions.running.mission import MissionTrees
 from skillwing.bt_missions.running.rehearsal import grounded_context, rehearse
 from skillwing.m600.campaign.plan import FlightPlan, planned_circle
 from skillwing.m600.campaign.price import AWAY, LIVE_FOR, Price, PriceMeter
@@ -41,6 +43,7 @@ def script(name: str) -> ModuleType:
 
 flights = script("paper_flights")
 page = script("paper_page")
+price = script("price_picture")
 
 
 def plan_of(mission: str, label: str, seed: int) -> FlightPlan:
@@ -55,9 +58,9 @@ def plan_of(mission: str, label: str, seed: int) -> FlightPlan:
 
 def test_every_flight_has_a_name_of_its_own_and_fits_the_robot() -> None:
     plans = flights.paper_plans(range(2))
-    assert len({plan.name for plan in plans}) == len(plans) == 16
+    assert len({plan.name for plan in plans}) == len(plans) == 20
     skillset = ROBOT.load_skillset()
-    for plan in plans[:8]:
+    for plan in plans[:10]:
         mission = find_mission(plan.flown_as or plan.mission)
         assert rehearse(mission, skillset, mission.read_options(plan.mission_options())) == []
 
@@ -68,22 +71,44 @@ def test_the_command_of_a_flight_is_that_very_flight() -> None:
     assert msgspec.json.decode(told, type=FlightPlan) == plan
 
 
+def test_a_flight_is_found_again_in_its_ledger() -> None:
+    for plan in flights.paper_plans(range(1)):
+        assert msgspec.json.decode(msgspec.json.encode(plan), type=FlightPlan) == plan
+
+
+def rehearsed(plan: FlightPlan) -> MissionTrees:
+    found, skillset = find_mission(plan.flown_as), ROBOT.load_skillset()
+    trees, misfits = found.draft(grounded_context(skillset), found.read_options(plan.mission_options()))
+    assert misfits == []
+    return trees
+
+
+@pytest.mark.parametrize(("mission", "alternative"), [("mapping", "LiDAR branch"), ("inspection", "hover, then land")])
+def test_who_aborts_has_no_alternative_but_the_landing_of_the_guards(mission: str, alternative: str) -> None:
+    library = find_mission(mission)
+    plan = plan_of(mission, "abort", 0)
+    options = {name: value for name, value in plan.mission_options().items() if name != "instead"}
+    own, _ = library.draft(grounded_context(ROBOT.load_skillset()), library.read_options(options))
+    before = [node.name for node in own.root.iterate()]
+    (left_out,) = (node for node in own.root.iterate() if node.name == alternative)
+    after = Counter(node.name for node in rehearsed(plan).root.iterate())
+    assert Counter(before) - after == Counter(node.name for node in left_out.iterate())
+    assert after["land where it is"] == 1
+
+
 @pytest.mark.parametrize(
     ("mission", "label", "leads", "skills"),
     [
-        ("mapping", "abort", "home at once", ["return_home"]),
+        ("mapping", "home", "home at once", ["return_home"]),
         ("mapping", "none", "fly on", ["goto_straight", "return_home"]),
-        ("inspection", "abort", "hover, then land", ["lidar_depthmap", "return_home"]),
+        ("inspection", "home", "hover, then land", ["lidar_depthmap", "return_home"]),
         ("inspection", "none", "nobody watches", ["stream"]),
     ],
 )
 def test_each_other_answer_is_flown_where_the_library_has_its_own(
     mission: str, label: str, leads: str, skills: list[str]
 ) -> None:
-    plan, skillset = plan_of(mission, label, 0), ROBOT.load_skillset()
-    found = find_mission(plan.flown_as)
-    trees, misfits = found.draft(grounded_context(skillset), found.read_options(plan.mission_options()))
-    assert misfits == []
+    trees = rehearsed(plan_of(mission, label, 0))
     (branch,) = (node for node in trees.root.iterate() if node.name == leads)
     assert [leaf.skill for leaf in branch.iterate() if isinstance(leaf, SkillAction)] == skills
     assert not any(node.name == "LiDAR branch" for node in trees.root.iterate())
@@ -210,24 +235,26 @@ def flown(mission: str, label: str, seed: int, **figures: object) -> FlightResul
     return replace(result, **figures)
 
 
-def test_the_price_is_the_difference_to_the_nominal_flight_of_the_same_seed() -> None:
+def test_the_price_of_recovery_is_its_difference_to_the_other_flights_of_the_same_seed() -> None:
     results = [
         flown("mapping", "nominal", 0),
         flown("mapping", "nominal", 1, coverage=0.6, end_time=200.0),
         flown("mapping", "recovery", 0, coverage=0.75, end_time=110.0, price=Price(charge=12.0)),
         flown("mapping", "recovery", 1, coverage=0.5, end_time=200.0, price=Price(charge=11.0)),
+        flown("mapping", "none", 1, coverage=0.25, end_time=50.0, price=Price(charge=5.5), collisions=1),
     ]
-    text = page.tables(results, 16)
-    assert "4 of 16 flights" in text
-    row = next(line for line in text.splitlines() if "-10 points" in line)
-    assert row == "| recovery: on by LiDAR | -8 points (-10 points to -5 points) | +5 % (+0 % to +10 %) | " + (
-        "+15 % (+10 % to +20 %) |"
-    )
+    lines = page.tables(results, 20, "c0de").splitlines()
+    assert lines[0].startswith("5 of 20 flights, of seed 0, 1, all by the same flight code, c0de")
+    first = next(number for number, line in enumerate(lines) if line.startswith("| recovery, against"))
+    assert lines[first + 2 : first + 4] == [
+        "| nominal | -8 points (-10 to -5) | +5 % (+0 to +10) | +15 % (+10 to +20) |",
+        "| none: on, blind (1 of 1 crashed) | +25 points | +300 % | +100 % |",
+    ]
 
 
 def test_what_was_hit_is_said() -> None:
     results = [flown("mapping", "nominal", 0), flown("mapping", "none", 0, collisions=2, phase="FAILED", coverage=None)]
-    text = page.tables(results, 16)
+    text = page.tables(results, 20, "c0de")
     assert "no map, 2 collisions" in text
     row = next(line for line in text.splitlines() if line.startswith("| none: on, blind | 1 |"))
     assert row.startswith("| none: on, blind | 1 | 0 | 1 | 1 crashed | - |")
@@ -235,24 +262,36 @@ def test_what_was_hit_is_said() -> None:
 
 def test_what_was_flown_without_video_is_the_circle_that_was_not_seen() -> None:
     price = Price(charge=10.0, circled=0.75, circled_live=0.5, unseen=4.0)
-    text = page.tables([flown("inspection", "recovery", 0, price=price)], 1)
+    text = page.tables([flown("inspection", "recovery", 0, price=price)], 1, "c0de")
     row = next(line for line in text.splitlines() if line.startswith("| recovery"))
-    assert "| 75 % | 25 % | 4 s |" in row
+    assert "| 75 % |" in row
+    assert row.endswith("| 25 % | 4 s |")
 
 
 @pytest.mark.parametrize("mission", ["mapping", "inspection"])
-def test_without_a_nominal_flight_there_is_no_price(mission: str) -> None:
-    assert "No nominal flight to compare with." in page.tables([flown(mission, "recovery", 0)], 1)
+def test_without_another_flight_recovery_has_no_price(mission: str) -> None:
+    assert "Nothing to compare recovery with." in page.tables([flown(mission, "recovery", 0)], 1, "c0de")
+
+
+def test_nothing_is_said_to_be_less_than_zero_that_is_rounded_to_it() -> None:
+    assert page.POINTS.show(-0.001) == "+0 points"
 
 
 def test_writing_keeps_what_stands_around_the_tables(tmp_path: Path) -> None:
     file = tmp_path / "results.md"
-    write: Callable[..., None] = page.write_page
-    write(file, [flown("mapping", "nominal", 0)], 2)
-    file.write_text("before\n" + file.read_text(encoding="utf-8") + "after\n", encoding="utf-8")
-    write(file, [flown("mapping", "nominal", 0), flown("inspection", "nominal", 0)], 2)
+    file.write_text(f"before\n{page.MARKS.begin}\n{page.MARKS.end}\nafter\n", encoding="utf-8")
+    page.write_page(file, [flown("mapping", "nominal", 0)], 2, "c0de")
+    page.write_page(file, [flown("mapping", "nominal", 0), flown("inspection", "nominal", 0)], 2, "c0de")
     text = file.read_text(encoding="utf-8")
     assert text.startswith("before\n")
     assert text.endswith("after\n")
     assert "2 of 2 flights" in text
     assert "1 of 2 flights" not in text
+
+
+def test_the_picture_has_a_row_of_panels_for_each_mission_that_was_flown(tmp_path: Path) -> None:
+    one, both = tmp_path / "one.png", tmp_path / "both.png"
+    mapping = [flown("mapping", "nominal", 0), flown("mapping", "none", 0, collisions=1, coverage=None)]
+    price.draw_price(one, mapping)
+    price.draw_price(both, [*mapping, flown("inspection", "recovery", 0)])
+    assert imread(both).shape[0] > 1.5 * imread(one).shape[0]

@@ -1,0 +1,99 @@
+"""Which code flew: a digest of all that has a say in a flight, so that results of different code are never mixed."""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import platform
+from importlib.metadata import version
+from pathlib import Path
+
+from msgspec import Struct
+
+ROOT = Path(__file__).parents[2]
+HERE = Path(__file__).parent
+PORTIONS = ("dsl", "services", "sim_mujoco", "bt_missions")
+"""Where the package lies in the repository."""
+FLIES_NOTHING = (
+    "bt_missions/templates",
+    "dsl/commands",
+    "dsl/editor",
+    "dsl/generating",
+    "dsl/printing",
+    "m600/campaign/command.py",
+    "m600/campaign/outcomes.py",
+    "m600/campaign/page.py",
+    "m600/dashboard",
+    "m600/demo",
+    "services/diagnosis",
+    "services/marked_page.py",
+    "services/mocking",
+    "services/testing",
+    "services/wire",
+    "sim_mujoco/interface",
+)
+"""Files of the package, and folders, of which no flight loads anything: a test flies, and looks. All else counts."""
+OURS = ("mapping_otherwise.py", "inspection_otherwise.py")
+"""Missions that are flown besides the library's."""
+READ = {".py", ".skillset", ".xml", ".lark"}
+LIBRARIES = ("av", "embreex", "mujoco-core", "msgspec", "numpy", "py-trees", "scipy")
+"""What computes in a flight."""
+
+
+class FlightCode(Struct, frozen=True):
+    """files: digests of all that flies, by path in the repository, or by name and version of a library."""
+
+    files: dict[str, str]
+
+    @property
+    def digest(self) -> str:
+        """Twelve hexadecimal digits: the same for the same flights."""
+        return _digest("\n".join(f"{name} {told}" for name, told in sorted(self.files.items())))
+
+    def changes(self, other: FlightCode) -> list[str]:
+        """What is not the same in both."""
+        return sorted(
+            name for name in self.files.keys() | other.files.keys() if self.files.get(name) != other.files.get(name)
+        )
+
+
+def flight_code(root: Path = ROOT) -> FlightCode:
+    """Of the repository as it is now. What only people read, comments and docstrings, does not count."""
+    files = {str(path.relative_to(root)): _digest(_what_runs(path)) for path in flying_files(root)}
+    libraries = {name: version(name) for name in LIBRARIES}
+    return FlightCode({**files, **libraries, "python": platform.python_version()})
+
+
+def flying_files(root: Path = ROOT) -> list[Path]:
+    """Every file that may have a say in a flight."""
+    flying = [root / HERE.relative_to(ROOT) / name for name in OURS]
+    for package in (root / portion / "skillwing" for portion in PORTIONS):
+        grounded = [package / each for each in FLIES_NOTHING]
+        for path in package.rglob("*"):
+            if path.suffix in READ and not any(path.is_relative_to(each) for each in grounded):
+                flying.append(path)
+    return sorted(flying)
+
+
+def _what_runs(path: Path) -> str:
+    text = path.read_text(encoding="utf-8")
+    if path.suffix != ".py":
+        return text
+    tree = ast.parse(text)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+            node.body = [each for each in node.body if not _is_text(each)]
+    return ast.dump(tree)
+
+
+def _is_text(statement: ast.stmt) -> bool:
+    """A docstring, or one that describes the constant above it."""
+    return (
+        isinstance(statement, ast.Expr)
+        and isinstance(statement.value, ast.Constant)
+        and isinstance(statement.value.value, str)
+    )
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()[:12]

@@ -1,0 +1,127 @@
+"""Results of different code are never mixed: what counts as the code of a flight, and runs in which it changes."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from types import ModuleType
+from typing import Self
+
+import pytest
+from msgspec.structs import replace
+
+from skillwing.m600.campaign.ledger import LEDGER_FILE, read_results
+from skillwing.m600.campaign.plan import FlightPlan
+from skillwing.m600.campaign.result import End, FlightResult
+
+PAPER = Path(__file__).parents[3] / "benchmarks" / "paper"
+A_MOMENT = """
+import json, sys
+from skillwing.m600.campaign.conditions import Condition
+from skillwing.m600.campaign.flight import fly
+from skillwing.m600.campaign.plan import FlightPlan
+
+for mission, world in (("mapping", "courtyard"), ("inspection", "inspection")):
+    fly(FlightPlan(mission=mission, world=world, seed=0, condition=Condition.NONE), longest=0.1)
+files = (getattr(module, "__file__", None) for name, module in sys.modules.items() if name.startswith("skillwing."))
+print(json.dumps([file for file in files if file]))
+"""
+
+
+@pytest.fixture(scope="module")
+def paper() -> Iterator[Path]:
+    sys.path.insert(0, str(PAPER))
+    yield PAPER
+    sys.path.remove(str(PAPER))
+
+
+def script(name: str) -> ModuleType:
+    return importlib.import_module(name)
+
+
+@pytest.fixture
+def repository(tmp_path: Path, paper: Path) -> Path:
+    """A small one that has a file of each kind."""
+    for name, text in {
+        "services/skillwing/m600/skills/hover.py": '"""Stays."""\n\nSECONDS = 2.0\n"""So long."""\n',
+        "services/skillwing/m600/m600.skillset": "skillset m600 {}\n",
+        "services/skillwing/m600/dashboard/scene.py": "COLOUR = 1\n",
+        "benchmarks/paper/mapping_otherwise.py": "",
+        "benchmarks/paper/inspection_otherwise.py": "",
+    }.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("file", "text", "other"),
+    [
+        ("m600/skills/hover.py", '# For now.\n"""Holds its place."""\n\nSECONDS = 2.0\n', False),
+        ("m600/skills/hover.py", "SECONDS = 2.5\n", True),
+        ("m600/m600.skillset", "skillset m600 { resource r { initial A } }\n", True),
+        ("m600/dashboard/scene.py", "COLOUR = 2\n", False),
+        ("m600/skills/more.py", "", True),
+    ],
+)
+def test_code_is_another_one_when_what_flies_is(repository: Path, file: str, text: str, other: bool) -> None:
+    code = script("flight_code")
+    before = code.flight_code(repository)
+    (repository / "services" / "skillwing" / file).write_text(text, encoding="utf-8")
+    after = code.flight_code(repository)
+    assert (after.digest != before.digest) is other
+    assert before.changes(after) == ([f"services/skillwing/{file}"] if other else [])
+
+
+def test_all_that_a_flight_loads_counts(paper: Path) -> None:
+    told = subprocess.run([sys.executable, "-c", A_MOMENT], capture_output=True, text=True, check=True)
+    loaded = {Path(file) for file in json.loads(told.stdout.splitlines()[-1])}
+    assert len(loaded) > 100
+    assert loaded <= set(script("flight_code").flying_files())
+
+
+class CrewOnPaper:
+    """Flies nothing, and says that all went well."""
+
+    def __init__(self, jobs: int) -> None:
+        pass
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        pass
+
+    def fly(self, plans: Sequence[FlightPlan], run_dir: object) -> Iterator[FlightResult]:
+        for plan in plans:
+            yield FlightResult(plan=plan, end=End.HOME)
+
+
+def test_a_run_goes_on_with_flights_of_its_own_code(
+    tmp_path: Path, repository: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run, code = script("run"), script("flight_code").flight_code(repository)
+    monkeypatch.setattr(run, "Crew", CrewOnPaper)
+    plans = script("paper_flights").paper_plans(range(1))
+    assert len(run.fly(plans[:3], tmp_path / "runs", 1, code, lambda: code)) == 3
+    changed = replace(plans[1], happens={"faults": []})
+    run.fly([*plans, changed], tmp_path / "runs", 1, code, lambda: code)
+    assert [each.plan for each in read_results(tmp_path / "runs" / LEDGER_FILE)] == [*plans, changed]
+
+
+def test_a_flight_by_code_that_changed_meanwhile_is_not_kept(
+    tmp_path: Path, repository: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run, flight_code = script("run"), script("flight_code").flight_code
+    monkeypatch.setattr(run, "Crew", CrewOnPaper)
+    plans = script("paper_flights").paper_plans(range(1))
+    code = flight_code(repository)
+    run.fly(plans[:1], tmp_path / "runs", 1, code, lambda: code)
+    (repository / "services" / "skillwing" / "m600" / "m600.skillset").write_text("", encoding="utf-8")
+    with pytest.raises(run.CodeChangedError, match=r"while it flew: services/skillwing/m600/m600\.skillset"):
+        run.fly(plans, tmp_path / "runs", 1, code, lambda: flight_code(repository))
+    assert len(read_results(tmp_path / "runs" / LEDGER_FILE)) == 1
