@@ -11,11 +11,11 @@ import rerun as rr
 from hypothesis import given
 from hypothesis import strategies as st
 from rerun.chunk import RrdReader
-from synthetic_mission import INITIAL, SKILLSET, Story, Teller, tell
+from synthetic_mission import INITIAL, MISSION, SKILLSET, Story, Teller, tell
 
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.errors import PassingError
-from skillwing.services.protocol import Keys, Record
+from skillwing.services.protocol import Keys, MissionStatus, Record
 from skillwing.services.telemetry.history import History
 from skillwing.services.telemetry.journal import TIMELINE_FILE, JsonLines, read_goals, read_records
 from skillwing.services.telemetry.mission_view import causes_in_words, in_lines
@@ -51,6 +51,19 @@ def states_of(run_dir: Path, lane: str, file: str = RECORDING_FILE) -> dict[floa
     return {t: state for t, _, state in sorted(rows)}
 
 
+def logged(run_dir: Path, content: str) -> list[str]:
+    """Lines of the recording's log."""
+    chunks = RrdReader(str(run_dir / RECORDING_FILE)).stream().filter(content=content).to_chunks()
+    return [
+        text
+        for batch in (chunk.to_record_batch() for chunk in chunks)
+        for name in batch.schema.names
+        if name.endswith("TextLog:text")
+        for row in batch.column(name).to_pylist()
+        for text in row
+    ]
+
+
 def test_the_journal_tells_the_whole_story(tmp_path: Path) -> None:
     story = tell()
     recorder = record(story, tmp_path)
@@ -83,22 +96,26 @@ def test_resources_begin_in_their_initial_state(tmp_path: Path) -> None:
 
 def test_tree_and_causes_are_in_the_recording(tmp_path: Path) -> None:
     record(tell(), tmp_path)
-    reader = RrdReader(str(tmp_path / RECORDING_FILE))
-    assert reader.stream().filter(content="/tree/**").to_chunks()
-    texts = [
-        text
-        for chunk in reader.stream().filter(content="/log/mission").to_chunks()
-        for name in chunk.to_record_batch().schema.names
-        if name.endswith("TextLog:text")
-        for row in chunk.to_record_batch().column(name).to_pylist()
-        for text in row
-    ]
+    assert RrdReader(str(tmp_path / RECORDING_FILE)).stream().filter(content="/tree/**").to_chunks()
+    texts = logged(tmp_path, "/log/mission")
     switch = next(row for row, text in enumerate(texts) if text.startswith("SWITCH"))
     assert texts[switch : switch + 3] == [
         "SWITCH ZED branch -> LiDAR branch",
         "    <- zed_depthmap RI <- zed_status FAILED",
         "    <- zed FAILED <- zed blackout ON",
     ]
+
+
+def test_each_phase_of_a_mission_is_logged_once_and_before_it_begins_what_it_waits_for(tmp_path: Path) -> None:
+    story = tell()
+    for t, lacking in ((0.1, "home"), (0.2, "home"), (0.3, "GNSS")):
+        status = MissionStatus(mission=MISSION, phase="IDLE", t=t, text=f"waiting: {lacking}", waypoint=0, waypoints=0)
+        story.messages.append((t, status))
+    record(story, tmp_path)
+    texts = logged(tmp_path, "/log/**")
+    for phase in ("RUNNING", "SUCCEEDED"):
+        assert sum(text.startswith(f"{MISSION} {phase}") for text in texts) == 1
+    assert sorted(text for text in texts if "waiting" in text) == [f"{MISSION} waiting: {x}" for x in ("GNSS", "home")]
 
 
 def test_of_a_long_chain_the_nearest_causes_and_the_root_are_told() -> None:

@@ -41,6 +41,8 @@ _HARD_BLANK = "\u00a0"
 _NEAREST = 5
 """Causes that are told of a long chain, besides its root. A mission makes one step the cause of the next one."""
 _PASSING = frozenset({State.VALIDATING, State.DISPATCHING, State.INTERRUPTING, "GRANTED", "ENDED", "NOT_READY"})
+_WAITING = "IDLE"
+"""Phase of a mission that has not begun."""
 _BAD = ("FAILED", "RI", "ERROR", "LOST", "N_", "CRITICAL", "DIVERGED", "ABORTED", "VIOLATED")
 _DOUBTFUL = ("NR", "NV", "BUSY", "S_BLOCKED", "S_ABORTED")
 _RULES = ("NV", "NR", "RI", "BUSY", "ERROR", "LOST")
@@ -101,7 +103,7 @@ class MissionView:
         self._shape: tuple[tuple[int, int | None, str], ...] = ()
         self._layout = TreeLayout((), ())
         self._outline = Outline()
-        self._phase = ""
+        self._waited_for = ""
         self._resources = {resource.name: resource for resource in skillset.resources}
         self._begin: float | None = 0.0 if from_zero else None
         """Robot time at which lanes begin: for None, shortly before the first record."""
@@ -179,11 +181,10 @@ class MissionView:
         self._log(record.kind, record.t, text, level)
 
     def show_mission(self, status: MissionStatus) -> None:
-        if status.phase != self._phase:
-            self._phase = status.phase
-            self._log(
-                "mission_status", status.t, f"{status.mission} {status.phase}: {status.text}", rr.TextLogLevel.INFO
-            )
+        """What a mission waits for before it begins; of every later phase there is a record."""
+        if status.phase == _WAITING and status.text != self._waited_for:
+            self._waited_for = status.text
+            self._log("mission_status", status.t, f"{status.mission} {status.text}", rr.TextLogLevel.INFO)
 
     def _log(self, source: str, t: float, text: str, level: rr.TextLogLevel) -> None:
         at(self._recording, round(t, 2))  # more digits would not fit their column
