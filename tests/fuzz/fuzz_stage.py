@@ -14,7 +14,7 @@ from typing import cast
 
 import msgspec
 from endpoints import KEYS, QUERIES, SKILLSET, WORDS, Endpoint
-from payloads import payload
+from payloads import HUGE_SIZES, huge, payload
 
 from skillwing.bt_missions.missions.mapping import MISSION
 from skillwing.bt_missions.running.runner import MissionNode
@@ -83,7 +83,13 @@ class FuzzStage:
 
     def throw(self, random: Random, endpoint: Endpoint) -> None:
         """Send one payload to every robot in which anybody may take it."""
-        content = payload(random, endpoint.kind, WORDS)
+        self._send(random, endpoint, payload(random, endpoint.kind, WORDS))
+
+    def throw_huge(self, random: Random, endpoint: Endpoint) -> None:
+        """The same with a message that one field fills up to the limit, or beyond it."""
+        self._send(random, endpoint, huge(random, endpoint.kind, random.choice(HUGE_SIZES)))
+
+    def _send(self, random: Random, endpoint: Endpoint, content: bytes) -> None:
         data, attachment = content, b""
         if endpoint.array:
             data, attachment = random.randbytes(random.choice([0, 1, 64, 4096])), content

@@ -20,7 +20,7 @@ from skillwing.services.protocol import (
     decode,
     encode,
 )
-from skillwing.sim_mujoco.topics import AutopilotSetpoint, MapHeader
+from skillwing.sim_mujoco.topics import AutopilotSetpoint, Health, MapHeader, SensorStatus
 
 ALMOST_TOO_LONG = "a" * (MAX_MESSAGE_BYTES - 100)
 
@@ -49,6 +49,13 @@ def test_a_time_that_no_clock_shows_is_refused(t: float) -> None:
 def test_a_voxel_as_large_as_a_galaxy_is_refused() -> None:
     """Its volume ended the bridge."""
     refused(MapHeader(t=0.0, voxel_size=1e200, count=0, complete=True), MapHeader)
+
+
+@pytest.mark.parametrize("field", ["id", "sensor", "reason", "cause"])
+def test_health_that_fills_a_message_is_refused(field: str) -> None:
+    """Its cause, told three times in the record of a fault, ended the bridge."""
+    health = {"id": "1", "t": 0.0, "sensor": "zed", "status": SensorStatus.FAILED}
+    refused(Health(**{**health, field: ALMOST_TOO_LONG[200:]}), Health)
 
 
 def test_a_setpoint_beyond_all_maps_is_refused() -> None:

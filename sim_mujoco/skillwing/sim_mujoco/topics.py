@@ -15,11 +15,13 @@ from typing import Annotated, TypeAlias
 
 import msgspec
 
-from skillwing.services.protocol import CLOCK_KEY, Message, Time
+from skillwing.services.protocol import CLOCK_KEY, LONGEST_SENTENCE, Label, Message, Time
 
 LARGEST_COMPONENT = 1e6
 Component: TypeAlias = Annotated[float, msgspec.Meta(ge=-LARGEST_COMPONENT, le=LARGEST_COMPONENT)]
 """Of a position, velocity, ... in SI units. Beyond a thousand kilometres nothing is meant that a drone should try."""
+Sentence: TypeAlias = Annotated[str, msgspec.Meta(max_length=LONGEST_SENTENCE)]
+"""For people; others pass it on inside of longer messages, hence of bounded length."""
 Vector3 = tuple[Component, Component, Component]
 Quaternion = tuple[Component, Component, Component, Component]
 
@@ -106,7 +108,7 @@ class FlightState(Message, frozen=True, kw_only=True):
     rotors_on: bool
     home_valid: bool
     authority: bool
-    failsafe: str = ""
+    failsafe: Sentence = ""
     follows: bool = True
     holds_heading: bool = True
 
@@ -171,12 +173,12 @@ class SensorStatus(StrEnum):
 class Health(Message, frozen=True, kw_only=True):
     """What a sensor node found out about itself. `id` is unique and becomes the root of a cause chain."""
 
-    id: str
+    id: Label
     t: Time
-    sensor: str
+    sensor: Label
     status: SensorStatus
-    reason: str = ""
-    cause: str | None = None
+    reason: Sentence = ""
+    cause: Label | None = None
 
 
 class Truth(Message, frozen=True, kw_only=True):
@@ -514,7 +516,7 @@ class LinkStatus(Message, frozen=True, kw_only=True):
     queued: float
     sent: float
     dropped: int
-    faults: tuple[str, ...] = ()
+    faults: tuple[Label, ...] = ()
 
 
 class SetLinkFault(Message, frozen=True, kw_only=True):
