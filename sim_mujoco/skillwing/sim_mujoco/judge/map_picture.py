@@ -15,6 +15,7 @@ from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patheffects import withStroke
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from skillwing.sim_mujoco.frames.vectors import Vector
@@ -25,7 +26,8 @@ _BRANCH_NAMES: Final = {"zed": "flown looking ahead by camera", "lidar": "flown 
 _ELSEWHERE, _ROUTE, _INK = "#3d3d3d", "#6b6b6b", "#1a1a1a"
 _HEIGHTS = LinearSegmentedColormap.from_list("heights", ["#ece7dc", "#c3cfae", "#82ab96", "#4c7485", "#2b3350"])
 _MARGIN = 8.0
-_MOST_CUBES = 16_000
+_MOST_CUBES = 60_000
+"""Of more every second one is left out, or more, which looks like stripes on the walls."""
 _PADDING = 0.14
 """Above and below what is drawn, so that the axis label stands clear of the legend [inch]."""
 
@@ -130,8 +132,11 @@ def _draw_in_perspective(
     up = drawn[:, 2] if len(drawn) else np.concatenate([route[:, 2], *(each.path[:, 2] for each in scene.flown)])
     bottom, top = float(up.min(initial=0.0)), float(up.max(initial=0.0))
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(bottom, max(top, bottom + 1.0)))
-    axes.set(xlabel="east [m]", ylabel="north [m]", zlabel="up [m]")
-    axes.set_box_aspect((*(high - low), 1.5 * max(top - bottom, 1.0)), zoom=1.15)
+    axes.set_xlabel("east [m]", labelpad=8.0)
+    axes.set_ylabel("north [m]", labelpad=8.0)
+    axes.set_zlabel("up [m]")
+    axes.set_box_aspect((*(high - low), 1.5 * max(top - bottom, 1.0)), zoom=1.05)
+    axes.zaxis.set_major_locator(MaxNLocator(3, integer=True))
     axes.view_init(elev=38.0, azim=-58.0)
 
 
