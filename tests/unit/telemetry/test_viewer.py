@@ -25,7 +25,7 @@ OPEN = """
 import sys, threading
 from pathlib import Path
 from skillwing.services.telemetry import viewer
-viewer._program = lambda: sys.argv[1]
+viewer.find_program = lambda: sys.argv[1]
 with viewer.Viewer("native", Path(sys.argv[2])) as window:
     print(window.is_open, flush=True)
     threading.Event().wait()
@@ -45,7 +45,7 @@ def processes_of(path: str) -> list[psutil.Process]:
 
 def test_a_viewer_ends_with_its_window(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = program(tmp_path, LISTEN)
-    monkeypatch.setattr(f"{Viewer.__module__}._program", lambda: path)
+    monkeypatch.setattr(f"{Viewer.__module__}.find_program", lambda: path)
     with Viewer("native", tmp_path / "viewer.log") as window:
         assert window.is_open
         assert len(processes_of(path)) == 2
@@ -59,7 +59,7 @@ def test_a_viewer_that_cannot_open_a_window_is_not_open_and_its_log_says_why(
 ) -> None:
     """The real one listens before it looks for a screen."""
     path = program(tmp_path, f"{before}\nsys.exit('no display')")
-    monkeypatch.setattr(f"{Viewer.__module__}._program", lambda: path)
+    monkeypatch.setattr(f"{Viewer.__module__}.find_program", lambda: path)
     with Viewer("native", tmp_path / "viewer.log") as window:
         assert not window.is_open
     assert "no display" in window.log.read_text(encoding="utf-8")
@@ -67,7 +67,7 @@ def test_a_viewer_that_cannot_open_a_window_is_not_open_and_its_log_says_why(
 
 def test_a_viewer_that_its_user_closes_ends_the_wait(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = program(tmp_path, LISTEN)
-    monkeypatch.setattr(f"{Viewer.__module__}._program", lambda: path)
+    monkeypatch.setattr(f"{Viewer.__module__}.find_program", lambda: path)
     with Viewer("native", tmp_path / "viewer.log") as window:
         viewer = max(processes_of(path), key=lambda each: each.create_time())
         viewer.terminate()
@@ -91,7 +91,7 @@ def test_for_a_browser_it_serves_a_page_on_loopback_that_knows_where_the_run_is(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = program(tmp_path, LISTEN)
-    monkeypatch.setattr(f"{Viewer.__module__}._program", lambda: path)
+    monkeypatch.setattr(f"{Viewer.__module__}.find_program", lambda: path)
     with Viewer("web", tmp_path / "viewer.log") as viewer:
         assert viewer.is_open
         page = urlsplit(viewer.page or "")
@@ -113,7 +113,7 @@ def test_a_port_that_is_taken_is_left_to_who_has_it() -> None:
 
 
 def test_without_rerun_its_log_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(f"{Viewer.__module__}._program", lambda: None)
+    monkeypatch.setattr(f"{Viewer.__module__}.find_program", lambda: None)
     with Viewer("web", tmp_path / "viewer.log") as viewer:
         assert not viewer.is_open
     assert "pip install 'skillwing[viewer]'" in (tmp_path / "viewer.log").read_text(encoding="utf-8")

@@ -57,17 +57,16 @@ class Viewer:
 
     def __init__(self, kind: Literal["native", "web"], log: Path) -> None:
         port = free_port(STREAM_PORT if kind == "web" else 0)
-        self.url = f"rerun+http://{LOOPBACK}:{port}/proxy"
+        self.url = stream_address(f"{LOOPBACK}:{port}")
         self.log = log
         self.page: str | None = None
         self._options = ["--bind", LOOPBACK, "--port", str(port)]
         self._ports = [port]
         if kind == "web":
             page = free_port(PAGE_PORT)
-            self.page = f"http://{LOOPBACK}:{page}/?url={quote(self.url, safe='')}"
+            self.page = page_address(f"{LOOPBACK}:{page}", f"{LOOPBACK}:{port}")
             self._ports.append(page)
-            self._options += ["--serve-web", "--web-viewer-port", str(page)]
-            self._options += ["--server-memory-limit", SERVER_MEMORY_LIMIT]
+            self._options += web_options(page)
         else:
             self._options += ["--memory-limit", MEMORY_LIMIT, "--hide-welcome-screen"]
         self._process: subprocess.Popen[bytes] | None = None
@@ -78,7 +77,7 @@ class Viewer:
         return self._answered and self._runs()
 
     def __enter__(self) -> Self:
-        program = _program()
+        program = find_program()
         self.log.parent.mkdir(parents=True, exist_ok=True)
         with self.log.open("ab") as log:
             if program is None:
@@ -151,7 +150,22 @@ def free_port(preferred: int = 0) -> int:
     raise OSError("no port of the loopback interface is free")
 
 
-def _program() -> str | None:
+def stream_address(stream: str) -> str:
+    """Where recordings are sent and fetched, of a viewer that listens for them at `HOST:PORT`."""
+    return f"rerun+http://{stream}/proxy"
+
+
+def page_address(page: str, stream: str) -> str:
+    """What to open in a browser that reaches the viewer's page and its stream at `HOST:PORT` each."""
+    return f"http://{page}/?url={quote(stream_address(stream), safe='')}"
+
+
+def web_options(page_port: int) -> list[str]:
+    """What makes the viewer's program serve browsers."""
+    return ["--serve-web", "--web-viewer-port", str(page_port), "--server-memory-limit", SERVER_MEMORY_LIMIT]
+
+
+def find_program() -> str | None:
     """The viewer's own program inside the installed package; None without one."""
     package = importlib.util.find_spec("rerun_cli")
     if package is None or not package.submodule_search_locations:
