@@ -1,45 +1,94 @@
-# One file, two images: `manager` holds what a skill manager needs (Zenoh, msgspec, the language), `full` adds
-# physics, missions and the viewer. The wheel is built once; nothing but it and its locked dependencies is installed.
+# One file, an image for each role, in stages that share their layers:
+#
+#   manager    the router, the bridge, every manager and mock, and the command line: Zenoh, msgspec, the language
+#   sim        manager + physics, ray casting, video: the functional layer
+#   mission    manager + behaviour trees, and numpy for what is known of a site
+#   recorder   manager + Rerun's logging
+#   viewer     manager + Rerun's viewer, one program
+#
+# Packages are those of locks/, hashes checked. pip takes its settings from build arguments, such as
+# `--build-arg PIP_INDEX_URL=...`. They stay in the stages that build: no image has them in its history.
 ARG BASE=python:3.11-slim
 
-FROM ${BASE} AS wheel
-WORKDIR /build
-COPY locks/build.lock locks/
-RUN python3 -m venv /venv && /venv/bin/pip install --no-cache-dir --require-hashes -r locks/build.lock
+# --- what is installed, each set in a folder /staged of its own ----------------------------------------------------
+
+FROM ${BASE} AS packages
+ARG PIP_INDEX_URL
+ARG PIP_EXTRA_INDEX_URL
+ARG PIP_TRUSTED_HOST
+ARG PIP_CERT
+# pip installs into the environment from outside, so that it need not be there.
+ENV PIP_NO_CACHE_DIR=1 PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_ROOT_USER_ACTION=ignore
+RUN python3 -m venv /build && python3 -m venv --without-pip /opt/skillwing
+COPY locks locks
+RUN python3 -m pip --python /opt/skillwing/bin/python install --require-hashes -r locks/manager.lock
+
+FROM packages AS code
+RUN /build/bin/pip install --require-hashes -r locks/build.lock
+WORKDIR /source
 COPY pyproject.toml README.md LICENSE ./
 COPY dsl dsl
 COPY services services
 COPY sim_mujoco sim_mujoco
 COPY bt_missions bt_missions
 COPY docs/errors docs/errors
-RUN /venv/bin/pip wheel --no-cache-dir --no-deps --no-build-isolation --wheel-dir /wheel .
+RUN /build/bin/pip wheel --no-deps --no-build-isolation --wheel-dir /wheel . \
+    && python3 -m pip --python /opt/skillwing/bin/python install --no-warn-script-location --no-deps --root /staged /wheel/*.whl
 
-FROM ${BASE} AS manager-environment
-COPY locks/manager.lock /tmp/
-RUN python3 -m venv /opt/skillwing && /opt/skillwing/bin/pip install --no-cache-dir --require-hashes -r /tmp/manager.lock
+# --- what every container has ----------------------------------------------------------------------------------------
 
-FROM ${BASE} AS full-environment
-COPY locks/full.lock /tmp/
-RUN python3 -m venv /opt/skillwing && /opt/skillwing/bin/pip install --no-cache-dir --require-hashes -r /tmp/full.lock
-
-FROM manager-environment AS manager
-COPY --from=wheel /wheel /tmp/wheel
-RUN /opt/skillwing/bin/pip install --no-cache-dir --no-deps /tmp/wheel/*.whl \
-    && useradd --create-home --uid 1000 skillwing \
+FROM ${BASE} AS runtime
+RUN useradd --create-home --uid 1000 skillwing \
     && install -d -o skillwing -g skillwing /home/skillwing/runs
+COPY --from=packages /opt/skillwing /opt/skillwing
 ENV PATH=/opt/skillwing/bin:$PATH PYTHONUNBUFFERED=1
-USER skillwing
 WORKDIR /home/skillwing
 ENTRYPOINT ["python3", "-m", "skillwing.services.processes.node_host"]
 
-FROM full-environment AS full
-COPY --from=wheel /wheel /tmp/wheel
-RUN /opt/skillwing/bin/pip install --no-cache-dir --no-deps /tmp/wheel/*.whl \
-    && useradd --create-home --uid 1000 skillwing \
-    && install -d -o skillwing -g skillwing /home/skillwing/runs
-ENV PATH=/opt/skillwing/bin:$PATH PYTHONUNBUFFERED=1 MPLBACKEND=Agg
+FROM runtime AS manager
+COPY --from=code /staged /
 USER skillwing
-# The viewer would send usage data from its second start on.
-RUN rerun analytics disable
-WORKDIR /home/skillwing
-ENTRYPOINT ["python3", "-m", "skillwing.services.processes.node_host"]
+
+# --- the other roles -------------------------------------------------------------------------------------------------
+# What the environment has already is not installed again. Nobody runs the packages' own tests here, or compiles
+# against them.
+
+FROM packages AS sim-packages
+RUN python3 -m pip --python /opt/skillwing/bin/python install --no-warn-script-location --root /staged --require-hashes -r locks/sim.lock \
+    && find /staged -type d \( -name tests -o -name include \) -prune -exec rm -r {} +
+
+FROM runtime AS sim
+COPY --from=sim-packages /staged /
+COPY --from=code /staged /
+USER skillwing
+
+FROM packages AS mission-packages
+RUN python3 -m pip --python /opt/skillwing/bin/python install --no-warn-script-location --root /staged --require-hashes -r locks/mission.lock \
+    && find /staged -type d \( -name tests -o -name include \) -prune -exec rm -r {} +
+
+FROM runtime AS mission
+COPY --from=mission-packages /staged /
+COPY --from=code /staged /
+USER skillwing
+ENTRYPOINT ["skillwing", "mission", "run"]
+
+# Rerun comes as a library and a program, of which one image needs the first and one the second. Both would send usage
+# data from their second start on.
+FROM packages AS rerun-packages
+RUN python3 -m pip --python /opt/skillwing/bin/python install --no-warn-script-location --root /staged --require-hashes -r locks/recorder.lock \
+    && cd /staged && site=$(echo opt/skillwing/lib/python3*/site-packages) \
+    && mkdir -p /program/$site && mv $site/rerun_cli /program/$site/ \
+    && HOME=/home/skillwing /program/$site/rerun_cli/rerun analytics disable \
+    && find /staged -type d \( -name tests -o -name include \) -prune -exec rm -r {} +
+
+FROM runtime AS recorder
+COPY --from=rerun-packages /staged /
+COPY --from=rerun-packages --chown=skillwing:skillwing /home/skillwing/.config /home/skillwing/.config
+COPY --from=code /staged /
+USER skillwing
+
+FROM runtime AS viewer
+COPY --from=rerun-packages /program /
+COPY --from=rerun-packages --chown=skillwing:skillwing /home/skillwing/.config /home/skillwing/.config
+COPY --from=code /staged /
+USER skillwing

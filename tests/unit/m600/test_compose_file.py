@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,8 @@ from skillwing.services.robot import ProcessSpec, Robot
 ROOT = Path(__file__).parents[3]
 SERVICES: dict[str, dict[str, Any]] = yaml.safe_load((ROOT / "docker-compose.yml").read_text())["services"]
 HOSTED = {name: service for name, service in SERVICES.items() if "--process" in service.get("command", ())}
+IMAGES = {None: "skillwing-manager", "sim": "skillwing-sim", "viewer": "skillwing-recorder"}
+"""By the extra that a process needs."""
 RUN = {"run_dir": "/home/skillwing/runs/containers"}
 FOR_EVERY_PROCESS = {"CONNECT", "ROBOT", "HEARTBEAT"}
 
@@ -41,15 +44,15 @@ def test_every_process_of_the_table_has_a_container_with_the_image_that_it_needs
     processes, services = table(robot), hosted(robot)
     assert services.keys() == processes.keys()
     for name, spec in processes.items():
-        assert services[name]["image"] == ("skillwing-manager" if spec.extra is None else "skillwing"), name
+        assert services[name]["image"] == IMAGES[spec.extra], name
 
 
 def test_what_starts_by_itself_is_the_robot_and_mocks_and_missions_start_when_they_are_asked_for() -> None:
     by_itself = {name for name, service in SERVICES.items() if not service.get("profiles")}
     assert by_itself == {name.replace("/", "_") for name in table(ROBOT)} | {"router", "viewer"}
     profiles = {profile for service in SERVICES.values() for profile in service.get("profiles", ())}
-    assert profiles == {"mapping", "inspection", "mocks"}
-    flown = [service["command"][0] for service in SERVICES.values() if service.get("entrypoint", ("",))[-1] == "run"]
+    assert profiles == {"mapping", "inspection", "mocks", "cli"}
+    flown = [service["command"][0] for service in SERVICES.values() if service["image"] == "skillwing-mission"]
     assert sorted(flown) == sorted(installed_missions())
 
 
@@ -66,12 +69,43 @@ def test_a_process_is_watched_over_and_ended_well(name: str) -> None:
     assert service["depends_on"]["router"] == {"condition": "service_healthy"}
 
 
-def test_only_loopback_of_the_host_is_opened_and_nobody_has_rights_of_the_engine() -> None:
+@pytest.mark.parametrize("name", SERVICES)
+def test_a_container_has_bounds_and_no_rights_beyond_its_own(name: str) -> None:
+    service = SERVICES[name]
+    assert service.keys().isdisjoint({"privileged", "network_mode", "cap_add", "pid", "user"})
+    assert service["cap_drop"] == ["ALL"]
+    assert service["security_opt"] == ["no-new-privileges:true"]
+    assert service["mem_limit"] and service["pids_limit"]
+    assert service["read_only"] or name in ("resource_manager", "recorder"), "these two write things down"
+
+
+def test_what_dies_is_started_again_as_the_table_says() -> None:
+    for robot in (ROBOT, MOCKS):
+        for name, spec in table(robot).items():
+            wanted = "on-failure" if spec.restart == "always" else "no"
+            assert hosted(robot)[name]["restart"] == wanted, name
+    assert SERVICES["router"]["restart"] == SERVICES["viewer"]["restart"] == "on-failure"
+
+
+def test_a_mission_stops_before_the_robot_does() -> None:
+    robot = {name.replace("/", "_") for name in table(ROBOT)} | {"router"}
+    for mission in installed_missions():
+        (service,) = (each for each in SERVICES.values() if each.get("command") == [mission])
+        assert service["depends_on"].keys() == robot
+        assert service["stop_signal"] == "SIGINT", "SIGTERM would leave the drone to itself"
+
+
+def test_the_viewer_tells_the_addresses_that_are_opened() -> None:
+    (word,) = (word for word in SERVICES["viewer"]["command"] if word.startswith("--options="))
+    told = json.loads(word.removeprefix("--options="))
+    ports = [port.rpartition(":")[0] for port in SERVICES["viewer"]["ports"]]
+    assert ports == [told["page"], told["stream"]]
+
+
+def test_only_loopback_of_the_host_is_opened() -> None:
     ports = [port for service in SERVICES.values() for port in service.get("ports", ())]
     assert ports
-    assert all(re.fullmatch(r"127\.0\.0\.1:\d+:\d+", port) for port in ports)
-    for service in SERVICES.values():
-        assert service.keys().isdisjoint({"privileged", "network_mode", "cap_add", "pid", "user"})
+    assert all(re.fullmatch(r"127\.0\.0\.1:\$\{[A-Z_]+:-(\d+)\}:\1", port) for port in ports)
 
 
 def test_variables_are_those_that_processes_read() -> None:
@@ -80,8 +114,49 @@ def test_variables_are_those_that_processes_read() -> None:
         assert service["environment"].keys() <= known, name
 
 
-def test_both_images_run_as_a_user_without_rights() -> None:
-    stages = re.split(r"^FROM ", (ROOT / "Dockerfile").read_text(), flags=re.MULTILINE)
-    for target in ("manager", "full"):
-        (stage,) = (stage for stage in stages if re.match(rf"\S+ AS {target}\n", stage))
-        assert re.findall(r"^USER (\S+)$", stage, flags=re.MULTILINE) == ["skillwing"]
+def stages() -> dict[str, str]:
+    """The stages of the Dockerfile by name."""
+    parts = re.split(r"^FROM (?=\S+ AS )", (ROOT / "Dockerfile").read_text(), flags=re.MULTILINE)[1:]
+    return {part.split()[2]: part for part in parts}
+
+
+def test_each_image_is_built_by_one_service_and_runs_as_a_user_without_rights() -> None:
+    """By more than one service, Compose v2 would build it as often."""
+    builds: dict[str, list[str]] = {}
+    for name, service in SERVICES.items():
+        target = service["build"]["target"] if "build" in service else None
+        assert target is None or service["image"] == f"skillwing-{target}", name
+        builds.setdefault(service["image"].removeprefix("skillwing-"), []).extend([target] if target else [])
+    # Of the missions one is flown at a time.
+    assert {role: len(targets) for role, targets in builds.items()} == {
+        "manager": 1,
+        "sim": 1,
+        "recorder": 1,
+        "viewer": 1,
+        "mission": 2,
+    }
+    for role in builds:
+        assert re.findall(r"^USER (\S+)$", stages()[role], flags=re.MULTILINE) == ["skillwing"]
+
+
+def test_everything_is_installed_by_hash_and_nothing_of_how_stays_in_an_image() -> None:
+    """Build arguments, which may hold a password, are in the history of the stage that declares them."""
+    for name, stage in stages().items():
+        for line in re.findall(r"pip\b.* install .*", stage):
+            assert "--require-hashes -r locks/" in line or line.rstrip().endswith("/wheel/*.whl"), line
+        built_on = stage.split()[0]
+        assert ("ARG" not in stage.split()) or name == "packages"
+        if name in {service["image"].removeprefix("skillwing-") for service in SERVICES.values()}:
+            assert built_on == "runtime"
+
+
+@pytest.mark.parametrize("role", ["sim", "mission", "recorder"])
+def test_all_images_have_the_same_versions(role: str) -> None:
+    """What the environment has is not installed again: another version of it would stay there."""
+    pins = {name: pinned(ROOT / "locks" / f"{name}.lock") for name in ("manager", role)}
+    assert pins["manager"] <= pins[role]
+    assert pins[role] <= pinned(ROOT / "requirements.lock")
+
+
+def pinned(lock: Path) -> set[str]:
+    return set(re.findall(r"^[a-z0-9._-]+==[^\\\n]*", lock.read_text(), flags=re.MULTILINE))

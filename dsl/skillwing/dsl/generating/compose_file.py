@@ -18,21 +18,28 @@ _FRAME = """\
 
 x-process: &process
   init: true
-  restart: "no"
+  # Back after a crash, and not after an end in good order.
+  restart: on-failure
   stop_grace_period: 10s
+  cap_drop: [ALL]
+  security_opt: ["no-new-privileges:true"]
+  mem_limit: 256m
+  pids_limit: 128
+  logging: {{driver: json-file, options: {{max-size: 10m, max-file: "3"}}}}
   environment: &environment
     SKILLWING_CONNECT: tcp/router:7447
     SKILLWING_ROBOT: /robot/{package}
     SKILLWING_HEARTBEAT: /tmp/heartbeat
   depends_on:
     router: {{condition: service_healthy}}
-  # The process touches this file from its own thread once a second: an old one tells a crash and a hang alike.
+  # The process touches this file from its own thread once a second: an old one tells a crash and a hang alike. Seldom,
+  # for the engine starts a process for each look.
   healthcheck: &heartbeat
     test: ["CMD-SHELL", "test $$(( $$(date +%s) - $$(stat -c %Y /tmp/heartbeat) )) -lt 20"]
-    interval: 15s
-    timeout: 5s
-    retries: 2
-    start_period: 20s
+    interval: 30s
+    timeout: 10s
+    retries: 3
+    start_period: 30s
 
 x-manager: &manager
   <<: *process
@@ -41,15 +48,17 @@ x-manager: &manager
 
 services:
   router:
+    <<: *process
     image: skillwing-manager
-    init: true
     entrypoint: ["python3", "-m", "skillwing.services.processes.router"]
     command: ["--listen", "tcp/0.0.0.0:7447"]
-    ports: ["127.0.0.1:7447:7447"]
+    ports: ["127.0.0.1:${{ZENOH_PORT:-7447}}:7447"]
+    environment: {{}}
+    depends_on: []
     healthcheck:
-      test: ["CMD", "python3", "-c", "import socket; socket.create_connection(('127.0.0.1', 7447), 2)"]
+      test: ["CMD", "bash", "-c", ": < /dev/tcp/127.0.0.1/7447"]
       interval: 5s
-      timeout: 4s
+      timeout: 10s
       retries: 6
 """
 
