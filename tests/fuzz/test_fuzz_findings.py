@@ -20,7 +20,7 @@ from skillwing.services.protocol import (
     decode,
     encode,
 )
-from skillwing.sim_mujoco.topics import AutopilotSetpoint, Health, MapHeader, SensorStatus
+from skillwing.sim_mujoco.topics import AutopilotSetpoint, Health, MapHeader, SensorStatus, VideoPiece
 
 ALMOST_TOO_LONG = "a" * (MAX_MESSAGE_BYTES - 100)
 
@@ -56,6 +56,12 @@ def test_health_that_fills_a_message_is_refused(field: str) -> None:
     """Its cause, told three times in the record of a fault, ended the bridge."""
     health = {"id": "1", "t": 0.0, "sensor": "zed", "status": SensorStatus.FAILED}
     refused(Health(**{**health, field: ALMOST_TOO_LONG[200:]}), Health)
+
+
+def test_a_stream_whose_name_fills_a_message_is_refused() -> None:
+    """What the ground says of a stream has its name in it, and was a little longer: it ended the ground."""
+    piece = VideoPiece(t=0.0, stream=ALMOST_TOO_LONG[200:], sequence=0, frame=0, part=0, parts=1, size=0, keyframe=True)
+    refused(piece, VideoPiece)
 
 
 def test_a_setpoint_beyond_all_maps_is_refused() -> None:

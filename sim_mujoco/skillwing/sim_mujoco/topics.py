@@ -210,8 +210,8 @@ class AutopilotSetpoint(Message, frozen=True, kw_only=True):
 class SetFault(Message, frozen=True, kw_only=True):
     """Switch a fault. Kinds: of a sensor blackout, freeze, noise, bias, dropout, slow; of a rotor stopped, weak."""
 
-    sensor: str
-    kind: str
+    sensor: Label
+    kind: Label
     on: bool = True
     magnitude: float | None = None
 
@@ -219,7 +219,7 @@ class SetFault(Message, frozen=True, kw_only=True):
 class FaultState(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What can fail: in which ways it can, in which ways it does, and what it thinks of itself (a rotor: None)."""
 
-    name: str
+    name: Label
     kinds: tuple[str, ...]
     active: tuple[str, ...] = ()
     status: SensorStatus | None = None
@@ -286,7 +286,7 @@ Motion = TakeOff | Land | FlyTo | Orbit | Hold | Turn | Stop
 
 
 class GuidanceCommand(Message, frozen=True, kw_only=True):
-    goal_id: str
+    goal_id: Label
     token: int
     motion: Motion
 
@@ -306,7 +306,7 @@ class MotionState(StrEnum):
 class AxisStatus(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Of the body axes or of the heading: who commands it and how far it is (m, or rad for heading)."""
 
-    goal_id: str | None
+    goal_id: Label | None
     state: MotionState
     remaining: float
     text: str = ""
@@ -336,9 +336,9 @@ class Geofence(Message, frozen=True, kw_only=True):
 class Revoked(Message, frozen=True, kw_only=True):
     """Commands with a token up to and including `token` for goal `goal_id` no longer count."""
 
-    goal_id: str
+    goal_id: Label
     token: int
-    record: str | None = None
+    record: Label | None = None
 
 
 class ObstacleSource(StrEnum):
@@ -350,7 +350,7 @@ class ObstacleSource(StrEnum):
 class SelectObstacleSource(Message, frozen=True, kw_only=True):
     """Which sensor the depth map is made from. `goal_id` is who asks."""
 
-    goal_id: str
+    goal_id: Label
     token: int
     source: ObstacleSource
 
@@ -371,7 +371,7 @@ class ObstacleStatus(Message, frozen=True, kw_only=True):
 
 
 class ControlMapping(Message, frozen=True, kw_only=True):
-    goal_id: str
+    goal_id: Label
     token: int
     run: bool
 
@@ -411,7 +411,7 @@ class MappingStatus(Message, frozen=True, kw_only=True):
     diverged: bool
     scans: int
     voxels: int
-    pose_source: str
+    pose_source: Label
     text: str = ""
 
 
@@ -449,7 +449,7 @@ class ControlVideo(Message, frozen=True, kw_only=True):
     """Start or stop the live video of a goal. `min_fps` and `min_quality` are what the ground needs at least: between
     them the sender chooses what to give up first."""
 
-    goal_id: str
+    goal_id: Label
     token: int
     run: bool
     min_fps: float = 10.0
@@ -460,7 +460,7 @@ class EncoderStatus(Message, frozen=True, kw_only=True):
     """What the sender aims at: `bitrate` [bit/s]; `changes` counts how often it has changed its mind."""
 
     t: Time
-    stream: str
+    stream: Label
     bitrate: float
     fps: float
     changes: int
@@ -474,7 +474,7 @@ class VideoPiece(Message, frozen=True, kw_only=True):
     """
 
     t: Time
-    stream: str
+    stream: Label
     sequence: int
     frame: int
     part: Annotated[int, msgspec.Meta(ge=0, le=4096)]
@@ -488,7 +488,7 @@ class VideoStatus(Message, frozen=True, kw_only=True):
     median time from shutter to screen [s]. `quality` is the SSIM of pictures shown, None while there are none."""
 
     t: Time
-    stream: str
+    stream: Label
     fps: float
     quality: float | None
     bitrate: float
@@ -522,6 +522,6 @@ class LinkStatus(Message, frozen=True, kw_only=True):
 class SetLinkFault(Message, frozen=True, kw_only=True):
     """Switch a fault of the link. Kinds: narrow (`magnitude` is what is left, in Mbit/s), cut."""
 
-    kind: str
+    kind: Label
     on: bool = True
     magnitude: Annotated[float, msgspec.Meta(ge=0.0, le=1e6)] | None = None
