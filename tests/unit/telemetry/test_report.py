@@ -140,5 +140,22 @@ def test_the_readable_report_tells_the_chain_link_by_link(tmp_path: Path) -> Non
     assert "| 6.4 | 12.0 | goto_straight | S_BLOCKED | an obstacle is 2.9 m ahead |" in text
 
 
+@pytest.mark.parametrize("text", ["the link is lost", "the link is lost."])
+def test_why_a_mission_failed_stands_first_as_a_sentence(tmp_path: Path, text: str) -> None:
+    end = Record(
+        id="m#1",
+        t=1.0,
+        source="m",
+        kind=RecordKind.MISSION,
+        subject=MISSION,
+        before="RUNNING",
+        after="FAILED",
+        text=text,
+    )
+    told = History.of([end])
+    write_report(make_report(told, mission=MISSION), told, tmp_path)
+    assert (tmp_path / REPORT_TEXT_FILE).read_text().splitlines()[2] == "the link is lost."
+
+
 def test_the_schema_knows_no_more_than_the_file() -> None:
     assert {field.encode_name for field in msgspec.structs.fields(Report)} == KEYS

@@ -168,7 +168,7 @@ def as_markdown(report: Report, history: History, notes: Sequence[str] = ()) -> 
     lines = [f"# Mission `{report.mission}`: {report.result}", ""]
     end = _last_phase(history, report.mission)
     if end is not None and end.text and end.after in _RESULTS:
-        lines += [f"{end.text}.", ""]
+        lines += [f"{end.text.removesuffix('.')}.", ""]
     seed = [] if report.seed is None else [("world's seed", str(report.seed))]
     lines += ["| figure | value |", "|---|---|"]
     lines += [f"| {name.strip()} | {_cell(value)} |" for name, value in (*seed, *figures(report))]
