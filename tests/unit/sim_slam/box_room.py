@@ -36,8 +36,8 @@ class Room:
     """A flight in the room: the drone stands for a while, then sways along a smooth path and turns to and fro.
 
     lidar_bias, lidar_noise [m], gyro_bias [rad/s], accel_bias [m/s2]: what the sensors add; they may be changed on the
-    way. lean (3,): by what rotation [rad], in world axes, navigation is wrong. blind, deaf: no scans, no inertial
-    measurements.
+    way. lean (3,), offset (3,): by what rotation [rad] and how far [m], in world axes, navigation is wrong. blind,
+    deaf, lost: no scans, no inertial measurements, no navigation.
     """
 
     seed: int = 1
@@ -47,8 +47,10 @@ class Room:
     gyro_bias: Floats = field(default_factory=lambda: np.array([0.004, -0.003, 0.002]))
     accel_bias: Floats = field(default_factory=lambda: np.array([0.05, -0.04, 0.03]))
     lean: Floats = field(default_factory=lambda: np.zeros(3))
+    offset: Floats = field(default_factory=lambda: np.zeros(3))
     blind: bool = False
     deaf: bool = False
+    lost: bool = False
 
     def __post_init__(self) -> None:
         self._rng = np.random.default_rng(self.seed)
@@ -74,7 +76,7 @@ class Room:
     def navigation(self, t: float) -> Navigation:
         return Navigation(
             t=t,
-            position=tuple(self.position(t).tolist()),
+            position=tuple((self.position(t) + self.offset).tolist()),
             velocity=tuple(self.velocity(t).tolist()),
             quaternion=so3.quaternion(so3.exp(self.lean) @ self.turn(t)),
             angular_velocity=(0.0, 0.0, 0.0),
@@ -116,7 +118,8 @@ class Room:
                 fixes.append(odometry.scan(self.scan(self.t - PERIOD, self.t)))
             if not self.deaf:
                 fixes.append(odometry.imu(self.inertial(start, self.t)))
-            odometry.navigation(self.navigation(self.t))
+            if not self.lost:
+                odometry.navigation(self.navigation(self.t))
             odometry.check(self.t)
             yield from (fix for fix in fixes if fix is not None)
 

@@ -9,7 +9,7 @@ import pytest
 from box_room import BATCH, HIGH, LOW, STANDING, Room
 
 from skillwing.sim_mujoco.slam import so3
-from skillwing.sim_mujoco.slam.odometry import IMU_PATIENCE, SCAN_PATIENCE, Odometry, Phase
+from skillwing.sim_mujoco.slam.odometry import HUNGRY_SCANS, PATIENCE, Odometry, Phase
 from skillwing.sim_mujoco.slam.vigil import DOUBTS
 
 
@@ -143,16 +143,26 @@ def test_a_single_wrong_scan_is_left_out_and_changes_nothing() -> None:
     assert np.linalg.norm(fixes[-1].state.position - room.position(fixes[-1].t)) < 0.05
 
 
-@pytest.mark.parametrize(("silence", "patience"), [("blind", SCAN_PATIENCE), ("deaf", IMU_PATIENCE)])
-def test_a_sensor_may_be_silent_for_a_moment_but_not_for_long(silence: str, patience: float) -> None:
+def test_scans_may_be_missing_for_a_moment_but_not_for_long() -> None:
     room = Room()
     odometry = flying(room)
-    setattr(room, silence, True)
-    list(room.fly(odometry, patience - 0.2))
+    room.blind = True
+    list(room.fly(odometry, PATIENCE - 0.2))
     assert odometry.phase is not Phase.LOST
     list(room.fly(odometry, 0.4))
     assert odometry.phase is Phase.LOST
-    assert f"{patience:g} s" in odometry.text
+    assert f"no scans for {PATIENCE:g} s" in odometry.text
+
+
+def test_scans_without_inertial_measurements_tell_soon_that_these_are_gone() -> None:
+    room = Room()
+    odometry = flying(room)
+    room.deaf = True
+    list(room.fly(odometry, 0.1 * (HUNGRY_SCANS - 1)))
+    assert odometry.phase is not Phase.LOST
+    list(room.fly(odometry, 0.2))
+    assert odometry.phase is Phase.LOST
+    assert "no inertial measurements" in odometry.text
 
 
 def test_scans_that_were_missing_are_bridged_by_inertial_measurements() -> None:
@@ -166,12 +176,41 @@ def test_scans_that_were_missing_are_bridged_by_inertial_measurements() -> None:
     assert np.linalg.norm(fixes[-1].state.position - room.position(fixes[-1].t)) < 0.06
 
 
-def test_missing_inertial_measurements_are_not_bridged() -> None:
+def without_everything(room: Room, odometry: Odometry, seconds: float) -> None:
+    """As long as a router takes to be started again nothing arrives."""
+    room.deaf = room.blind = room.lost = True
+    list(room.fly(odometry, seconds))
+    room.deaf = room.blind = room.lost = False
+
+
+@pytest.mark.parametrize("seconds", [0.3, 1.0, 1.6])
+def test_missing_inertial_measurements_are_bridged_by_how_navigation_moved(seconds: float) -> None:
+    room = Room(lean=np.array([0.012, -0.01, 0.0]))
+    odometry = flying(room)
+    without_everything(room, odometry, seconds)
+    fixes = list(room.fly(odometry, 1.5))
+    assert odometry.phase is Phase.TRACKING
+    assert all(fix.believed for fix in fixes)
+    errors = [np.linalg.norm(fix.levelled.position - room.position(fix.t)) for fix in fixes]
+    assert errors[-1] < 0.08
+
+
+def test_what_navigation_does_not_tell_is_not_guessed() -> None:
     room = Room()
     odometry = flying(room)
-    room.deaf = True
-    list(room.fly(odometry, 0.3))
-    room.deaf = False
+    without_everything(room, odometry, 1.0)
+    room.lost = True
     list(room.fly(odometry, 0.3))
     assert odometry.phase is Phase.LOST
     assert "inertial measurements" in odometry.text
+    assert "navigation" in odometry.text
+
+
+def test_where_navigation_is_does_not_matter_to_the_bridge() -> None:
+    room = Room()
+    odometry = flying(room)
+    room.offset = np.array([30.0, -20.0, 5.0])
+    list(room.fly(odometry, 0.1))
+    without_everything(room, odometry, 1.0)
+    fixes = list(room.fly(odometry, 1.0))
+    assert np.linalg.norm(fixes[-1].state.position - room.position(fixes[-1].t)) < 0.08

@@ -11,6 +11,7 @@ import numpy as np
 from skillwing.sim_mujoco.frames.vectors import Vector
 from skillwing.sim_mujoco.sensors.scans import LidarScan, PlacedPoints
 from skillwing.sim_mujoco.slam.beginning import Beginning
+from skillwing.sim_mujoco.slam.bridge import NavigationBridge
 from skillwing.sim_mujoco.slam.deskew import StillScan, deskew
 from skillwing.sim_mujoco.slam.inertial import Inertial, InertialMemory
 from skillwing.sim_mujoco.slam.matching import MakeMatcher, PlaneMatcher
@@ -23,11 +24,12 @@ from skillwing.sim_mujoco.topics import Navigation
 
 REACH: Final = 60.0
 """Returns from farther away are not used [m]."""
-SCAN_PATIENCE: Final = 2.0
-IMU_PATIENCE: Final = 0.5
-"""Without scans, or without inertial measurements, for so long the drone is lost [s]."""
+PATIENCE: Final = 2.0
+"""Without scans, or without anything, for so long the drone is lost [s]."""
+HUNGRY_SCANS: Final = 5
+"""So many scans without inertial measurements in between mean that only these are missing, and will be."""
 LARGEST_GAP: Final = 0.1
-"""Inertial measurements that are missing for longer are not bridged [s]."""
+"""Where inertial measurements are missing for longer, navigation has to say how the drone has moved [s]."""
 
 DRIFT: Final = 0.003
 """Standard deviation of the drift along each axis, as a share of the way: see docs/mapping.md."""
@@ -111,6 +113,8 @@ class Odometry:
         self._beginning: Beginning | None = Beginning()
         self._memory = InertialMemory()
         self._waiting: LidarScan | None = None
+        self._hungry = 0
+        self._bridge = NavigationBridge()
         self._vigil = Vigil()
         self._matcher = self._make_matcher(self._low, self._high)
         self._t = self._way = 0.0
@@ -119,7 +123,8 @@ class Odometry:
         self._covariance = np.zeros((SIZE, SIZE))
 
     def navigation(self, navigation: Navigation) -> None:
-        """A navigation solution: it matters only until odometry has begun."""
+        """A navigation solution: it matters only until odometry has begun, and where measurements are missing."""
+        self._bridge.navigation(navigation)
         if self._beginning is not None:
             self._beginning.navigation(navigation)
 
@@ -127,6 +132,7 @@ class Odometry:
         """A batch of inertial measurements."""
         if not self._memory.add(batch):
             return None
+        self._hungry = 0
         if self._beginning is not None:
             self._beginning.imu(batch)
         return self._advance()
@@ -134,6 +140,7 @@ class Odometry:
     def scan(self, scan: LidarScan) -> Fix | None:
         """A scan. One that comes while another still waits for inertial measurements takes its place."""
         self._waiting = scan
+        self._hungry += 1
         return self._advance()
 
     def check(self, t: float) -> None:
@@ -141,10 +148,10 @@ class Odometry:
         if self._state is None or self.phase is Phase.LOST:
             return
         covered = self._memory.covered_until
-        if covered is not None and t - covered > IMU_PATIENCE:
-            self._lose(f"there were no inertial measurements for {IMU_PATIENCE:g} s")
-        elif t - self._t > SCAN_PATIENCE:
-            self._lose(f"there were no scans for {SCAN_PATIENCE:g} s")
+        if self._hungry >= HUNGRY_SCANS and covered is not None:
+            self._lose(f"there were no inertial measurements for {t - covered:.1f} s")
+        elif t - self._t > PATIENCE:
+            self._lose(f"there were no scans for {PATIENCE:g} s")
 
     def _advance(self) -> Fix | None:
         scan, covered = self._waiting, self._memory.covered_until
@@ -164,6 +171,7 @@ class Odometry:
         self._state, self._covariance = begun
         self._origin = self._state.position
         self._t = self.begun_at = t
+        self._bridge.reached(t)
         self._beginning = None
         self.phase, self.text = Phase.TRACKING, ""
 
@@ -173,7 +181,7 @@ class Odometry:
             return None
         measured = self._memory.take(self._t, end)
         if (gap := measured.largest_gap(self._t, end)) > LARGEST_GAP:
-            self._lose(f"inertial measurements are missing for {gap:.2f} s")
+            self._cross(state, end, gap)
             return None
         predicted = predict(state, self._covariance, measured, self._t, end, self._noise)
         still = deskew(scan, predicted.track, REACH)
@@ -181,13 +189,29 @@ class Odometry:
         posterior = match.posterior
         if match.judgement is not None:
             self._vigil.observe(match.judgement, posterior)
-        self._way += float(np.linalg.norm(posterior.state.position - state.position))
-        self._t, self._state, self._covariance = end, posterior.state, posterior.covariance
+        self._go_to(end, posterior.state, posterior.covariance)
         if self._vigil.verdict:
             self._lose(self._vigil.verdict)
         else:
-            self.phase = Phase.DOUBTING if self._vigil.doubting else Phase.TRACKING
-        return Fix(end, self._state, self._covariance, match.agreement, match.believed, self._origin, self._way, still)
+            self.phase, self.text = (Phase.DOUBTING if self._vigil.doubting else Phase.TRACKING), ""
+        covariance = posterior.covariance
+        return Fix(end, posterior.state, covariance, match.agreement, match.believed, self._origin, self._way, still)
+
+    def _cross(self, state: State, end: float, gap: float) -> None:
+        """Go on at `end`, from where the next scan is followed again."""
+        why = f"inertial measurements were missing for {gap:.2f} s"
+        crossed = self._bridge.over(state, self._covariance, end) if end - self._t <= PATIENCE else None
+        if crossed is None:
+            self._lose(f"{why}, and navigation does not tell how the drone moved meanwhile")
+            return
+        self._go_to(end, *crossed)
+        self.phase, self.text = Phase.DOUBTING, why
+
+    def _go_to(self, t: float, state: State, covariance: Floats) -> None:
+        if self._state is not None:
+            self._way += float(np.linalg.norm(state.position - self._state.position))
+        self._t, self._state, self._covariance = t, state, covariance
+        self._bridge.reached(t)
 
     def _lose(self, why: str) -> None:
         self.phase, self.text = Phase.LOST, why
