@@ -29,15 +29,14 @@ class Picture:
     """One that a recorded flight of a mission under a policy left."""
 
     mission: str
-    world: str
     label: str
     file: str
 
 
 PICTURES = (
-    *(Picture(MAPPING, "courtyard", label, f"{what}.png") for label in (NOMINAL, RECOVERY) for what in BOTH),
-    Picture(MAPPING, "courtyard", "none", "map.png"),
-    *(Picture(INSPECTION, "inspection", RECOVERY, f"{what}.png") for what in BOTH),
+    *(Picture(MAPPING, label, f"{what}.png") for label in (NOMINAL, RECOVERY) for what in BOTH),
+    Picture(MAPPING, "none", "map.png"),
+    Picture(INSPECTION, RECOVERY, "timeline.png"),
 )
 SHOWN = frozenset((picture.mission, picture.label) for picture in PICTURES)
 """Missions and policies of which the page has pictures."""

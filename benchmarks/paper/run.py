@@ -21,6 +21,7 @@ from flight_code import FlightCode, flight_code
 from paper_flights import paper_plans
 from paper_page import MARKS, PICTURES, SHOWN, picture_name, write_page
 from price_picture import PRICE_PICTURE, draw_price
+from way_picture import WAYS_PICTURE, draw_ways, flights_drawn
 
 from skillwing.m600.campaign.command import parse_seeds
 from skillwing.m600.campaign.crew import Crew
@@ -31,6 +32,7 @@ from skillwing.services.errors import SkillwingError
 from skillwing.services.marked_page import page_with
 
 ROOT = Path(__file__).parents[2]
+PICTURED = SHOWN | flights_drawn()
 NAMED = 3
 """So many changed files are told by name."""
 
@@ -65,13 +67,13 @@ def main() -> None:
         sys.exit(str(error))
     except KeyboardInterrupt:
         sys.exit("Called off. The same command goes on with it.")
-    results = [result for result in flown if result.plan in plans]
+    results = list({result.plan.name: result for result in flown if result.plan in plans}.values())
     if not results:
         sys.exit(f"Nothing has been flown by this code ({code.digest}) yet. Leave out `--only-write`.")
-    images = chosen.page.parent / "images" / "results"
     write_page(chosen.page, results, len(plans), code.digest)
-    copy_pictures(plans[0].seed, folder, images)
-    draw_price(images / PRICE_PICTURE, results)
+    first = [result.plan for result in results if result.plan.seed == plans[0].seed]
+    draw_pictures(first, folder, chosen.page.parent / "images" / "results")
+    draw_price(chosen.page.parent / "images" / "results" / PRICE_PICTURE, results)
 
 
 def known(folder: Path) -> list[FlightResult]:
@@ -94,10 +96,11 @@ def fly(
     """
     ledger = Ledger(folder, resume=True)
     flown = [result.plan for result in ledger.results]
-    missing = [plan for plan in plans if plan not in flown]
+    shown = [plan for plan in plans if plan.seed == plans[0].seed and (plan.mission, plan.label) in PICTURED]
+    missing = [plan for plan in plans if plan not in flown or (plan in shown and not (folder / plan.name).is_dir())]
 
     def run_dir(plan: FlightPlan) -> Path | None:
-        if plan.seed != plans[0].seed or (plan.mission, plan.label) not in SHOWN:
+        if plan not in shown:
             return None
         directory = (ledger.folder / plan.name).absolute()
         # What a flight left that was killed would be taken for a part of this one.
@@ -116,13 +119,18 @@ def fly(
     return ledger.results
 
 
-def copy_pictures(seed: int, runs: Path, images: Path) -> None:
-    """Put the recorded pictures beside the page."""
+def draw_pictures(flown: list[FlightPlan], folder: Path, images: Path) -> None:
+    """Put what the recorded ones of these flights look like beside the page."""
     images.mkdir(parents=True, exist_ok=True)
+    recorded = {(plan.mission, plan.label): plan for plan in flown if (folder / plan.name).is_dir()}
     for picture in PICTURES:
-        source = runs / f"{picture.mission}-{picture.world}-none-{seed}-{picture.label}" / picture.file
-        if source.exists():
-            shutil.copyfile(source, images / picture_name(picture))
+        plan = recorded.get((picture.mission, picture.label))
+        if plan is not None:
+            shutil.copyfile(folder / plan.name / picture.file, images / picture_name(picture))
+    ways = {label: plan for (mission, label), plan in recorded.items() if (mission, label) in flights_drawn()}
+    if ways:
+        runs = {label: folder / plan.name for label, plan in ways.items()}
+        draw_ways(images / WAYS_PICTURE, next(iter(ways.values())), runs)
 
 
 if __name__ == "__main__":

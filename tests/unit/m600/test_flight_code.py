@@ -6,7 +6,7 @@ import importlib
 import json
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from types import ModuleType
 from typing import Self
@@ -96,8 +96,9 @@ class CrewOnPaper:
     def __exit__(self, *error: object) -> None:
         pass
 
-    def fly(self, plans: Sequence[FlightPlan], run_dir: object) -> Iterator[FlightResult]:
+    def fly(self, plans: Sequence[FlightPlan], run_dir: Callable[[FlightPlan], Path | None]) -> Iterator[FlightResult]:
         for plan in plans:
+            run_dir(plan)
             yield FlightResult(plan=plan, end=End.HOME)
 
 
@@ -108,9 +109,25 @@ def test_a_run_goes_on_with_flights_of_its_own_code(
     monkeypatch.setattr(run, "Crew", CrewOnPaper)
     plans = script("paper_flights").paper_plans(range(1))
     assert len(run.fly(plans[:3], tmp_path / "runs", 1, code, lambda: code)) == 3
-    changed = replace(plans[1], happens={"faults": []})
+    changed = replace(plans[2], happens={"faults": []})
     run.fly([*plans, changed], tmp_path / "runs", 1, code, lambda: code)
     assert [each.plan for each in read_results(tmp_path / "runs" / LEDGER_FILE)] == [*plans, changed]
+
+
+def test_a_flight_of_which_the_page_has_a_picture_is_flown_again_if_it_was_not_recorded(
+    tmp_path: Path, repository: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    runs = tmp_path / "runs"
+    run, code = script("run"), script("flight_code").flight_code(repository)
+    monkeypatch.setattr(run, "Crew", CrewOnPaper)
+    plans = script("paper_flights").paper_plans(range(2))
+    run.fly(plans, runs, 1, code, lambda: code)
+    assert {path.name for path in runs.iterdir() if path.is_dir()} == {
+        f"mapping-courtyard-none-0-{label}" for label in ("nominal", "recovery", "none")
+    } | {f"inspection-inspection-none-0-{label}" for label in ("recovery", "abort", "home", "none")}
+    again = run.fly([plan for plan in plans if plan.seed == 1], runs, 1, code, lambda: code)[len(plans) :]
+    assert [each.plan.label for each in again] == ["nominal", "recovery", "none", "recovery", "abort", "home", "none"]
+    assert all((runs / each.plan.name).is_dir() for each in again)
 
 
 def test_a_flight_by_code_that_changed_meanwhile_is_not_kept(

@@ -11,9 +11,11 @@ from pathlib import Path
 from types import ModuleType
 
 import msgspec
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from matplotlib.colors import to_rgb
 from matplotlib.image import imread
 from msgspec.structs import replace
 
@@ -24,7 +26,10 @@ from skillwing.bt_missions.running.rehearsal import grounded_context, rehearse
 from skillwing.m600.campaign.plan import FlightPlan, planned_circle
 from skillwing.m600.campaign.price import AWAY, LIVE_FOR, Price, PriceMeter
 from skillwing.m600.campaign.result import End, FlightResult
+from skillwing.m600.judge.flight_log import FLIGHT_FILE
 from skillwing.m600.robot import ROBOT
+from skillwing.services.protocol import Record, RecordKind
+from skillwing.services.telemetry.journal import TIMELINE_FILE, JsonLines
 from skillwing.sim_mujoco.topics import Battery, FlightState, Truth, Vector3, VideoStatus
 
 PAPER = Path(__file__).parents[3] / "benchmarks" / "paper"
@@ -44,6 +49,7 @@ def script(name: str) -> ModuleType:
 flights = script("paper_flights")
 page = script("paper_page")
 price = script("price_picture")
+ways = script("way_picture")
 
 
 def plan_of(mission: str, label: str, seed: int) -> FlightPlan:
@@ -295,3 +301,26 @@ def test_the_picture_has_a_row_of_panels_for_each_mission_that_was_flown(tmp_pat
     price.draw_price(one, mapping)
     price.draw_price(both, [*mapping, flown("inspection", "recovery", 0)])
     assert imread(both).shape[0] > 1.5 * imread(one).shape[0]
+
+
+def test_the_way_is_drawn_in_the_colours_of_its_link(tmp_path: Path) -> None:
+    plan = plan_of("inspection", "recovery", 0)
+    circle = planned_circle(plan.site(), "inspection")
+    flight, timeline = JsonLines[Truth](tmp_path / FLIGHT_FILE), JsonLines[Record](tmp_path / TIMELINE_FILE)
+    for t, place in enumerate(circle[:20]):
+        flight.write(truth(float(t), place))
+    for number, (t, before, after) in enumerate([(0.0, "UNKNOWN", "GOOD"), (10.0, "GOOD", "LOST")]):
+        kind = RecordKind.RESOURCE
+        change = Record(id=str(number), t=t, source="s", kind=kind, subject=ways.LINK, before=before, after=after)
+        timeline.write(change)
+    flight.close()
+    timeline.close()
+    ways.draw_ways(tmp_path / "ways.png", plan, {"recovery": tmp_path})
+    picture = imread(tmp_path / "ways.png")[:, :, :3]
+
+    def pixels(state: str) -> int:
+        return int((np.abs(picture - to_rgb(ways.COLOURS[state])).max(axis=2) < 0.02).sum())
+
+    legend = pixels("DEGRADED")
+    assert pixels("GOOD") > 3 * legend
+    assert pixels("LOST") > 3 * legend
