@@ -200,10 +200,25 @@ def test_what_navigation_does_not_tell_is_not_guessed() -> None:
     odometry = flying(room)
     without_everything(room, odometry, 1.0)
     room.lost = True
-    list(room.fly(odometry, 0.3))
+    assert list(room.fly(odometry, 0.5)) == []
+    assert odometry.phase is Phase.DOUBTING
+    list(room.fly(odometry, 1.0))
     assert odometry.phase is Phase.LOST
     assert "inertial measurements" in odometry.text
     assert "navigation" in odometry.text
+
+
+def test_navigation_may_come_later_than_the_first_scans() -> None:
+    room = Room()
+    odometry = flying(room)
+    without_everything(room, odometry, 0.8)
+    room.lost = True
+    list(room.fly(odometry, 0.3))
+    room.lost = False
+    fixes = list(room.fly(odometry, 1.0))
+    assert odometry.phase is Phase.TRACKING
+    assert odometry.text == ""
+    assert np.linalg.norm(fixes[-1].state.position - room.position(fixes[-1].t)) < 0.08
 
 
 def test_where_navigation_is_does_not_matter_to_the_bridge() -> None:

@@ -151,7 +151,7 @@ class Odometry:
         if self._hungry >= HUNGRY_SCANS and covered is not None:
             self._lose(f"there were no inertial measurements for {t - covered:.1f} s")
         elif t - self._t > PATIENCE:
-            self._lose(f"there were no scans for {PATIENCE:g} s")
+            self._lose(self.text or f"there were no scans for {PATIENCE:g} s")
 
     def _advance(self) -> Fix | None:
         scan, covered = self._waiting, self._memory.covered_until
@@ -198,14 +198,15 @@ class Odometry:
         return Fix(end, posterior.state, covariance, match.agreement, match.believed, self._origin, self._way, still)
 
     def _cross(self, state: State, end: float, gap: float) -> None:
-        """Go on at `end`, from where the next scan is followed again."""
-        why = f"inertial measurements were missing for {gap:.2f} s"
-        crossed = self._bridge.over(state, self._covariance, end) if end - self._t <= PATIENCE else None
-        if crossed is None:
-            self._lose(f"{why}, and navigation does not tell how the drone moved meanwhile")
+        """Go on at `end`, from where the next scan is followed again; or at a later scan, if navigation is late."""
+        self.phase, self.text = Phase.DOUBTING, f"inertial measurements were missing for {gap:.2f} s"
+        crossed = self._bridge.over(state, self._covariance, end)
+        if crossed is not None and end - self._t <= PATIENCE:
+            self._go_to(end, *crossed)
             return
-        self._go_to(end, *crossed)
-        self.phase, self.text = Phase.DOUBTING, why
+        self.text += ", and navigation does not tell how the drone moved meanwhile"
+        if end - self._t > PATIENCE:
+            self._lose(self.text)
 
     def _go_to(self, t: float, state: State, covariance: Floats) -> None:
         if self._state is not None:
