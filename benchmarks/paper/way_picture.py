@@ -40,7 +40,7 @@ def flights_drawn() -> frozenset[tuple[str, str]]:
 
 def draw_ways(file: Path, plan: FlightPlan, runs: Mapping[str, Path]) -> None:
     """Write the picture (PNG): a panel for each policy. plan: any of them; runs: recorded flights, by policy."""
-    figure = Figure(figsize=(4.1 * len(runs), 5.0), dpi=110, layout="constrained")
+    figure = Figure(figsize=(4.1 * len(runs), 4.4), dpi=110, layout="constrained")
     FigureCanvasAgg(figure)
     row = figure.subplots(1, len(runs), sharey=True, squeeze=False)[0]
     for axes, (label, run) in zip(row, runs.items(), strict=True):
@@ -99,8 +99,8 @@ def _legend() -> list[Line2D | Patch]:
 
     return [
         *(line(f"link {state.lower()}", colour) for state, colour in COLOURS.items()),
-        Patch(color=ZONES[0], label="poor link"),
-        Patch(color=ZONES[1], label="critical link"),
+        Patch(color=ZONES[0], label="radio shadow, poor"),
+        Patch(color=ZONES[1], label="radio shadow, critical"),
         Patch(color=WALL, label="building"),
         mark("home", "^", "white"),
         mark("landed", "s", INK),
