@@ -141,7 +141,7 @@ class MappingNode:
             running=mapper.running,
             diverged=self._diverged,
             scans=mapper.scans,
-            voxels=len(mapper.grid.occupied()),
+            voxels=mapper.grid.count_occupied(),
             pose_source=self.pose_source,
             text=localiser.text or (MISFITS if mapper.diverged else ""),
         )
@@ -153,7 +153,7 @@ class MappingNode:
         change = grid.changed_since(self._published)
         if not len(change.appeared) and not len(change.vanished):
             return
-        self._published = grid.occupied()
+        self._published = change.occupied
         complete = len(change.vanished) > 0
         self._map.put(*self._encoded(self._published if complete else change.appeared, complete=complete))
 

@@ -45,10 +45,11 @@ class Fit:
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """Voxels that have become occupied, and those that are so no more."""
+    """Voxels that have become occupied, those that are so no more, and all that are `occupied` now."""
 
     appeared: Voxels
     vanished: Voxels
+    occupied: Voxels
 
 
 class OccupancyGrid:
@@ -62,7 +63,8 @@ class OccupancyGrid:
 
     def hit_by(self, points: NDArray[np.float32]) -> Voxels:
         """The voxels that any of these points (N, 3), world frame, lies in."""
-        return np.unique(self._voxels_at(points.T))
+        voxels = np.sort(self._voxels_at(points.T))
+        return voxels[np.flatnonzero(np.diff(voxels, prepend=-1))]
 
     def fit(self, hits: Voxels) -> Fit:
         """Compare what a scan hit with what is known so far.
@@ -94,6 +96,10 @@ class OccupancyGrid:
         """The occupied voxels."""
         return np.flatnonzero(self._log_odds > _OCCUPIED)
 
+    def count_occupied(self) -> int:
+        """How many voxels are occupied."""
+        return int(np.count_nonzero(self._log_odds > _OCCUPIED))
+
     def centres(self, voxels: Voxels) -> NDArray[np.float32]:
         """Centres (N, 3) of voxels [m], world frame."""
         return self._centres64(voxels).astype(np.float32)
@@ -105,7 +111,8 @@ class OccupancyGrid:
     def changed_since(self, before: Voxels) -> Change:
         """What has changed since `occupied()` was `before`."""
         now = self.occupied()
-        return Change(np.setdiff1d(now, before, assume_unique=True), np.setdiff1d(before, now, assume_unique=True))
+        appeared = np.setdiff1d(now, before, assume_unique=True)
+        return Change(appeared, np.setdiff1d(before, now, assume_unique=True), now)
 
     def _touches_occupied(self, voxels: Voxels) -> NDArray[np.bool_]:
         """Whether any of the six neighbours of each voxel is occupied."""
