@@ -32,7 +32,7 @@ class StillScan:
 
     def within(self, reach: float) -> NDArray[np.float32]:
         """The points whose ranges were at most `reach` [m]."""
-        return self.points.T[:, self.ranges <= reach].T
+        return self.points.T.take(np.flatnonzero(self.ranges <= reach), axis=1).T
 
 
 def deskew(scan: LidarScan, track: Track, reach: float) -> StillScan:
@@ -60,8 +60,8 @@ def deskew(scan: LidarScan, track: Track, reach: float) -> StillScan:
         row = turns[:-1, axis].T.astype(np.float32)[:, :, None]
         moved = row[0] * in_body[0] + row[1] * in_body[1] + row[2] * in_body[2]
         moved += places[:-1, axis, None].astype(np.float32)
-        points[axis] = moved.ravel()[numbers]
-    return StillScan(points.T, scan.ranges.ravel()[numbers], places[-1] + turns[-1] @ mount)
+        points[axis] = moved.ravel().take(numbers)
+    return StillScan(points.T, scan.ranges.ravel().take(numbers), places[-1] + turns[-1] @ mount)
 
 
 def thinned(points: NDArray[np.float32], cell: float) -> NDArray[np.float32]:
@@ -76,7 +76,7 @@ def thinned(points: NDArray[np.float32], cell: float) -> NDArray[np.float32]:
     owners = np.empty(1 << _HASH_BITS, dtype=np.int32)
     numbers = np.arange(len(points), dtype=np.int32)
     owners[hashes] = numbers
-    return across[:, np.flatnonzero(owners[hashes] == numbers)].T
+    return across.take(np.flatnonzero(owners.take(hashes) == numbers), axis=1).T
 
 
 @lru_cache(maxsize=2)

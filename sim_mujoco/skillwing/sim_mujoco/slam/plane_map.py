@@ -83,12 +83,12 @@ class PlaneMap:
     def insert(self, points: Floats) -> None:
         """Take in points (N, 3), world frame."""
         voxels, inside = self._voxels_at(points)
-        points, voxels = points[inside], voxels[inside]
+        voxels = voxels[inside]
         self._open(voxels)
         rows = self._rows[voxels]
-        wanting = self._sums[rows, 0] < _MOST
-        if wanting.any():
-            self._accumulate(points[wanting], rows[wanting])
+        wanting = np.flatnonzero(self._sums[rows, 0] < _MOST)
+        if len(wanting):
+            self._accumulate(points.take(np.flatnonzero(inside)[wanting], axis=0), rows[wanting])
 
     def _open(self, voxels: NDArray[np.int64]) -> None:
         """Give those voxels a row that have none."""
@@ -102,8 +102,11 @@ class PlaneMap:
         self._corners[first : self._used] = self._low + cells * self._size
 
     def _accumulate(self, points: Floats, rows: NDArray[np.int32]) -> None:
-        touched, place = np.unique(rows, return_inverse=True)
+        touched = np.flatnonzero(np.bincount(rows))
         number = len(touched)
+        places = np.empty(self._used, dtype=np.int64)
+        places[touched] = np.arange(number)
+        place = places[rows]
         # Sums are taken from the voxels' corners: far from the origin their squares would lose digits.
         local = points - self._corners[rows]
         terms = [None, *local.T, *(local[:, a] * local[:, b] for a, b in _PAIRS)]
@@ -111,7 +114,7 @@ class PlaneMap:
         counts = self._sums[touched, 0]
         self._fit(touched[(counts >= _FEWEST) & (counts >= _REFIT * self._fitted[touched])])
 
-    def _fit(self, rows: NDArray[np.int32]) -> None:
+    def _fit(self, rows: NDArray[np.int64]) -> None:
         """Fit planes by the principal axes of the points."""
         counts = self._sums[rows, 0]
         means = self._sums[rows, 1:] / counts[:, None]
