@@ -69,10 +69,14 @@ class Channel:
     def collect(self, t: float) -> tuple[list[Measurement], list[Change]]:
         """What has arrived by time `t`, and how the sensor's opinion of itself changed."""
         arrived: list[Measurement] = []
-        changes: list[Change | None] = []
+        changes: list[Change] = []
         while self._under_way and self._under_way[0].end + self._delay <= t + 1e-9:
             measurement = self._under_way.popleft()
             arrived.append(measurement)
-            changes.append(self._monitor.observe(t, measurement.data, self.witness(t, measurement)))
-        changes.append(self._monitor.check(t))
-        return arrived, [change for change in changes if change is not None]
+            change = self._monitor.observe(t, measurement.data, self.witness(t, measurement))
+            if change is not None:
+                changes.append(change)
+        change = self._monitor.check(t)
+        if change is not None:
+            changes.append(change)
+        return arrived, changes

@@ -61,6 +61,7 @@ class HealthMonitor:
         self._period, self._limits, self._tests = period, limits, tests
         self._window = min(2.0, max(0.5, _WINDOW_PERIODS * period))
         self._silence_limit = max(SILENT_PERIODS * period, 0.2)
+        self._expected = round(self._window / period)
         self._started: float | None = None
         self._counting_since = 0.0
         self._last_seen: float | None = None
@@ -80,14 +81,13 @@ class HealthMonitor:
         """Time passed. Call it regularly, at least once a period."""
         if self._started is None:
             self._started = self._counting_since = t
-        return self._judge(t, self._silent(t) or self._sparse(t), time_only=True)
+        problem = self._silent(t) or self._sparse(t)
+        return None if problem is None else self._judge(t, problem)
 
-    def _judge(self, t: float, problem: str | None, *, time_only: bool = False) -> Change | None:
+    def _judge(self, t: float, problem: str | None) -> Change | None:
         if problem is not None:
             self._good_since = None
             return self._become(t, Condition.FAILED, problem)
-        if time_only:
-            return None
         if self._good_since is None:
             self._good_since = t
         needed = TRUST_AFTER if self.condition is Condition.FAILED else FIRST_TRUST_AFTER
@@ -112,12 +112,11 @@ class HealthMonitor:
     def _sparse(self, t: float) -> str | None:
         while self._arrivals and self._arrivals[0] <= t - self._window:
             self._arrivals.popleft()
-        expected = round(self._window / self._period)
+        if len(self._arrivals) >= LEAST_SHARE * self._expected:
+            return None
         if t - self._counting_since < self._window + self._period:
             return None
-        if len(self._arrivals) >= LEAST_SHARE * expected:
-            return None
-        return f"only {len(self._arrivals)} of {expected} measurements in {self._window:g} s"
+        return f"only {len(self._arrivals)} of {self._expected} measurements in {self._window:g} s"
 
     def _frozen(self, data: Data) -> str | None:
         same = self._previous is not None and np.array_equal(self._previous, data)

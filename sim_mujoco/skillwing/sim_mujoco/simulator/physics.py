@@ -34,7 +34,7 @@ class Physics:
         self._shares: NDArray[np.float64] | None = None
         self.collisions = 0
         mujoco.mj_forward(self._model, self._data)
-        self._felt = self._data.sensordata.copy()
+        self._felt: list[float] = self._data.sensordata.tolist()
         """By the accelerometer and the gyroscope one step ago."""
 
     @property
@@ -61,7 +61,8 @@ class Physics:
         A real IMU integrates between its samples. Skids at rest slip to and fro by micrometres with a period of a few
         steps; every other one alone would make a constant 0.06 m/s2 of that, half a degree of lean.
         """
-        return tuple((0.5 * (self._felt + self._data.sensordata)).tolist())
+        now = self._data.sensordata.tolist()
+        return tuple([0.5 * (one + other) for one, other in zip(self._felt, now, strict=True)])
 
     def set_wind(self, wind: Vector) -> None:
         """Wind from now on, in the world frame [m/s]."""
@@ -79,14 +80,14 @@ class Physics:
         self._data.qpos[:] = [*position, np.cos(heading / 2), 0.0, 0.0, np.sin(heading / 2)]
         self._data.act[:] = self.airframe.mass * 9.81 / len(self._data.act)
         mujoco.mj_forward(self._model, self._data)
-        self._felt[:] = self._data.sensordata
+        self._felt = self._data.sensordata.tolist()
 
     def step(self, thrusts: list[float]) -> None:
         """Advance by `dt` with these commanded rotor thrusts (6) [N]."""
         self._data.ctrl[:] = thrusts
         if self._shares is not None:
             self._data.ctrl *= self._shares
-        self._felt[:] = self._data.sensordata
+        self._felt = self._data.sensordata.tolist()
         mujoco.mj_step(self._model, self._data)
         if self._data.ncon:
             self._judge_contacts()
