@@ -84,11 +84,11 @@ class DepthCamera:
         return _inverted(self._inverse_depth(motion))
 
     def _inverse_depth(self, motion: Motion) -> NDArray[np.float32]:
-        turn = rotations(np.array([motion.quaternion]))[0].astype(np.float32)
+        to_body = np.ascontiguousarray(rotations(np.array([motion.quaternion]))[0].T, dtype=np.float32)
         origin = np.array(add(motion.position, to_world(motion.quaternion, ZED_MOUNT)), dtype=np.float32)
 
         def cast(in_body: NDArray[np.float32], range_per_depth: NDArray[np.float32]) -> NDArray[np.float32]:
-            ranges = self._rays.distances(origin, in_body @ turn.T, self._reach)
+            ranges = self._rays.distances(origin, in_body @ to_body, self._reach)
             return np.divide(range_per_depth, ranges, out=ranges, where=ranges > 0.0)
 
         def cast_between(pixels: Pixels) -> NDArray[np.float32]:
@@ -119,8 +119,14 @@ def _unmatchable(disparity: NDArray[np.float32]) -> NDArray[np.bool_]:
 
 def _least_of_next(rows: NDArray[np.float32], count: float) -> NDArray[np.float32]:
     """The least of each value and at least `count` on its right, as far as there are so many."""
-    least, window = rows.copy(), 1
-    while window <= min(count, rows.shape[1] - 1):
-        least[:, :-window] = np.minimum(least[:, :-window], least[:, window:])
-        window *= 2
-    return least
+    height, width = rows.shape
+    windows = [1 << k for k in range(width.bit_length()) if 1 << k <= min(count, width - 1)]
+    # All rows one after the other, with so much behind each that no window reaches from one into the next.
+    room = sum(windows)
+    padded = np.full((height, width + room), np.inf, dtype=np.float32)
+    padded[:, :width] = rows
+    least = padded.reshape(-1)
+    for window in windows:
+        least = np.minimum(least[:-window], least[window:])
+    padded.reshape(-1)[: len(least)] = least
+    return padded[:, :width]

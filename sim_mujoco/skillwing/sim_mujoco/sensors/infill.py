@@ -33,13 +33,15 @@ class Infill:
         """Inverse depths (height, width), 0 where there is no return, from those of the `first` pixels (n,)."""
         image = np.empty(self._numbers.shape, dtype=np.float32)
         image[::2, ::2] = first.reshape(image[::2, ::2].shape)
-        _fill(image[::2].T, self._numbers[::2].T, cast)
-        _fill(image, self._numbers, cast)
+        pixels = image.reshape(-1)
+        for rows, numbers in ((image[::2].T, self._numbers[::2].T), (image, self._numbers)):
+            bent = numbers[1::2][_fill(rows)]
+            pixels[bent] = cast(bent)
         return image
 
 
-def _fill(image: Image, numbers: Pixels, cast: Cast) -> None:
-    """Compute every second row (n, m) of `image` (2 n, m), whose pixels are `numbers`, from the rows between."""
+def _fill(image: Image) -> NDArray[np.bool_]:
+    """Compute every second row (n, m) of `image` (2 n, m) from the rows between, and tell where that cannot be done."""
     known = image[::2]
     step = known[1:] - known[:-1]
     middle = known[:-1] + np.float32(0.5) * step
@@ -50,4 +52,4 @@ def _fill(image: Image, numbers: Pixels, cast: Cast) -> None:
     bent[1:-1] |= bend > allowed[1:]
     bent[-1] = True
     image[1:-1:2] = middle
-    image[1::2][bent] = cast(numbers[1::2][bent])
+    return bent

@@ -53,7 +53,7 @@ class Lidar:
         positions, quaternions = interpolate(track, times)
         turn = rotations(quaternions)
         origins = positions + turn @ self._mount
-        directions = np.matmul(self._directions, turn.transpose(0, 2, 1).astype(np.float32))
+        directions = np.matmul(self._directions, np.ascontiguousarray(turn.transpose(0, 2, 1), dtype=np.float32))
         ranges, squareness = self._rays.hits(
             np.repeat(origins.astype(np.float32), BEAMS, axis=0), directions.reshape(-1, 3), REACH
         )
