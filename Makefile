@@ -38,7 +38,7 @@ format: setup
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-# The figures in docs/performance.md, for the better or the worse; on a quiet machine, for four minutes.
+# The figures in docs/performance.md, for the better or the worse; on a quiet machine, for six minutes.
 bench: setup
 	$(BIN)/python benchmarks/latency.py --write
 	$(BIN)/python benchmarks/managers.py --write
@@ -48,6 +48,7 @@ bench: setup
 	$(BIN)/python benchmarks/command_line.py --write
 	$(BIN)/python benchmarks/campaign_speed.py --write
 	$(BIN)/python benchmarks/sim_speed.py --write
+	$(BIN)/python benchmarks/stack_speed.py --write
 
 # How well the simulated drone flies, over seeds: figures and pictures in docs/flight.md. FLIGHT_ARGS=rotors for a part.
 FLIGHT_ARGS ?=
