@@ -269,7 +269,13 @@ class M600Layer(FakeLayer):
             self.publish(
                 topics.MAPPING_STATUS,
                 topics.MappingStatus(
-                    t=now, running=self.mapping, diverged=self.diverged, scans=3, voxels=10, pose_source="fake"
+                    t=now,
+                    running=self.mapping,
+                    diverged=self.diverged,
+                    scans=3,
+                    voxels=10,
+                    pose_source="fake",
+                    text="nothing fits any more" if self.diverged else "",
                 ),
             )
             header = topics.MapHeader(t=now, voxel_size=0.5, count=0, complete=False)

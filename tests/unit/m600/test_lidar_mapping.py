@@ -32,6 +32,8 @@ def test_a_diverged_map_ends_it(drone: Drone) -> None:
     drone.layer.diverged = True
     goal.assert_ended("S_DIVERGED", within=2.0)
     assert not drone.layer.mapping
+    assert goal.causes == ["map DIVERGED", "lidar_mapping S_DIVERGED"]
+    assert [record.text for record in drone.history.records if record.subject == "map"] == ["nothing fits any more"]
 
 
 def test_a_failing_lidar_ends_it_and_stops_the_mapping(drone: Drone) -> None:

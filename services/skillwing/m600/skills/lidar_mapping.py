@@ -8,7 +8,8 @@ from skillwing.m600.latest import Latest
 from skillwing.m600.skills.switch import Switch
 from skillwing.services.bus import Handle
 from skillwing.services.managers.skill_manager import Goal
-from skillwing.services.protocol import Terminal
+from skillwing.services.protocol import Keys, RecordKind, Terminal
+from skillwing.services.timeline import Timeline
 from skillwing.sim_mujoco.topics import MAPPING_COMMAND, MAPPING_STATUS, ControlMapping, MappingStatus
 
 PATIENCE = 4.0
@@ -22,6 +23,8 @@ class LidarMappingManager(AbstractLidarMappingManager):
         self.mapping = Switch(self, MAPPING_COMMAND, _control, node="mapping node")
         self.status = Latest(self.bus, MAPPING_STATUS, MappingStatus, self._on_status)
         self._watchdog: Handle | None = None
+        self._timeline = Timeline(self.bus, Keys("m600"))
+        self._given_up = ""
 
     def on_dispatch(self, goal: Goal[LidarMappingInputs]) -> None:
         dispatched_at = self.bus.now()
@@ -41,8 +44,11 @@ class LidarMappingManager(AbstractLidarMappingManager):
         self.mapping.release(goal)
 
     def _on_status(self, status: MappingStatus) -> None:
-        if self.current is not None and status.running and status.diverged:
-            self.terminated_DIVERGED(self.current.id)
+        goal = self.current
+        if goal is not None and status.running and status.diverged and goal.id != self._given_up:
+            self._given_up = goal.id
+            why = self._timeline.record(RecordKind.HEALTH, "map", None, "DIVERGED", text=status.text)
+            self.terminated_DIVERGED(goal.id, cause=why)
 
     def _watch(self, goal: Goal[LidarMappingInputs], dispatched_at: float) -> None:
         if self.bus.now() - dispatched_at >= PATIENCE and not self.status.is_fresh(PATIENCE):
