@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
@@ -18,6 +20,11 @@ class RayScene:
     def __init__(self, triangles: Triangles) -> None:
         self._scene = EmbreeScene()
         self._mesh = TriangleMesh(self._scene, triangles.vertices, triangles.faces)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> RayScene:
+        """Itself: nothing in it ever changes. So a copy of a simulator flies on where that one is."""
+        del memo
+        return self
 
     def distances(self, origins: Floats, directions: Floats, reach: float) -> Floats:
         """Distances (N,) [m] along unit directions (N, 3) from origins (N, 3) or (3,); 0 where nothing is in reach."""
