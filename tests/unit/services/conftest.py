@@ -1,4 +1,4 @@
-"""Whatever a core refuses in these tests, it refuses in words."""
+"""A core on a workbench; and whatever a core refuses in these tests, it refuses in words."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 from unittest.mock import patch
 
 import pytest
+from rig import Bench
 from soundness import assert_sound
 
 from skillwing.services.core.refusal import RefusedError
@@ -25,3 +26,11 @@ def refusals_in_words() -> Iterator[None]:
 
     with patch.object(RefusedError, "__init__", refuse):
         yield
+
+
+@pytest.fixture
+def bench() -> Bench:
+    """A core on a workbench, whose battery is charged."""
+    bench = Bench()
+    bench.battery(80.0)
+    return bench

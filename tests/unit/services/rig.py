@@ -20,6 +20,7 @@ from skillwing.services.protocol import (
     FireEvent,
     FireExtern,
     GoalVerdict,
+    Granted,
     Record,
     RenewGoal,
     ResourceChange,
@@ -90,6 +91,12 @@ RIG = parse(
     """,
     "rig.skillset",
 )
+
+
+def granted(verdict: object) -> Granted:
+    """The grant that an answer is."""
+    assert isinstance(verdict, Granted)
+    return verdict
 
 
 class Bench:

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from gate import GATE, Gate
-from rig import Bench
+from rig import Bench, granted
 from soundness import assert_all_sound
 
 from skillwing.services.core.kept import (
@@ -65,11 +65,6 @@ def bench() -> Bench:
     bench.battery(80.0)
     bench.now = 1.0
     return bench
-
-
-def granted(verdict: object) -> Granted:
-    assert isinstance(verdict, Granted)
-    return verdict
 
 
 def test_it_goes_on_with_the_same_states_goals_tokens_and_processes(bench: Bench) -> None:

@@ -196,13 +196,6 @@ def test_doubts_are_bounded_and_no_goal_is_forgotten_for_that() -> None:
 # --- what the resource manager knows ----------------------------------------------------------------------------------
 
 
-@pytest.fixture
-def bench() -> Bench:
-    bench = Bench()
-    bench.battery(80.0)
-    return bench
-
-
 def ask(
     bench: Bench, incarnation: str, goal_id: str = "g", terminal: Terminal | None = INTERRUPTED, token: int = NO_TOKEN
 ) -> Any:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from rig import RIG, Bench
+from rig import RIG, Bench, granted
 
 from skillwing.dsl import parse
 from skillwing.services.core.grants import NO_TOKEN
@@ -18,7 +18,6 @@ from skillwing.services.protocol import (
     Ended,
     EndGoal,
     ErrorCode,
-    Granted,
     Lost,
     Record,
     RecordKind,
@@ -33,11 +32,6 @@ def bench() -> Bench:
     bench.battery(80.0)
     bench.now = 0.5
     return bench
-
-
-def granted(verdict: object) -> Granted:
-    assert isinstance(verdict, Granted)
-    return verdict
 
 
 def record_of(bench: Bench, record_id: str) -> Record:
