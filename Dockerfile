@@ -20,10 +20,11 @@ ARG PIP_CERT
 # pip installs into the environment from outside, so that it need not be there.
 ENV PIP_NO_CACHE_DIR=1 PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_ROOT_USER_ACTION=ignore
 RUN python3 -m venv /build && python3 -m venv --without-pip /opt/skillwing
-COPY locks locks
+COPY locks/manager.lock locks/
 RUN python3 -m pip --python /opt/skillwing/bin/python install --require-hashes -r locks/manager.lock
 
 FROM packages AS code
+COPY locks/build.lock locks/
 RUN /build/bin/pip install --require-hashes -r locks/build.lock
 WORKDIR /source
 COPY pyproject.toml README.md LICENSE ./
@@ -54,6 +55,7 @@ USER skillwing
 # against them.
 
 FROM packages AS sim-packages
+COPY locks/sim.lock locks/
 RUN python3 -m pip --python /opt/skillwing/bin/python install --no-warn-script-location --root /staged --require-hashes -r locks/sim.lock \
     && find /staged -type d \( -name tests -o -name include \) -prune -exec rm -r {} +
 
@@ -63,6 +65,7 @@ COPY --from=code /staged /
 USER skillwing
 
 FROM packages AS mission-packages
+COPY locks/mission.lock locks/
 RUN python3 -m pip --python /opt/skillwing/bin/python install --no-warn-script-location --root /staged --require-hashes -r locks/mission.lock \
     && find /staged -type d \( -name tests -o -name include \) -prune -exec rm -r {} +
 
@@ -75,6 +78,7 @@ ENTRYPOINT ["skillwing", "mission", "run"]
 # Rerun comes as a library and a program, of which one image needs the first and one the second. Both would send usage
 # data from their second start on.
 FROM packages AS rerun-packages
+COPY locks/recorder.lock locks/
 RUN python3 -m pip --python /opt/skillwing/bin/python install --no-warn-script-location --root /staged --require-hashes -r locks/recorder.lock \
     && cd /staged && site=$(echo opt/skillwing/lib/python3*/site-packages) \
     && mkdir -p /program/$site && mv $site/rerun_cli /program/$site/ \
