@@ -25,8 +25,7 @@ from skillwing.m600.campaign.conditions import Condition
 from skillwing.m600.campaign.flight import fly
 from skillwing.m600.campaign.plan import FlightPlan
 
-for mission, world in (("mapping", "courtyard"), ("inspection", "inspection")):
-    fly(FlightPlan(mission=mission, world=world, seed=0, condition=Condition.NONE), longest=0.1)
+fly(FlightPlan(mission="inspection", world="inspection", seed=0, condition=Condition.NONE), longest=0.1)
 files = (getattr(module, "__file__", None) for name, module in sys.modules.items() if name.startswith("skillwing."))
 print(json.dumps([file for file in files if file]))
 """
