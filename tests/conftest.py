@@ -6,7 +6,8 @@ import pytest
 from hypothesis import settings
 
 # How long an example takes tells nothing where the machine does other work as well.
-settings.register_profile("skillwing", deadline=None)
+settings.register_profile("skillwing", deadline=None, max_examples=50)
+settings.register_profile("thorough", deadline=None, max_examples=1000)  # make thorough
 settings.load_profile("skillwing")
 
 ONE_AT_A_TIME = ("chaos", "fuzz", "history", "integration")

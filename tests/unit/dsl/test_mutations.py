@@ -10,7 +10,7 @@ from skillset_mutants import FILES, judge
 
 from skillwing.dsl.checking.checker import check
 
-MUTANTS, PORTIONS = 1500, 10
+MUTANTS, PORTIONS = 600, 4
 
 
 @pytest.mark.parametrize("portion", range(PORTIONS))

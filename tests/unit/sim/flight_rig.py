@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import deepcopy
+from functools import cache
 from typing import Any
 
 from skillwing.sim_mujoco.frames.vectors import Vector, heading_of
@@ -102,3 +104,15 @@ class Rig:
             self.sim.command(
                 Setpoint(wanted.position, wanted.velocity, wanted.heading, wanted.rotors, wanted.acceleration)
             )
+
+
+def airborne(height: float = 4.0) -> Rig:
+    """At rest above its pad: a copy of a rig that took off once for all tests, and flies on as that one would."""
+    return deepcopy(_taken_off(height))
+
+
+@cache
+def _taken_off(height: float) -> Rig:
+    rig = Rig()
+    rig.take_off(height)
+    return rig

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 
 import pytest
-from flight_rig import WORLD, Rig
+from flight_rig import WORLD, Rig, airborne
 
 from skillwing.sim_mujoco.axis import RefusedError
 from skillwing.sim_mujoco.geofence import Box
@@ -178,8 +178,7 @@ def test_a_critical_battery_lands_the_drone_whatever_guidance_wants() -> None:
 
 
 def test_a_drone_that_loses_a_rotor_lands_on_the_others_and_says_so() -> None:
-    rig = Rig()
-    rig.take_off(5.0)
+    rig = airborne(5.0)
     rig.command("turn", Turn(heading=1.0, lock=True))
     rig.fly(4.0)
     assert rig.status.heading.state is MotionState.DONE
@@ -199,8 +198,7 @@ def test_a_drone_that_loses_a_rotor_lands_on_the_others_and_says_so() -> None:
 
 
 def test_a_rotor_that_is_a_little_weak_is_flown_on_with() -> None:
-    rig = Rig()
-    rig.take_off(4.0)
+    rig = airborne()
     rig.sim.set_fault("rotor/5", "weak", on=True, magnitude=0.85)
     rig.fly(5.0)
     assert rig.sim.autopilot.mode is Mode.FOLLOW

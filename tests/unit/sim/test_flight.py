@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from copy import deepcopy
 
-from flight_rig import Rig
+from flight_rig import Rig, airborne
 
 from skillwing.sim_mujoco.frames.vectors import heading_of, wrap
 from skillwing.sim_mujoco.simulator.autopilot import Mode, Setpoint
@@ -33,8 +34,7 @@ def test_wind_does_not_carry_the_drone_away() -> None:
 
 
 def test_a_leg_is_flown_straight_without_overshoot() -> None:
-    rig = Rig()
-    rig.take_off()
+    rig = airborne()
     rig.track.clear()
     rig.command("leg", FlyTo(target=(10.0, 0.0, 4.0), speed=2.0, nose=Nose.FREE))
     rig.fly_until(MotionState.DONE)
@@ -45,8 +45,7 @@ def test_a_leg_is_flown_straight_without_overshoot() -> None:
 
 
 def test_the_heading_turns_and_is_held() -> None:
-    rig = Rig()
-    rig.take_off()
+    rig = airborne()
     rig.command("turn", Turn(heading=2.5, lock=True))
     assert rig.fly(8.0, lambda: rig.status.heading.state is MotionState.DONE)
     rig.fly(1.0)
@@ -54,8 +53,7 @@ def test_the_heading_turns_and_is_held() -> None:
 
 
 def test_without_setpoints_it_holds_position_then_lands_and_cuts_the_rotors() -> None:
-    rig = Rig()
-    rig.take_off(3.0)
+    rig = airborne(3.0)
     rig.command("leg", FlyTo(target=(10.0, 0.0, 3.0), speed=2.0, nose=Nose.FREE))
     rig.fly(3.0)
     rig.connected = False
@@ -74,8 +72,7 @@ def test_without_setpoints_it_holds_position_then_lands_and_cuts_the_rotors() ->
 
 
 def test_fresh_setpoints_end_the_failsafe() -> None:
-    rig = Rig()
-    rig.take_off(3.0)
+    rig = airborne(3.0)
     rig.connected = False
     rig.fly(2.0)
     assert rig.sim.autopilot.mode is Mode.HOVER
@@ -85,8 +82,7 @@ def test_fresh_setpoints_end_the_failsafe() -> None:
 
 
 def test_while_the_safety_pilot_flies_setpoints_are_ignored() -> None:
-    rig = Rig()
-    rig.take_off(3.0)
+    rig = airborne(3.0)
     rig.command("leg", FlyTo(target=(10.0, 0.0, 3.0), speed=2.0, nose=Nose.FREE))
     rig.fly(2.0)
     rig.sim.autopilot.authority = False
@@ -101,8 +97,7 @@ def test_while_the_safety_pilot_flies_setpoints_are_ignored() -> None:
 
 
 def test_it_lands_without_a_range_finder() -> None:
-    rig = Rig()
-    rig.take_off(4.0)
+    rig = airborne()
     rig.sim.set_fault("range", "blackout", on=True)
     rig.fly(1.0)
     rig.command("land", Land(speed=2.0))
@@ -135,3 +130,13 @@ def test_the_same_seed_flies_the_same_flight() -> None:
         rig.take_off(2.0)
         flights.append(rig.track)
     assert flights[0] == flights[1]
+
+
+def test_a_copy_of_a_flight_goes_on_as_the_flight_does() -> None:
+    flight = airborne()
+    copy = deepcopy(flight)
+    for rig in (flight, copy):
+        rig.command("leg", FlyTo(target=(3.0, 0.0, 4.0), speed=2.0, nose=Nose.FREE))
+        rig.fly(2.0)
+    assert copy.track == flight.track
+    assert math.dist(airborne().sim.motion.position, (0.0, 0.0, 4.0)) < 0.2, "that of which both are copies stays"

@@ -6,11 +6,12 @@ import math
 from dataclasses import replace
 
 import pytest
-from flight_rig import WORLD, Rig
+from flight_rig import WORLD, Rig, airborne
 
 from skillwing.services.protocol import ErrorCode
 from skillwing.sim_mujoco.axis import RefusedError
 from skillwing.sim_mujoco.frames.vectors import heading_of, wrap
+from skillwing.sim_mujoco.guidance import solitude
 from skillwing.sim_mujoco.guidance.core import GuidanceCore
 from skillwing.sim_mujoco.guidance.lookout import fastest
 from skillwing.sim_mujoco.guidance.solitude import LAND_AFTER
@@ -33,12 +34,6 @@ from skillwing.sim_mujoco.topics import (
 )
 
 EAST = FlyTo(target=(12.0, 0.0, 4.0), speed=2.0, nose=Nose.ALONG_TRACK)
-
-
-def airborne() -> Rig:
-    rig = Rig()
-    rig.take_off()
-    return rig
 
 
 def refused(rig: Rig, goal: str, motion: Motion, token: int | None = None) -> ErrorCode:
@@ -174,11 +169,18 @@ def test_a_drone_that_nobody_commands_any_more_holds_its_position_and_then_lands
     rig.fly_until(MotionState.DONE)
 
 
+@pytest.fixture
+def patience(monkeypatch: pytest.MonkeyPatch) -> float:
+    """Seconds that an uncommanded drone waits where a test is about who counts as a commander: shorter than in life."""
+    monkeypatch.setattr(solitude, "LAND_AFTER", 4.0)
+    return 4.0
+
+
 @pytest.mark.parametrize("phase", [Mode.HOVER, Mode.LAND])
-def test_whoever_takes_a_drone_that_is_about_to_land_gets_it_where_it_is(phase: Mode) -> None:
+def test_whoever_takes_a_drone_that_is_about_to_land_gets_it_where_it_is(phase: Mode, patience: float) -> None:
     rig = airborne()
     rig.command("takeoff", Stop(), token=1)
-    assert rig.fly(LAND_AFTER + 8.0, lambda: rig.sim.autopilot.mode is phase)
+    assert rig.fly(patience + 8.0, lambda: rig.sim.autopilot.mode is phase)
     rig.fly(1.0)
     height = rig.sim.motion.position[2]
     rig.command("a", FlyTo(target=(3.0, 0.0, 4.0), speed=1.0, nose=Nose.FREE))
@@ -187,26 +189,26 @@ def test_whoever_takes_a_drone_that_is_about_to_land_gets_it_where_it_is(phase: 
     rig.fly_until(MotionState.DONE)
 
 
-def test_a_goal_that_holds_the_position_is_a_commander() -> None:
+def test_a_goal_that_holds_the_position_is_a_commander(patience: float) -> None:
     rig = airborne()
     rig.command("hover", Hold())
-    assert not rig.fly(LAND_AFTER + 5.0, lambda: rig.sim.autopilot.mode is not Mode.FOLLOW)
+    assert not rig.fly(patience + 5.0, lambda: rig.sim.autopilot.mode is not Mode.FOLLOW)
 
 
-def test_a_goal_that_was_revoked_at_rest_is_none_any_more() -> None:
+def test_a_goal_that_was_revoked_at_rest_is_none_any_more(patience: float) -> None:
     rig = airborne()
     rig.command("hover", Hold(), token=10)
     rig.core.revoke(Revoked(goal_id="hover", token=10), rig.sim.t)
-    assert rig.fly(LAND_AFTER + 2.0, lambda: rig.sim.autopilot.mode is Mode.HOVER)
+    assert rig.fly(patience + 2.0, lambda: rig.sim.autopilot.mode is Mode.HOVER)
 
 
-def test_the_safety_pilot_is_a_commander() -> None:
+def test_the_safety_pilot_is_a_commander(patience: float) -> None:
     rig = airborne()
     rig.command("takeoff", Stop(), token=1)
     rig.sim.autopilot.authority = False
-    rig.fly(LAND_AFTER + 5.0)
+    rig.fly(patience + 5.0)
     rig.sim.autopilot.authority = True
-    assert not rig.fly(LAND_AFTER - 1.0, lambda: rig.sim.autopilot.mode is Mode.LAND)
+    assert not rig.fly(patience - 1.0, lambda: rig.sim.autopilot.mode is Mode.LAND)
 
 
 def wall_at(x: float, *, blind_after: float = math.inf, blind_for: float = math.inf):
