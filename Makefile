@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
 
-.PHONY: setup demo test mutants lint format errors pictures worlds reference lock clean history simulate mutation fuzz chaos bench flight-tests fault-detection campaign paper
+.PHONY: setup demo test thorough mutants lint format errors pictures worlds reference lock clean history simulate mutation fuzz chaos bench flight-tests fault-detection campaign paper
 
 setup: $(READY)
 
@@ -21,9 +21,15 @@ $(READY): requirements.lock pyproject.toml
 demo: setup
 	$(BIN)/skillwing demo $(DEMO_ARGS)
 
-# One worker a core; what starts processes stays with one of them (tests/conftest.py).
+# One worker a core; what starts processes stays with one of them (tests/conftest.py), and begins first: files of few long
+# flights would come last if they were sorted by how many tests they have, and keep one worker while others are idle.
+PYTEST := $(BIN)/python -m pytest --numprocesses auto --dist loadgroup --no-loadscope-reorder
 test: lint
-	$(BIN)/python -m pytest --numprocesses auto --dist loadgroup $(PYTEST_ARGS)
+	$(PYTEST) $(PYTEST_ARGS)
+
+# Twenty times as many examples for each law that does not set their number itself.
+thorough: setup
+	$(PYTEST) --hypothesis-profile thorough tests/unit $(PYTEST_ARGS)
 
 # Broken variants of every example file: whatever is typed, there are diagnostics and never a traceback.
 mutants: setup
