@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from skillwing.services.protocol import TreeNode
 from skillwing.services.telemetry.tree_layout import ROW, ROWS, Outline, lay_out
@@ -60,6 +61,34 @@ def test_a_branch_opens_when_it_is_visited_and_stays_open() -> None:
     assert [node.index for node in second] == [0, 1, 2, 3, 4]
     third = outline.shown(snapshot(run, off, off, off, off))
     assert [node.index for node in third] == [0, 1, 2, 3, 4]
+
+
+def test_of_a_branch_that_was_given_up_only_what_failed_is_shown() -> None:
+    parents = (None, 0, 1, 2, 2, 1, 0)
+    run, failed, done, off = "RUNNING", "FAILURE", "SUCCESS", "INVALID"
+
+    def rows(*statuses: str) -> list[int]:
+        nodes = [TreeNode(i, p, f"n{i}", "S", s) for i, (p, s) in enumerate(zip(parents, statuses, strict=True))]
+        return [node.index for node in outline.shown(nodes)]
+
+    outline = Outline()
+    assert rows(run, run, run, done, run, off, off) == [0, 1, 2, 3, 4, 5, 6]
+    assert rows(run, failed, failed, done, failed, off, run) == [0, 1, 2, 4, 6]
+    assert rows(run, off, off, off, off, off, run) == [0, 1, 2, 4, 6]
+    assert rows(run, run, run, run, off, off, off) == [0, 1, 2, 3, 4, 5, 6], "it is taken again"
+
+
+@given(trees(), st.lists(st.lists(st.sampled_from(["RUNNING", "FAILURE", "INVALID"]), min_size=25, max_size=25)))
+def test_what_is_shown_hangs_together(nodes: list[TreeNode], ticks: list[list[str]]) -> None:
+    outline, visited = Outline(), set[int | None]([None])
+    for statuses in ticks:
+        snapshot: list[TreeNode] = []
+        for node, status in zip(nodes, statuses, strict=False):
+            # Nobody visits a node before the one above it.
+            snapshot.append(replace(node, status=status if node.parent in visited else "INVALID"))
+            visited |= {node.index} if snapshot[-1].status != "INVALID" else set()
+        rows = {node.index for node in outline.shown(snapshot)}
+        assert all(nodes[index].parent is None or nodes[index].parent in rows for index in rows)
 
 
 def test_an_empty_tree_has_no_size() -> None:

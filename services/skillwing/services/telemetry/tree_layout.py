@@ -6,7 +6,7 @@ is ticked, each node indented under its parent. It fits a tall, narrow panel and
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from skillwing.services.protocol import TreeNode
@@ -44,7 +44,8 @@ class TreeLayout:
 class Outline:
     """Which nodes of a tree are worth a row: those that were visited, and the children of those.
 
-    So a branch that was never taken is one row, and opens up when the mission turns to it.
+    So a branch that was never taken is one row, and opens up when the mission turns to it. Of one that failed, so that
+    another has taken over, only what failed keeps its row.
     """
 
     def __init__(self) -> None:
@@ -53,7 +54,30 @@ class Outline:
     def shown(self, nodes: Sequence[TreeNode]) -> tuple[TreeNode, ...]:
         """The nodes to show of the next snapshot."""
         self._latest.update((node.index, node.status) for node in nodes if node.status != "INVALID")
-        return tuple(node for node in nodes if node.parent is None or node.parent in self._latest)
+        tree = {node.index: node for node in nodes}
+        return tuple(
+            node
+            for node in nodes
+            if node.parent is None or (node.parent in self._latest and not self._is_folded(node, tree))
+        )
+
+    def _is_folded(self, node: TreeNode, tree: Mapping[int, TreeNode]) -> bool:
+        """Whether it lies in a branch that was given up, and not on the way to what failed there."""
+        to_failure = True
+        for _ in tree:  # no longer than the tree is deep, also where parents form a circle
+            to_failure = to_failure and self.latest(node) == "FAILURE"
+            parent = None if node.parent is None else tree.get(node.parent)
+            if parent is None:
+                return False
+            if not to_failure and self._gave_up(parent):
+                return True
+            node = parent
+        return False
+
+    def _gave_up(self, node: TreeNode) -> bool:
+        """Whether it failed and what is above it did not, or not yet."""
+        above = None if node.parent is None else self._latest.get(node.parent)
+        return self.latest(node) == "FAILURE" and above in ("RUNNING", "SUCCESS")
 
     def latest(self, node: TreeNode) -> str:
         """The status of the node when it was last visited; INVALID for one that never was."""
