@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
 
-.PHONY: setup demo test thorough mutants lint format errors pictures worlds reference lock clean history simulate mutation fuzz chaos bench flight-tests fault-detection campaign paper
+.PHONY: setup demo test thorough mutants lint format errors pictures worlds reference lock clean history simulate mutation fuzz chaos bench flight-tests fault-detection campaign paper containers containers-test
 
 setup: $(READY)
 
@@ -111,6 +111,14 @@ campaign: setup
 PAPER_ARGS ?=
 paper: setup
 	$(BIN)/python benchmarks/paper/run.py $(PAPER_ARGS)
+
+# docker-compose.yml on the engine that answers here, which `make test` does as well; minutes, of which most are builds.
+containers-test: setup
+	$(BIN)/python -m pytest -v -rs tests/integration/test_containers.py $(PYTEST_ARGS)
+
+# How large the images are, and how the system stands in them, into docs/containers.md.
+containers: setup
+	$(BIN)/python benchmarks/containers.py --write
 
 # The reference page of the robot's skillset.
 reference: setup

@@ -1,79 +1,252 @@
-"""The mocks of docker-compose.yml on a real engine, with SKILLWING_CONTAINERS=1 only.
+"""docker-compose.yml on a real engine, wherever one answers: images, mocks, a flight, and how all of it ends.
 
-The image that is there is used, as it is; without one it is built, which takes minutes.
+The images are built first, from the code as it is; SKILLWING_BUILD_ARGS may say how, as in
+`--build-arg PIP_INDEX_URL=...`. What is started has a name and ports of its own, beside whatever runs there.
 """
 
 from __future__ import annotations
 
+import json
 import os
+import re
+import shlex
 import shutil
+import socket
 import subprocess
 from collections.abc import Iterator
+from contextlib import ExitStack, closing, contextmanager
+from http import HTTPStatus
 from pathlib import Path
+from urllib.request import urlopen
 
 import pytest
 
-from skillwing.m600.mocked import ROBOT
-from skillwing.services.client.connection import find_target, open_connection
-from skillwing.services.names import RESOURCE_MANAGER
+from skillwing.m600.mocked import ROBOT as MOCKS
+from skillwing.services.client.connection import Connection, find_target, open_connection
 from skillwing.services.protocol import Keys
 
 ROOT = Path(__file__).parents[2]
-ENDPOINT = "tcp/127.0.0.1:7447"
-IMAGE = "skillwing-manager"
-UP_WITHIN = 120.0
+PROJECT = f"skillwing-test-{os.getpid()}"
+ROLES = ("manager", "sim", "mission", "recorder", "viewer")
+PROFILES = ("--profile", "mapping", "--profile", "mocks", "--profile", "cli")
+CHOSEN = ("SEED", "WORLD", "SPEED", "FAULTS", "LINK", "SCENARIO")
+PORTS = ("ZENOH_PORT", "PAGE_PORT", "STREAM_PORT")
+WITHIN = 180.0
+"""Seconds for anything to come about in containers that share a busy machine."""
+DOWN_WITHIN = 60.0
+LANDED_WITHIN = 120.0
 READY = {"flight_status": "ON_GROUND", "homepoint_status": "VALID", "battery_status": "NORMAL"}
 """What the mocked world brings about, which comes up among the others."""
+CONTENTS = """
+import os
+from importlib.util import find_spec
+names = ("pip", "numpy", "scipy", "mujoco", "av", "py_trees", "rerun", "rerun_cli")
+print(os.getuid(), *(name for name in names if find_spec(name)))
+"""
+HEAVY = {
+    "manager": "",
+    "sim": "numpy scipy mujoco av",
+    "mission": "numpy py_trees",
+    "recorder": "numpy rerun",
+    "viewer": "rerun_cli",
+}
+"""What of that an image holds, besides what every image does."""
 
 
 def works(*command: str) -> bool:
-    return subprocess.run(command, check=False, capture_output=True).returncode == 0
+    try:
+        return subprocess.run(command, check=False, capture_output=True, timeout=20).returncode == 0
+    except (OSError, subprocess.TimeoutExpired):
+        return False
 
 
 def unavailable() -> str | None:
     """Why there is nothing to try here; None where an engine answers."""
-    if os.environ.get("SKILLWING_CONTAINERS") != "1":
-        return "containers are tried with SKILLWING_CONTAINERS=1 only"
     if shutil.which("docker") is None or not works("docker", "info"):
         return "no container engine answers (`docker info`)"
+    if not works(*compose_program(), "version"):
+        return "there is no `docker compose`"
     return None
+
+
+def compose_program() -> list[str]:
+    return ["docker", "compose"] if works("docker", "compose", "version") else ["docker-compose"]
 
 
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.timeout(1800),
+    pytest.mark.timeout(2400),
     pytest.mark.skipif((reason := unavailable()) is not None, reason=reason or ""),
 ]
 
 
-def compose(*words: str) -> None:
-    command = ["docker", "compose"] if works("docker", "compose", "version") else ["docker-compose"]
-    subprocess.run([*command, "--project-name", "skillwing-test", *words], cwd=ROOT, check=True)
+class Stack:
+    """The containers of one project on ports that are free. `ports`: by variable of docker-compose.yml."""
+
+    def __init__(self) -> None:
+        self.ports = dict(zip(PORTS, free_ports(len(PORTS)), strict=True))
+        self._program = [*compose_program(), "--project-name", PROJECT, *PROFILES]
+        self._environment = {name: value for name, value in os.environ.items() if name not in CHOSEN}
+        self._environment |= {name: str(port) for name, port in self.ports.items()}
+
+    def compose(self, *words: str, check: bool = True, timeout: float = 1200.0) -> subprocess.CompletedProcess[str]:
+        done = subprocess.run(
+            [*self._program, *words],
+            cwd=ROOT,
+            env=self._environment,
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=timeout,
+        )
+        assert not check or done.returncode == 0, f"{shlex.join(words)}:\n{done.stdout}\n{done.stderr}"
+        return done
+
+    def run(self, *words: str, robot: str) -> subprocess.CompletedProcess[str]:
+        """A command of the command line, in a container among the others."""
+        return self.compose("run", "--rm", "-T", "-e", f"SKILLWING_ROBOT={robot}", "cli", *words, check=False)
+
+    def until(self, service: str, pattern: str) -> re.Match[str]:
+        """Read a service's log until a line has the pattern; fails if the log ends before."""
+        words = [*self._program, "logs", "--follow", "--no-color", service]
+        lines: list[str] = []
+        with subprocess.Popen(words, cwd=ROOT, env=self._environment, stdout=subprocess.PIPE, text=True) as following:
+            assert following.stdout is not None
+            try:
+                for line in following.stdout:
+                    lines.append(line)
+                    if found := re.search(pattern, line):
+                        return found
+            finally:
+                following.kill()
+        pytest.fail(f"{service} has ended without `{pattern}`:\n{''.join(lines)}")
+
+    def codes(self) -> dict[str, int]:
+        """By service, what its container ended with."""
+        ids = self.compose("ps", "--all", "--quiet").stdout.split()
+        inspected = subprocess.run(["docker", "inspect", *ids], check=True, capture_output=True, text=True)
+        states = {each["Config"]["Labels"]["com.docker.compose.service"]: each for each in json.loads(inspected.stdout)}
+        assert not [name for name, each in states.items() if each["State"]["Running"]]
+        return {name: each["State"]["ExitCode"] for name, each in states.items()}
+
+    def left(self) -> list[str]:
+        """Containers, networks and volumes of this project that are still there."""
+        label = ["--quiet", "--filter", f"label=com.docker.compose.project={PROJECT}"]
+        kinds = (["ps", "--all"], ["network", "ls"], ["volume", "ls"])
+        found = (
+            subprocess.run(["docker", *kind, *label], check=True, capture_output=True, text=True) for kind in kinds
+        )
+        return [each for done in found for each in done.stdout.split()]
+
+
+def free_ports(count: int) -> list[int]:
+    with ExitStack() as held:
+        probes = [held.enter_context(closing(socket.create_server(("127.0.0.1", 0)))) for _ in range(count)]
+        return [probe.getsockname()[1] for probe in probes]
 
 
 @pytest.fixture(scope="module")
-def mocks() -> Iterator[None]:
-    if not works("docker", "image", "inspect", IMAGE):
-        compose("--profile", "mocks", "build", "router")
+def images() -> Stack:
+    """Build every image, where what they are built on can be had."""
+    base = os.environ.get("BASE") or "python:3.11-slim"
+    if not works("docker", "image", "inspect", base):
+        pulled = subprocess.run(["docker", "pull", base], check=False, capture_output=True, text=True, timeout=600)
+        if pulled.returncode != 0:
+            pytest.skip(f"the engine cannot get {base}: {pulled.stderr.strip()}")
+    stack = Stack()
+    stack.compose("build", *shlex.split(os.environ.get("SKILLWING_BUILD_ARGS", "")), timeout=2000)
+    return stack
+
+
+@pytest.fixture
+def stack(images: Stack) -> Iterator[Stack]:
     try:
-        compose("--profile", "mocks", "up", "--no-build", "-d", "mocks")
-        yield
+        yield images
     finally:
-        compose("--profile", "mocks", "down", "--volumes")
+        images.compose("down", "--volumes", "--timeout", "5")
 
 
-def test_mocks_in_containers_take_a_goal_through_the_published_port(mocks: None) -> None:
-    target = find_target(endpoint=ENDPOINT, table=ROBOT.name)
-    keys = Keys(ROBOT.skillset.stem)
+@contextmanager
+def connected(stack: Stack) -> Iterator[tuple[Connection, set[str]]]:
+    """By the published port: a connection, and the alive tokens of the mocks as they come and go."""
+    alive: set[str] = set()
+    target = find_target(endpoint=f"tcp/127.0.0.1:{stack.ports['ZENOH_PORT']}", table=MOCKS.name)
     with open_connection(target, client="test") as connection:
-        alive: set[str] = set()
-        connection.bus.watch_alive(keys.alive("**"), lambda key, lives: (alive.add if lives else alive.discard)(key))
-        wanted = {keys.alive(spec.name) for spec in ROBOT.managers()}
-        assert keys.alive(RESOURCE_MANAGER) in wanted
-        assert connection.bus.run_until(lambda: wanted <= alive, UP_WITHIN), wanted - alive
+        every = Keys(MOCKS.skillset.stem).alive("**")
+        connection.bus.watch_alive(every, lambda key, lives: (alive.add if lives else alive.discard)(key))
+        yield connection, alive
+
+
+@pytest.mark.parametrize("role", ROLES)
+def test_an_image_holds_what_its_role_needs_and_runs_as_nobody_in_particular(images: Stack, role: str) -> None:
+    asked = [
+        "docker",
+        "run",
+        "--rm",
+        "--network",
+        "none",
+        "--entrypoint",
+        "python3",
+        f"skillwing-{role}",
+        "-c",
+        CONTENTS,
+    ]
+    held = subprocess.run(asked, check=True, capture_output=True, text=True)
+    assert held.stdout.split() == ["1000", *HEAVY[role].split()]
+    history = subprocess.run(
+        ["docker", "history", "--no-trunc", f"skillwing-{role}"], check=True, capture_output=True, text=True
+    )
+    assert "PIP_" not in history.stdout
+
+
+def test_mocks_take_goals_come_back_and_end_well(stack: Stack) -> None:
+    stack.compose("up", "--no-build", "--detach", "mocks")
+    keys = Keys(MOCKS.skillset.stem)
+    wanted = {keys.alive(spec.name) for spec in (*MOCKS.functional_layer({}), *MOCKS.managers())}
+    hover = keys.alive("skill/hover")
+    with connected(stack) as (connection, alive):
+        assert connection.bus.run_until(lambda: wanted <= alive, WITHIN), wanted - alive
         interface = connection.make_interface("test")
-        assert connection.bus.run_until(lambda: READY.items() <= interface.states.items(), UP_WITHIN), interface.states
-        goal = interface.start("takeoff", {"height": 5.0, "speed": 1.0})
-        assert connection.bus.run_until(lambda: goal.terminal is not None, UP_WITHIN)
-        assert goal.terminal is not None
-        assert goal.terminal.label == "S_AT_ALTITUDE", goal.terminal
+        assert connection.bus.run_until(lambda: READY.items() <= interface.states.items(), WITHIN), interface.states
+
+        flown = stack.run("start", "takeoff", "height=5", "speed=1", "--follow", robot=MOCKS.name)
+        assert flown.returncode == 0, flown.stderr
+        assert "AT_ALTITUDE" in flown.stdout
+        begun = stack.run("start", "lock_head", "heading=0", robot=MOCKS.name)
+        assert begun.returncode == 0, begun.stderr
+        stopped = stack.run("interrupt", "lock_head", robot=MOCKS.name)
+        assert stopped.returncode == 0, stopped.stderr
+        goals = json.loads(stack.run("status", "--json", robot=MOCKS.name).stdout)["goals"]
+        assert {goal["skill"]: goal["terminal"]["ending"] for goal in goals} == {"takeoff": "S", "lock_head": "IT"}
+
+        # Everything in the container but its init, as a crash or the kernel would.
+        stack.compose("exec", "-T", "mock_hover", "sh", "-c", "kill -9 -1", check=False)
+        assert connection.bus.run_until(lambda: hover not in alive, WITHIN)
+        assert connection.bus.run_until(lambda: hover in alive, WITHIN), "it is not started again"
+        again = stack.run("start", "hover", "duration=0.1", "--follow", robot=MOCKS.name)
+        assert again.returncode == 0, again.stdout + again.stderr
+
+    stack.compose("stop", timeout=DOWN_WITHIN)
+    codes = stack.codes()
+    assert set(codes) == {name for name in codes if name == "router" or name.startswith("mock")}
+    assert codes == dict.fromkeys(codes, 0)
+    stack.compose("down", "--volumes", timeout=DOWN_WITHIN)
+    assert stack.left() == []
+
+
+def test_the_mapping_mission_flies_tells_where_to_look_and_lands_when_it_is_stopped(stack: Stack) -> None:
+    stack.compose("up", "--no-build", "--detach", "mission")
+    page = stack.until("viewer", r"Open (http://\S+)")[1]
+    with urlopen(page, timeout=WITHIN) as answer:
+        assert answer.status == HTTPStatus.OK
+    assert f"127.0.0.1:{stack.ports['PAGE_PORT']}/" in page and str(stack.ports["STREAM_PORT"]) in page
+    stack.until("mission", r"\b1/4\b")
+
+    stack.compose("stop", timeout=LANDED_WITHIN)
+    codes = stack.codes()
+    assert codes.pop("mission") == 1, "it was not flown to its end"
+    assert codes == dict.fromkeys(codes, 0)
+    told = stack.compose("logs", "--no-color", "mission").stdout
+    assert "S_LANDED" in told, told
+    stack.compose("down", "--volumes", timeout=DOWN_WITHIN)
+    assert stack.left() == []
