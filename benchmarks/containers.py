@@ -1,0 +1,140 @@
+"""How large the images are, and how the system that docker-compose.yml starts comes up, stands and ends.
+
+python benchmarks/containers.py [--write]
+
+Needs a container engine that answers. The images are built first; the system gets ports and a name of its own.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import re
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from statistics import median
+
+from performance_page import machine, table, tell
+
+from skillwing.services.telemetry.viewer import free_port
+
+ROOT = Path(__file__).parents[1]
+PAGE = ROOT / "docs" / "containers.md"
+BASE = os.environ.get("BASE") or "python:3.11-slim"
+PROJECT = "skillwing-measured"
+COMPOSE = ["docker", "compose", "--project-name", PROJECT, "--profile", "mapping"]
+PACKAGES = "cd /opt/skillwing/lib/python3*/site-packages && du --summarize --block-size=1M *"
+ROLES = {
+    "manager": "router, bridge, managers, mocks, command line",
+    "sim": "the functional layer",
+    "mission": "missions",
+    "recorder": "the recorder",
+    "viewer": "the web viewer",
+}
+LOOKS = 5
+
+
+def _docker(*words: str) -> str:
+    return subprocess.run(["docker", *words], check=True, capture_output=True, text=True).stdout
+
+
+def _compose(*words: str) -> float:
+    """Seconds that it takes."""
+    begun = time.monotonic()
+    ports = {name: str(free_port()) for name in ("ZENOH_PORT", "PAGE_PORT", "STREAM_PORT")}
+    subprocess.run([*COMPOSE, *words], cwd=ROOT, env={**os.environ, **ports}, check=True, stderr=subprocess.DEVNULL)
+    return time.monotonic() - begun
+
+
+def sizes() -> str:
+    """The images, what each adds to the one that it is built on, and its largest packages."""
+    base = _size(BASE)
+    rows: list[list[str]] = []
+    for role, use in ROLES.items():
+        image = f"skillwing-{role}"
+        listed = _docker("run", "--rm", "--network", "none", "--entrypoint", "sh", image, "-c", PACKAGES)
+        packages = [line.split() for line in listed.splitlines()]
+        largest = sorted(((int(size), name) for size, name in packages), reverse=True)[:4]
+        told = ", ".join(f"{name} {size}" for size, name in largest)
+        rows.append([f"`{image}`", use, f"{(_size(image) - base) / 1e6:.0f}", told])
+    heads = ("image", "for", "adds to its base, MB", "largest folders of packages, MiB")
+    return f"The base image has {base / 1e6:.0f} MB here.\n\n{table(heads, rows)}"
+
+
+def _size(image: str) -> int:
+    return int(_docker("image", "inspect", image, "--format", "{{.Size}}"))
+
+
+@contextmanager
+def _cleared() -> Iterator[None]:
+    _compose("down", "--volumes")
+    try:
+        yield
+    finally:
+        _compose("down", "--volumes")
+
+
+def life() -> str:
+    """The system without a mission: how long it takes to come up and to end, and what it uses in between."""
+    begun = time.monotonic()
+    started = _compose("up", "--no-build", "--detach")
+    _follow("viewer", "all .* run")
+    complete = time.monotonic() - begun
+    used = [_memory() for _ in range(LOOKS)]
+    stopped = _compose("stop")
+    names = _docker("ps", "--all", "--quiet", "--filter", f"label=com.docker.compose.project={PROJECT}").split()
+    codes = _docker("inspect", *names, "--format", "{{.State.ExitCode}}").split()
+    memory = {name: median(look[name] for look in used) for name in used[0]}
+    managers = [memory.pop(name) for name in list(memory) if name.startswith("skill_")]
+    rows = [
+        ["`docker compose up -d` returns after", f"{started:.0f} s"],
+        ["every process runs, and the viewer says so, after", f"{complete:.0f} s"],
+        [f"containers, of which {codes.count('0')} ended with 0", str(len(codes))],
+        ["`docker compose stop` takes", f"{stopped:.1f} s"],
+        ["memory of a skill's manager", f"{min(managers):.0f} to {max(managers):.0f} MiB"],
+        *([f"memory of {name}", f"{size:.0f} MiB"] for name, size in sorted(memory.items(), key=lambda each: -each[1])),
+    ]
+    return f"The drone stands on its pad. Memory is the median of {LOOKS} looks.\n\n{table(('what', 'seen'), rows)}"
+
+
+def _follow(service: str, pattern: str) -> None:
+    """Return when a line of the service's log has the pattern."""
+    words = [*COMPOSE, "logs", "--follow", "--no-color", service]
+    with subprocess.Popen(words, cwd=ROOT, stdout=subprocess.PIPE, text=True) as following:
+        assert following.stdout is not None
+        found = any(re.search(pattern, line) for line in following.stdout)
+        following.kill()
+    if not found:
+        sys.exit(f"{service} has ended before it said `{pattern}`. Its log tells why: docker compose logs {service}")
+
+
+def _memory() -> dict[str, float]:
+    """Of each service [MiB], without what the kernel keeps of files for it."""
+    lines = _docker("stats", "--no-stream", "--format", "{{json .}}").splitlines()
+    found: dict[str, float] = {}
+    for each in map(json.loads, lines):
+        if each["Name"].startswith(PROJECT):
+            amount, unit = re.fullmatch(r"([\d.]+)(KiB|MiB|GiB)", each["MemUsage"].split(" / ")[0]).groups()  # pyright: ignore[reportOptionalMemberAccess]
+            service = each["Name"].removeprefix(f"{PROJECT}-").rpartition("-")[0]
+            found[service] = float(amount) * {"KiB": 1 / 1024, "MiB": 1.0, "GiB": 1024.0}[unit]
+    return found
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    options.add_argument("--write", action="store_true", help="put the figures into docs/containers.md")
+    given = options.parse_args()
+    _compose("build")
+    with _cleared():
+        body = f"{machine()}. Docker {_docker('version', '--format', '{{.Server.Version}}').strip()}.\n\n"
+        body += f"{sizes()}\n\n{life()}"
+    tell("containers.py", "Measured", body, write=given.write, file=PAGE)
+
+
+if __name__ == "__main__":
+    main()
