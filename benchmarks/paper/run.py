@@ -17,7 +17,6 @@ from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 
-from flight_code import FlightCode, flight_code
 from paper_flights import paper_plans
 from paper_page import MARKS, PICTURES, SHOWN, picture_name, write_page
 from price_picture import PRICE_PICTURE, draw_price
@@ -25,6 +24,7 @@ from way_picture import WAYS_PICTURE, draw_ways, flights_drawn
 
 from skillwing.m600.campaign.command import parse_seeds
 from skillwing.m600.campaign.crew import Crew
+from skillwing.m600.campaign.flight_code import CodeChangedError, FlightCode, flight_code
 from skillwing.m600.campaign.ledger import LEDGER_FILE, Ledger, read_results
 from skillwing.m600.campaign.plan import FlightPlan
 from skillwing.m600.campaign.result import FlightResult
@@ -33,19 +33,6 @@ from skillwing.services.marked_page import page_with
 
 ROOT = Path(__file__).parents[2]
 PICTURED = SHOWN | flights_drawn()
-NAMED = 3
-"""So many changed files are told by name."""
-
-
-class CodeChangedError(SkillwingError):
-    """The code changed while it flew: what was flown meanwhile is of no version, and not kept."""
-
-    def __init__(self, changes: list[str]) -> None:
-        more = f" and {len(changes) - NAMED} more" if len(changes) > NAMED else ""
-        super().__init__(
-            f"The code has changed while it flew: {', '.join(changes[:NAMED])}{more}. The flight under way was not "
-            "kept. The same command flies everything anew, by the new code."
-        )
 
 
 def main() -> None:
@@ -111,7 +98,8 @@ def fly(
     with closing(ledger), Crew(jobs) as crew:
         for count, result in enumerate(crew.fly(missing, run_dir), start=1):
             if changes := code.changes(now()):
-                raise CodeChangedError(changes)
+                kept = "The flight under way was not kept. The same command flies everything anew, by the new code."
+                raise CodeChangedError(changes, kept)
             ledger.add(result)
             end = f"{result.end}, {result.end_time:.0f} s, {', '.join(result.broken) or 'promises kept'}"
             sys.stdout.write(f"{count}/{len(missing)} {result.plan.name}: {end}\n")

@@ -114,11 +114,11 @@ def test_a_section_replaces_the_one_before_and_leaves_the_rest_of_the_page(tmp_p
     path.write_text("# Missions\n\nWords.\n", encoding="utf-8")
     for results in ([flown(1)], [flown(1), flown(2), flown(4, collisions=1)]):
         words = ["skillwing", "campaign", "mapping"]
-        page.write(path, "mapping", page.section("Mapping", words, results, outcomes(results)))
-        page.write(path, "other", page.section("Other", words, [flown(9)], outcomes([flown(9)])))
+        page.write(path, "mapping", page.section("Mapping", words, results, outcomes(results), "abc"))
+        page.write(path, "other", page.section("Other", words, [flown(9)], outcomes([flown(9)]), "abc"))
     text = path.read_text(encoding="utf-8")
     assert text.startswith(
-        "# Missions\n\nWords.\n\n<!-- campaign: mapping -->\n## Mapping\n\n3 flights, seeds 1 to 2, 4, of"
+        "# Missions\n\nWords.\n\n<!-- campaign: mapping -->\n## Mapping\n\n3 flights, seeds 1 to 2, 4, by code abc;"
     )
     assert text.count("## Mapping") == text.count("## Other") == 1
     assert "| mapping-courtyard-none-4 | 1 collision |" in text

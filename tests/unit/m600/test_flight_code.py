@@ -14,9 +14,11 @@ from typing import Self
 import pytest
 from msgspec.structs import replace
 
+from skillwing.m600.campaign.flight_code import LIBRARIES, CodeChangedError, claim, flight_code, flying_files
 from skillwing.m600.campaign.ledger import LEDGER_FILE, read_results
 from skillwing.m600.campaign.plan import FlightPlan
 from skillwing.m600.campaign.result import End, FlightResult
+from skillwing.services.errors import InvalidOptionError
 
 PAPER = Path(__file__).parents[3] / "benchmarks" / "paper"
 A_MOMENT = """
@@ -68,19 +70,18 @@ def repository(tmp_path: Path, paper: Path) -> Path:
     ],
 )
 def test_code_is_another_one_when_what_flies_is(repository: Path, file: str, text: str, other: bool) -> None:
-    code = script("flight_code")
-    before = code.flight_code(repository)
+    before = flight_code(repository)
     (repository / "services" / "skillwing" / file).write_text(text, encoding="utf-8")
-    after = code.flight_code(repository)
+    after = flight_code(repository)
     assert (after.digest != before.digest) is other
     assert before.changes(after) == ([f"services/skillwing/{file}"] if other else [])
 
 
-def test_all_that_a_flight_loads_counts(paper: Path) -> None:
+def test_all_that_a_flight_loads_counts() -> None:
     told = subprocess.run([sys.executable, "-c", A_MOMENT], capture_output=True, text=True, check=True)
     loaded = {Path(file) for file in json.loads(told.stdout.splitlines()[-1])}
     assert len(loaded) > 100
-    assert loaded <= set(script("flight_code").flying_files())
+    assert loaded <= set(flying_files())
 
 
 class CrewOnPaper:
@@ -104,7 +105,7 @@ class CrewOnPaper:
 def test_a_run_goes_on_with_flights_of_its_own_code(
     tmp_path: Path, repository: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    run, code = script("run"), script("flight_code").flight_code(repository)
+    run, code = script("run"), flight_code(repository)
     monkeypatch.setattr(run, "Crew", CrewOnPaper)
     plans = script("paper_flights").paper_plans(range(1))
     assert len(run.fly(plans[:3], tmp_path / "runs", 1, code, lambda: code)) == 3
@@ -117,7 +118,7 @@ def test_a_flight_of_which_the_page_has_a_picture_is_flown_again_if_it_was_not_r
     tmp_path: Path, repository: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     runs = tmp_path / "runs"
-    run, code = script("run"), script("flight_code").flight_code(repository)
+    run, code = script("run"), flight_code(repository)
     monkeypatch.setattr(run, "Crew", CrewOnPaper)
     plans = script("paper_flights").paper_plans(range(2))
     run.fly(plans, runs, 1, code, lambda: code)
@@ -132,12 +133,25 @@ def test_a_flight_of_which_the_page_has_a_picture_is_flown_again_if_it_was_not_r
 def test_a_flight_by_code_that_changed_meanwhile_is_not_kept(
     tmp_path: Path, repository: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    run, flight_code = script("run"), script("flight_code").flight_code
+    run = script("run")
     monkeypatch.setattr(run, "Crew", CrewOnPaper)
     plans = script("paper_flights").paper_plans(range(1))
     code = flight_code(repository)
     run.fly(plans[:1], tmp_path / "runs", 1, code, lambda: code)
     (repository / "services" / "skillwing" / "m600" / "m600.skillset").write_text("", encoding="utf-8")
-    with pytest.raises(run.CodeChangedError, match=r"while it flew: services/skillwing/m600/m600\.skillset"):
+    with pytest.raises(CodeChangedError, match=r"while it flew: services/skillwing/m600/m600\.skillset"):
         run.fly(plans, tmp_path / "runs", 1, code, lambda: flight_code(repository))
     assert len(read_results(tmp_path / "runs" / LEDGER_FILE)) == 1
+
+
+def test_a_folder_is_of_one_code(tmp_path: Path, repository: Path) -> None:
+    folder = tmp_path / "flights"
+    claim(folder, flight_code(repository))
+    claim(folder, flight_code(repository))
+    (repository / "services" / "skillwing" / "m600" / "m600.skillset").write_text("", encoding="utf-8")
+    with pytest.raises(InvalidOptionError, match=r"m600\.skillset\. Begin anew in another folder"):
+        claim(folder, flight_code(repository))
+
+
+def test_without_a_repository_the_version_stands_for_the_files(tmp_path: Path) -> None:
+    assert set(flight_code(tmp_path).files) == {"skillwing", *LIBRARIES}

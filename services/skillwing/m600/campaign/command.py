@@ -19,6 +19,7 @@ from skillwing.dsl.model import UnknownNameError
 from skillwing.m600.campaign import page
 from skillwing.m600.campaign.conditions import Condition, conditions_of
 from skillwing.m600.campaign.crew import Crew
+from skillwing.m600.campaign.flight_code import CodeChangedError, claim, flight_code
 from skillwing.m600.campaign.ledger import Ledger
 from skillwing.m600.campaign.outcomes import outcome_table, outcomes
 from skillwing.m600.campaign.plan import FlightPlan, Network, usual_world
@@ -93,6 +94,8 @@ def campaign(
     folder = output or Path("runs") / f"{datetime.now().astimezone():%Y%m%d-%H%M%S}-campaign-{mission}"
     console = make_console()
     ledger = Ledger(folder, resume=resume)
+    code = flight_code()
+    claim(folder, code)
     shown = Console(quiet=True) if as_json else console
     called_off = False
     with ended_by_signals() as ending:
@@ -109,7 +112,9 @@ def campaign(
         title = mission + (" without obstacle detection" if without_obstacles else "")
         title += " over Zenoh" if on is Network.ZENOH else ""
         rows = outcomes(ledger.results)
-        page.write(write, title, page.section(title.capitalize(), _words(), ledger.results, rows))
+        if changes := flight_code().changes(code):
+            raise CodeChangedError(changes, "The page is left as it was. Fly anew, with another folder for --output.")
+        page.write(write, title, page.section(title.capitalize(), _words(), ledger.results, rows, code.digest))
     kept = all(result.kept for result in ledger.results)
     raise typer.Exit(FAILED if not kept else INTERRUPTED if called_off else OK)
 

@@ -14,20 +14,21 @@ from skillwing.m600.campaign.result import FlightResult
 from skillwing.services.marked_page import Marks
 
 
-def section(title: str, words: Sequence[str], results: Sequence[FlightResult], rows: Sequence[Outcomes]) -> str:
+def section(
+    title: str, words: Sequence[str], results: Sequence[FlightResult], rows: Sequence[Outcomes], code: str
+) -> str:
     """A section in Markdown: what was flown, the table, and each flight that broke a promise.
 
-    words: of the command that flew the campaign.
+    words: of the command that flew the campaign. code: digest of the code that flew.
     """
     seeds = sorted({result.plan.seed for result in results})
-    versions = ", ".join(sorted({result.version for result in results if result.version}))
     hours = sum(result.processor_time for result in results) / 3600.0
     pace = sum(result.end_time for result in results) / max(1e-9, 3600.0 * hours)
     broken = [result for result in results if not result.kept]
     lines = [
         f"## {title}",
         "",
-        f"{len(results)} flights, seeds {_ranges(seeds)}, of version {versions}; {hours:.1f} hours of processor time, "
+        f"{len(results)} flights, seeds {_ranges(seeds)}, by code {code}; {hours:.1f} hours of processor time, "
         f"{pace:.1f} times as fast as real time on one core. {machine()}, {datetime.now(tz=UTC):%Y-%m-%d}.",
         "",
         "| " + " | ".join(HEADINGS) + " |",

@@ -8,10 +8,13 @@ import platform
 from importlib.metadata import version
 from pathlib import Path
 
+import msgspec
 from msgspec import Struct
 
-ROOT = Path(__file__).parents[2]
-HERE = Path(__file__).parent
+from skillwing.services.errors import InvalidOptionError, SkillwingError
+
+ROOT = Path(__file__).parents[4]
+CODE_FILE = "code.json"
 PORTIONS = ("dsl", "services", "sim_mujoco", "bt_missions")
 """Where the package lies in the repository."""
 FLIES_NOTHING = (
@@ -23,6 +26,7 @@ FLIES_NOTHING = (
     "dsl/generating",
     "dsl/printing",
     "m600/campaign/command.py",
+    "m600/campaign/flight_code.py",
     "m600/campaign/outcomes.py",
     "m600/campaign/page.py",
     "m600/commands.py",
@@ -53,11 +57,13 @@ FLIES = (
     "services/telemetry/wording.py",
 )
 """What is in such a folder and counts all the same. A test flies, and looks that all counts that was loaded."""
-OURS = ("mapping_otherwise.py", "inspection_otherwise.py")
-"""Missions that are flown besides the library's."""
+BESIDES = ("benchmarks/paper/mapping_otherwise.py", "benchmarks/paper/inspection_otherwise.py")
+"""Missions that are flown besides the library's, to compare these with."""
 READ = {".py", ".skillset", ".xml", ".lark"}
 LIBRARIES = ("av", "embreex", "mujoco-core", "msgspec", "numpy", "py-trees", "scipy")
 """What computes in a flight."""
+NAMED = 3
+"""So many changed files are told by name."""
 
 
 class FlightCode(Struct, frozen=True):
@@ -77,8 +83,35 @@ class FlightCode(Struct, frozen=True):
         )
 
 
+class CodeChangedError(SkillwingError):
+    """The code changed while it flew: what was flown is not all of one version."""
+
+    def __init__(self, changes: list[str], consequence: str) -> None:
+        super().__init__(f"The code has changed while it flew: {_some(changes)}. {consequence}")
+
+
+def claim(folder: Path, code: FlightCode) -> None:
+    """Make a folder one of flights by this code.
+
+    Raises InvalidOptionError where other code has flown.
+    """
+    path = folder / CODE_FILE
+    if path.exists():
+        flown = msgspec.json.decode(path.read_bytes(), type=FlightCode)
+        if changes := code.changes(flown):
+            sentence = f"What flies is not the code any more whose flights are in {folder}: {_some(changes)}."
+            raise InvalidOptionError("resume", f"{sentence} Begin anew in another folder.")
+    folder.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(msgspec.json.encode(code))
+
+
 def flight_code(root: Path = ROOT) -> FlightCode:
-    """Of the repository as it is now. What only people read, comments and docstrings, does not count."""
+    """Of the repository as it is now. What only people read, comments and docstrings, does not count.
+
+    Where the package was installed without a repository its version stands for its files.
+    """
+    if not any((root / portion).is_dir() for portion in PORTIONS):
+        return FlightCode({name: version(name) for name in ("skillwing", *LIBRARIES)})
     files = {str(path.relative_to(root)): _digest(_what_runs(path)) for path in flying_files(root)}
     libraries = {name: version(name) for name in LIBRARIES}
     return FlightCode({**files, **libraries, "python": platform.python_version()})
@@ -86,7 +119,7 @@ def flight_code(root: Path = ROOT) -> FlightCode:
 
 def flying_files(root: Path = ROOT) -> list[Path]:
     """Every file that may have a say in a flight."""
-    flying = [root / HERE.relative_to(ROOT) / name for name in OURS]
+    flying = [root / name for name in BESIDES]
     for package in (root / portion / "skillwing" for portion in PORTIONS):
         grounded, exempt = [package / each for each in FLIES_NOTHING], {package / each for each in FLIES}
         for path in package.rglob("*"):
@@ -94,6 +127,11 @@ def flying_files(root: Path = ROOT) -> list[Path]:
             if counts and path.suffix in READ:
                 flying.append(path)
     return sorted(flying)
+
+
+def _some(names: list[str]) -> str:
+    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+    return ", ".join(names[:NAMED]) + more
 
 
 def _what_runs(path: Path) -> str:
