@@ -96,7 +96,7 @@ def test_for_a_browser_it_serves_a_page_on_loopback_that_knows_where_the_run_is(
         assert viewer.is_open
         page = urlsplit(viewer.page or "")
         assert page.hostname == "127.0.0.1"
-        assert parse_qs(page.query) == {"url": [viewer.url]}
+        assert parse_qs(page.query)["url"] == [viewer.url]
         viewers = processes_of(path)
         heard = {each.laddr for process in viewers for each in process.net_connections() if each.status == "LISTEN"}
         assert {place.ip for place in heard} == {"127.0.0.1"}

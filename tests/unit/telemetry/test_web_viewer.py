@@ -20,7 +20,7 @@ LOOKS = st.lists(st.tuples(st.sets(st.sampled_from((*NAMES, "client/7"))), st.fl
 def test_the_address_opens_the_stream_in_the_page() -> None:
     parts = urlsplit(page_address("127.0.0.1:8000", "127.0.0.1:8001"))
     assert (parts.scheme, parts.netloc) == ("http", "127.0.0.1:8000")
-    assert parse_qs(parts.query) == {"url": ["rerun+http://127.0.0.1:8001/proxy"]}
+    assert parse_qs(parts.query) == {"theme": ["dark"], "url": ["rerun+http://127.0.0.1:8001/proxy"]}
 
 
 def test_the_address_is_told_once_everybody_is_there() -> None:

@@ -17,6 +17,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Literal, Self, TypeAlias
@@ -50,12 +51,13 @@ def has_screen() -> bool:
 class Viewer:
     """The viewer's process; it ends with this object, or when its window is closed.
 
-    url: where recordings are sent. page: what to open in a browser; None for a window of its own. It listens on
-    loopback only. The viewer's own program is started, not the `rerun` script around it, which would leave it behind
-    when killed. Opening one that does not come up is no error: `is_open` then tells, and its log says why.
+    shows: recordings that it opens with; without any it waits for what is sent to it. url: where recordings are sent.
+    page: what to open in a browser; None for a window of its own. It listens on loopback only. The viewer's own program
+    is started, not the `rerun` script around it, which would leave it behind when killed. Opening one that does not
+    come up is no error: `is_open` then tells, and its log says why.
     """
 
-    def __init__(self, kind: Literal["native", "web"], log: Path) -> None:
+    def __init__(self, kind: Literal["native", "web"], log: Path, shows: Sequence[Path] = ()) -> None:
         port = free_port(STREAM_PORT if kind == "web" else 0)
         self.url = stream_address(f"{LOOPBACK}:{port}")
         self.log = log
@@ -69,6 +71,7 @@ class Viewer:
             self._options += web_options(page)
         else:
             self._options += ["--memory-limit", MEMORY_LIMIT, "--hide-welcome-screen"]
+        self._options += [str(each.absolute()) for each in shows]
         self._process: subprocess.Popen[bytes] | None = None
         self._answered = False
 
@@ -156,8 +159,11 @@ def stream_address(stream: str) -> str:
 
 
 def page_address(page: str, stream: str) -> str:
-    """What to open in a browser that reaches the viewer's page and its stream at `HOST:PORT` each."""
-    return f"http://{page}/?url={quote(stream_address(stream), safe='')}"
+    """What to open in a browser that reaches the viewer's page and its stream at `HOST:PORT` each.
+
+    In dark colours whatever the browser prefers: in light ones a pale veil lies on the names of the behaviour tree.
+    """
+    return f"http://{page}/?theme=dark&url={quote(stream_address(stream), safe='')}"
 
 
 def web_options(page_port: int) -> list[str]:
