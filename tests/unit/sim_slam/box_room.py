@@ -37,7 +37,7 @@ class Room:
 
     lidar_bias, lidar_noise [m], gyro_bias [rad/s], accel_bias [m/s2]: what the sensors add; they may be changed on the
     way. lean (3,), offset (3,): by what rotation [rad] and how far [m], in world axes, navigation is wrong. blind,
-    deaf, lost: no scans, no inertial measurements, no navigation.
+    deaf, lost: no scans, no inertial measurements, no navigation. every: of so many inertial batches one comes.
     """
 
     seed: int = 1
@@ -51,6 +51,7 @@ class Room:
     blind: bool = False
     deaf: bool = False
     lost: bool = False
+    every: int = 1
 
     def __post_init__(self) -> None:
         self._rng = np.random.default_rng(self.seed)
@@ -116,7 +117,7 @@ class Room:
             fixes = []
             if not self.blind and round(self.t / BATCH) % round(PERIOD / BATCH) == 0:
                 fixes.append(odometry.scan(self.scan(self.t - PERIOD, self.t)))
-            if not self.deaf:
+            if not self.deaf and round(self.t / BATCH) % self.every == 0:
                 fixes.append(odometry.imu(self.inertial(start, self.t)))
             if not self.lost:
                 odometry.navigation(self.navigation(self.t))

@@ -183,6 +183,41 @@ def without_everything(room: Room, odometry: Odometry, seconds: float) -> None:
     room.deaf = room.blind = room.lost = False
 
 
+@pytest.mark.parametrize("seconds", [0.1, 0.12, 0.14, 0.16, 0.2])
+@pytest.mark.parametrize("before", [1.6, 1.7, 1.8, 1.9, 2.0])
+def test_a_scan_may_pass_without_any_inertial_measurement(before: float, seconds: float) -> None:
+    """Whether a gap of one scan's length counts as one is a matter of rounding."""
+    room = Room()
+    odometry = flying(room, before)
+    room.deaf = True
+    list(room.fly(odometry, seconds))
+    room.deaf = False
+    fixes = list(room.fly(odometry, 0.6))
+    assert odometry.phase is Phase.TRACKING
+    assert np.linalg.norm(fixes[-1].state.position - room.position(fixes[-1].t)) < 0.1
+
+
+@pytest.mark.parametrize("every", [6, 8, 10, 20])
+def test_measurements_that_stay_too_few_are_not_bridged_for_ever(every: int) -> None:
+    room = Room()
+    odometry = flying(room)
+    room.every = every
+    fixes = list(room.fly(odometry, 2.0 * PATIENCE))
+    if odometry.phase is Phase.LOST:
+        assert "inertial measurements" in odometry.text
+    else:
+        assert room.t - fixes[-1].t <= PATIENCE
+        assert np.linalg.norm(fixes[-1].state.position - room.position(fixes[-1].t)) < 0.2
+
+
+def test_one_batch_of_ten_is_too_few() -> None:
+    room = Room()
+    odometry = flying(room)
+    room.every = 10
+    list(room.fly(odometry, 1.5 * PATIENCE))
+    assert odometry.phase is Phase.LOST
+
+
 @pytest.mark.parametrize("seconds", [0.3, 1.0, 1.6])
 def test_missing_inertial_measurements_are_bridged_by_how_navigation_moved(seconds: float) -> None:
     room = Room(lean=np.array([0.012, -0.01, 0.0]))

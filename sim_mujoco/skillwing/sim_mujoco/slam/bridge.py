@@ -12,7 +12,7 @@ import numpy as np
 
 from skillwing.sim_mujoco.slam import so3
 from skillwing.sim_mujoco.slam.so3 import Floats
-from skillwing.sim_mujoco.slam.state import ATTITUDE, POSITION, VELOCITY, State
+from skillwing.sim_mujoco.slam.state import ATTITUDE, POSITION, SIZE, VELOCITY, State
 from skillwing.sim_mujoco.topics import Navigation
 
 VALID: Final = 0.2
@@ -44,15 +44,19 @@ class NavigationBridge:
         if self._left is None or latest is None or not _tells(latest, end):
             return None
         left, landed = _pose(self._left[1], self._left[0]), _pose(latest, end)
+        rotation = left[1].T @ landed[1]
         moved = State(
             state.position + landed[0] - left[0],
-            state.turn @ left[1].T @ landed[1],
+            state.turn @ rotation,
             np.array(latest.velocity),
             state.gyro_bias,
             state.accel_bias,
             state.gravity,
         )
-        spread = covariance.copy()
+        # Errors of the attitude are in body axes, which have turned.
+        turned = np.eye(SIZE)
+        turned[ATTITUDE, ATTITUDE] = rotation.T
+        spread = turned @ covariance @ turned.T
         spread[VELOCITY, :] = spread[:, VELOCITY] = 0.0
         spread[VELOCITY, VELOCITY] = np.eye(3) * _SPEED**2
         spread[POSITION, POSITION] += np.eye(3) * _MOVEMENT**2

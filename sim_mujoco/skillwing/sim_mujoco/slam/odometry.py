@@ -117,7 +117,7 @@ class Odometry:
         self._bridge = NavigationBridge()
         self._vigil = Vigil()
         self._matcher = self._make_matcher(self._low, self._high)
-        self._t = self._way = 0.0
+        self._t = self._fixed_at = self._way = 0.0
         self._state: State | None = None
         self._origin = np.zeros(3)
         self._covariance = np.zeros((SIZE, SIZE))
@@ -150,7 +150,7 @@ class Odometry:
         covered = self._memory.covered_until
         if self._hungry >= HUNGRY_SCANS and covered is not None:
             self._lose(f"there were no inertial measurements for {t - covered:.1f} s")
-        elif t - self._t > PATIENCE:
+        elif t - self._fixed_at > PATIENCE:
             self._lose(self.text or f"there were no scans for {PATIENCE:g} s")
 
     def _advance(self) -> Fix | None:
@@ -170,7 +170,7 @@ class Odometry:
             return
         self._state, self._covariance = begun
         self._origin = self._state.position
-        self._t = self.begun_at = t
+        self._t = self._fixed_at = self.begun_at = t
         self._bridge.reached(t)
         self._beginning = None
         self.phase, self.text = Phase.TRACKING, ""
@@ -180,7 +180,8 @@ class Odometry:
         if start < self._t - 1e-6:
             return None
         measured = self._memory.take(self._t, end)
-        if (gap := measured.largest_gap(self._t, end)) > LARGEST_GAP:
+        gap = measured.largest_gap(self._t, end)
+        if not len(measured) or gap > LARGEST_GAP:
             self._cross(state, end, gap)
             return None
         predicted = predict(state, self._covariance, measured, self._t, end, self._noise)
@@ -190,6 +191,7 @@ class Odometry:
         if match.judgement is not None:
             self._vigil.observe(match.judgement, posterior)
         self._go_to(end, posterior.state, posterior.covariance)
+        self._fixed_at = end
         if self._vigil.verdict:
             self._lose(self._vigil.verdict)
         else:
@@ -198,7 +200,10 @@ class Odometry:
         return Fix(end, posterior.state, covariance, match.agreement, match.believed, self._origin, self._way, still)
 
     def _cross(self, state: State, end: float, gap: float) -> None:
-        """Go on at `end`, from where the next scan is followed again; or at a later scan, if navigation is late."""
+        """Go on at `end`, from where the next scan is followed again; or at a later scan, if navigation is late.
+
+        Measurements that go on being missing leave no scan to be followed, and that ends like no scans at all.
+        """
         self.phase, self.text = Phase.DOUBTING, f"inertial measurements were missing for {gap:.2f} s"
         crossed = self._bridge.over(state, self._covariance, end)
         if crossed is not None and end - self._t <= PATIENCE:
