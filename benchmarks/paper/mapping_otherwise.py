@@ -12,17 +12,25 @@ import msgspec
 from py_trees.behaviour import Behaviour
 from py_trees.composites import Composite
 
+from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.settling import NoteSwitch
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.missions.mapping import AT_HOME, LEG_FLOWN, MappingMission, MappingOptions
+from skillwing.bt_missions.missions.mapping import (
+    AT_HOME,
+    DEPTH_MAP_WAIT,
+    LEG_FLOWN,
+    NO_DEPTH_MAP,
+    MappingMission,
+    MappingOptions,
+)
 from skillwing.bt_missions.planning.waypoints import Route, WaypointWriter
 from skillwing.bt_missions.running.mission import MissionTrees
-from skillwing.bt_missions.subtrees.composites import in_order
+from skillwing.bt_missions.subtrees.composites import alongside, in_order
 from skillwing.bt_missions.subtrees.loop import Until
 
 TIME_LIMIT = 240.0
-"""Robot seconds until it lands: a drone that hangs on a wall does not end by itself."""
+"""Robot seconds until one that flies blind lands: a drone that hangs on a wall does not end by itself."""
 
 
 class OtherwiseOptions(MappingOptions, frozen=True, kw_only=True):
@@ -37,7 +45,8 @@ class MappingOtherwise(MappingMission):
 
     def build(self, context: MissionContext, options: MappingOptions) -> MissionTrees:
         assert isinstance(options, OtherwiseOptions), "a mission is built with options of its own"
-        trees = super().build(context, msgspec.structs.replace(options, time_limit=TIME_LIMIT))
+        limited = msgspec.structs.replace(options, time_limit=TIME_LIMIT) if options.instead == "blind" else options
+        trees = super().build(context, limited)
         nodes = list(trees.root.iterate())
         route = next(node.route for node in nodes if isinstance(node, WaypointWriter))
         by_lidar = next(node for node in nodes if node.name == "LiDAR branch")
@@ -53,8 +62,20 @@ def _branch(context: MissionContext, route: Route, options: OtherwiseOptions) ->
     way_home = {"height": options.return_height, "speed": options.speed}
     come_home = SkillAction("return_home", context, "return_home", way_home, outcomes=AT_HOME)
     if options.instead == "home":
-        note = NoteSwitch("why", context, "navigation", "ZED", "home at once")
-        return in_order("home at once", note, come_home)
+        # The way home is watched as on every other flight of this mission.
+        return in_order(
+            "home at once",
+            NoteSwitch("why", context, "navigation", "ZED", "home at once"),
+            alongside(
+                "come home with LiDAR",
+                SkillAction("lidar_depthmap", context, "lidar_depthmap", outcomes=NO_DEPTH_MAP),
+                until=in_order(
+                    "home",
+                    ResourceIs("looking along", context, "depthmap_source", "LIDAR", wait=DEPTH_MAP_WAIT),
+                    come_home,
+                ),
+            ),
+        )
     fly_leg = SkillAction(
         "goto_straight",
         context,

@@ -105,7 +105,7 @@ def test_who_aborts_has_no_alternative_but_the_landing_of_the_guards(mission: st
 @pytest.mark.parametrize(
     ("mission", "label", "leads", "skills"),
     [
-        ("mapping", "home", "home at once", ["return_home"]),
+        ("mapping", "home", "home at once", ["lidar_depthmap", "return_home"]),
         ("mapping", "none", "fly on", ["goto_straight", "return_home"]),
         ("inspection", "home", "hover, then land", ["lidar_depthmap", "return_home"]),
         ("inspection", "none", "nobody watches", ["stream"]),
