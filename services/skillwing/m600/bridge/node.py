@@ -133,7 +133,7 @@ class RobotBridge:
                 subject=subject,
                 before=None,
                 after=kind,
-                text=f"{kind} of {subject} was switched on",
+                text=f"{kind} of {subject} is on",
             )
         )
 
