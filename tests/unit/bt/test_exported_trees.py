@@ -107,3 +107,13 @@ def test_what_a_node_writes_goes_to_an_entry_of_the_blackboard(exported: Element
     written = [text for node in exported.iter() for port, text in node.attrib.items() if (node.tag, port) in outputs]
     assert written
     assert all(text[0] == "{" and text[-1] == "}" and is_port_name(text[1:-1]) for text in written)
+
+
+@pytest.mark.parametrize("mission", MISSIONS, ids=lambda mission: mission.name)
+def test_trees_of_the_missions_that_come_with_it_have_names_that_it_takes(mission: Mission) -> None:
+    file = ROOT / "bt_missions/skillwing/bt_missions/missions" / f"{mission.name}.xml"
+    trees = [
+        tree.attrib["ID"] for tree in ElementTree.fromstring(file.read_text(encoding="utf-8")).iter("BehaviorTree")
+    ]
+    assert len(trees) > 3
+    assert all(map(is_model_name, trees))
