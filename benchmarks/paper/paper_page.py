@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -13,12 +14,15 @@ from typing import TypeAlias
 from paper_flights import POLICIES, Policy, camera_fails_at
 
 from skillwing.m600.campaign.page import machine
+from skillwing.m600.campaign.plan import FlightPlan
 from skillwing.m600.campaign.price import Price
 from skillwing.m600.campaign.result import FlightResult
 from skillwing.m600.demo.story import INSPECTION, MAPPING
 from skillwing.services.marked_page import Marks
 
 MARKS = Marks("<!-- figures: make paper -->", "<!-- end of figures -->")
+SHOWN_PICTURE = r"\(images/results/([^)]+)\)"
+"""A link of the page to one of its pictures."""
 NOMINAL, RECOVERY = "nominal", "recovery"
 BOTH = "map", "timeline"
 Figure: TypeAlias = Callable[[FlightResult], float | None]
@@ -95,31 +99,64 @@ AWAY = Column("away without video", lambda each: each.price.unseen, SECONDS, MOR
 COLUMNS = {MAPPING: (MAPPED, TIME, BATTERY, CLEARANCE), INSPECTION: (CIRCLED, TIME, BATTERY, UNSEEN, AWAY)}
 
 
-def write_page(page: Path, results: Sequence[FlightResult], planned: int, code: str) -> None:
-    """Put the tables into the page, in place of those there. planned: flights that these seeds ask for. code: digest
-    of what flew them all.
+def write_page(
+    page: Path, results: Sequence[FlightResult], plans: Sequence[FlightPlan], code: str, drawn: Collection[str]
+) -> None:
+    """Put the tables into the page, in place of those there. plans: what is to be flown. code: digest of what flew the
+    results. drawn: pictures that show these flights; the page's others are older.
 
     Raises PageError.
     """
-    MARKS.replace(page, tables(results, planned, code))
+    MARKS.check(page)
+    older = sorted(set(re.findall(SHOWN_PICTURE, page.read_text(encoding="utf-8"))).difference(drawn))
+    MARKS.replace(page, tables(results, plans, code, older))
 
 
-def tables(results: Sequence[FlightResult], planned: int, code: str) -> str:
-    """What was flown, and for each scenario the figures, the price and the seeds, as Markdown."""
+def tables(results: Sequence[FlightResult], plans: Sequence[FlightPlan], code: str, older: Sequence[str] = ()) -> str:
+    """What was flown and what was not, and for each scenario the figures, the price and the seeds, as Markdown.
+
+    older: pictures of other flights.
+    """
     seeds = sorted({each.plan.seed for each in results})
     versions = ", ".join(sorted({each.version for each in results if each.version}))
     hours = sum(each.processor_time for each in results) / 3600.0
     parts = [
-        f"{len(results)} of {planned} flights, of seed {', '.join(map(str, seeds))}, all by the same flight code, "
+        f"{len(results)} of {len(plans)} flights, of {_seeds(seeds)}, all by the same flight code, "
         f"{code} (version {versions}); {hours:.1f} hours of processor time. {machine()}, "
         f"{datetime.now(tz=UTC):%Y-%m-%d}. Cells of several flights: median (least to most)."
     ]
+    if missing := _missing(results, plans):
+        parts.append(f"**Not in these tables, for it has not been flown by this code: {'; '.join(missing)}.**")
+    if older:
+        names = ", ".join(f"`{name}`" for name in older)
+        parts.append(f"**Pictures on this page that show earlier flights, by other code: {names}.**")
     for mission in POLICIES:
         flown = [each for each in results if each.plan.mission == mission]
         if flown:
             parts += [f"### {mission.capitalize()}", _figures(mission, flown), _price(mission, flown)]
             parts += [_by_seed(flown)] if mission == MAPPING else []
     return "\n\n".join(parts)
+
+
+def _missing(results: Sequence[FlightResult], plans: Sequence[FlightPlan]) -> list[str]:
+    """Planned flights without a result, in words: for each mission the policies and seeds."""
+    flown = [each.plan for each in results]
+    told: list[str] = []
+    for mission, policies in POLICIES.items():
+        lacking: dict[tuple[int, ...], list[str]] = {}
+        for policy in policies:
+            own = [plan for plan in plans if (plan.mission, plan.label) == (mission, policy.label)]
+            seeds = tuple(plan.seed for plan in own if plan not in flown)
+            lacking.setdefault(seeds, []).append(policy.label)
+        for seeds, labels in lacking.items():
+            if seeds:
+                which = "every policy" if len(labels) == len(policies) else ", ".join(labels)
+                told.append(f"{mission}, {which}, {_seeds(seeds)}")
+    return told
+
+
+def _seeds(seeds: Sequence[int]) -> str:
+    return f"seed{'s' if len(seeds) > 1 else ''} {', '.join(map(str, seeds))}"
 
 
 def _figures(mission: str, results: Sequence[FlightResult]) -> str:
@@ -187,12 +224,13 @@ def _by_policy(mission: str, results: Sequence[FlightResult]) -> list[tuple[Poli
 
 
 def _spread(values: Sequence[float | None], unit: Unit) -> str:
-    """Median, least and largest of what is known."""
+    """Median, least and largest of what is known, and how many that are of how many if not all."""
     known = [value for value in values if value is not None]
     if not known:
         return "-"
     least, most = unit.bare(min(known)), unit.bare(max(known))
-    return unit.show(known[0]) if least == most else f"{unit.show(median(known))} ({least} to {most})"
+    told = unit.show(known[0]) if least == most else f"{unit.show(median(known))} ({least} to {most})"
+    return told if len(known) == len(values) else f"{told}, {len(known)} of {len(values)} known"
 
 
 def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -27,11 +27,14 @@ from skillwing.m600.campaign.crew import Crew
 from skillwing.m600.campaign.flight_code import CodeChangedError, FlightCode, flight_code
 from skillwing.m600.campaign.ledger import LEDGER_FILE, Ledger, read_results
 from skillwing.m600.campaign.plan import FlightPlan
-from skillwing.m600.campaign.result import FlightResult
+from skillwing.m600.campaign.result import End, FlightResult
 from skillwing.services.errors import SkillwingError
 from skillwing.services.marked_page import page_with
 
 ROOT = Path(__file__).parents[2]
+PAGE = ROOT / "docs" / "results.md"
+UNFINISHED = ".part"
+"""Ends the name of a recording's folder until its flight has ended."""
 PICTURED = SHOWN | flights_drawn()
 
 
@@ -40,7 +43,7 @@ def main() -> None:
     options.add_argument("--seeds", default="0:5", metavar="A:B")
     options.add_argument("--jobs", type=int, default=1, metavar="N", help="flights at once")
     options.add_argument("-o", "--output", type=Path, default=ROOT / "runs" / "paper", metavar="DIR")
-    options.add_argument("--page", type=page_with(MARKS), default=ROOT / "docs" / "results.md", metavar="FILE")
+    options.add_argument("--page", type=page_with(MARKS), default=str(PAGE), metavar="FILE")
     options.add_argument("--only-write", action="store_true", help="fly nothing: the page from what is there")
     chosen = options.parse_args()
     if chosen.jobs < 1:
@@ -50,17 +53,18 @@ def main() -> None:
     try:
         plans = paper_plans(parse_seeds(chosen.seeds))
         flown = known(folder) if chosen.only_write else fly(plans, folder, chosen.jobs, code)
+        results = list({result.plan.name: result for result in flown if result.plan in plans}.values())
+        if not results:
+            sys.exit(f"Nothing has been flown by this code ({code.digest}) yet. Leave out `--only-write`.")
+        first = [result.plan for result in results if result.plan.seed == plans[0].seed]
+        images = chosen.page.parent / "images" / "results"
+        drawn = draw_pictures(first, folder, images)
+        draw_price(images / PRICE_PICTURE, results)
+        write_page(chosen.page, results, plans, code.digest, {*drawn, PRICE_PICTURE})
     except SkillwingError as error:
         sys.exit(str(error))
     except KeyboardInterrupt:
         sys.exit("Called off. The same command goes on with it.")
-    results = list({result.plan.name: result for result in flown if result.plan in plans}.values())
-    if not results:
-        sys.exit(f"Nothing has been flown by this code ({code.digest}) yet. Leave out `--only-write`.")
-    write_page(chosen.page, results, len(plans), code.digest)
-    first = [result.plan for result in results if result.plan.seed == plans[0].seed]
-    draw_pictures(first, folder, chosen.page.parent / "images" / "results")
-    draw_price(chosen.page.parent / "images" / "results" / PRICE_PICTURE, results)
 
 
 def known(folder: Path) -> list[FlightResult]:
@@ -90,16 +94,19 @@ def fly(
         if plan not in shown:
             return None
         directory = (ledger.folder / plan.name).absolute()
-        # What a flight left that was killed would be taken for a part of this one.
-        shutil.rmtree(directory, ignore_errors=True)
-        directory.mkdir(parents=True)
-        return directory
+        unfinished = directory.with_name(directory.name + UNFINISHED)
+        for left in (directory, unfinished):
+            # What a flight left that was killed would be taken for a part of this one.
+            shutil.rmtree(left, ignore_errors=True)
+        unfinished.mkdir(parents=True)
+        return unfinished
 
     with closing(ledger), Crew(jobs) as crew:
         for count, result in enumerate(crew.fly(missing, run_dir), start=1):
             if changes := code.changes(now()):
                 kept = "The flight under way was not kept. The same command flies everything anew, by the new code."
                 raise CodeChangedError(changes, kept)
+            keep_recording(folder / result.plan.name, result)
             ledger.add(result)
             end = f"{result.end}, {result.end_time:.0f} s, {', '.join(result.broken) or 'promises kept'}"
             sys.stdout.write(f"{count}/{len(missing)} {result.plan.name}: {end}\n")
@@ -107,18 +114,29 @@ def fly(
     return ledger.results
 
 
-def draw_pictures(flown: list[FlightPlan], folder: Path, images: Path) -> None:
-    """Put what the recorded ones of these flights look like beside the page."""
+def keep_recording(directory: Path, result: FlightResult) -> None:
+    """Give the recording of a flight that has ended its name, if it was recorded. One that broke off is not kept."""
+    unfinished = directory.with_name(directory.name + UNFINISHED)
+    if unfinished.is_dir() and result.end is not End.BROKE_OFF:
+        unfinished.rename(directory)
+
+
+def draw_pictures(flown: list[FlightPlan], folder: Path, images: Path) -> set[str]:
+    """Put what the recorded ones of these flights look like beside the page, and tell the names of these pictures."""
     images.mkdir(parents=True, exist_ok=True)
     recorded = {(plan.mission, plan.label): plan for plan in flown if (folder / plan.name).is_dir()}
+    drawn: set[str] = set()
     for picture in PICTURES:
         plan = recorded.get((picture.mission, picture.label))
         if plan is not None:
             shutil.copyfile(folder / plan.name / picture.file, images / picture_name(picture))
+            drawn.add(picture_name(picture))
     ways = {label: plan for (mission, label), plan in recorded.items() if (mission, label) in flights_drawn()}
     if ways:
         runs = {label: folder / plan.name for label, plan in ways.items()}
         draw_ways(images / WAYS_PICTURE, next(iter(ways.values())), runs)
+        drawn.add(WAYS_PICTURE)
+    return drawn
 
 
 if __name__ == "__main__":

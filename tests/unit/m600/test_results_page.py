@@ -7,6 +7,7 @@ import math
 import shlex
 import sys
 from collections import Counter
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 
@@ -23,6 +24,8 @@ from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.running.library import find_mission
 from skillwing.bt_missions.running.mission import MissionTrees
 from skillwing.bt_missions.running.rehearsal import grounded_context, rehearse
+from skillwing.m600.campaign.crew import Crew
+from skillwing.m600.campaign.flight_code import FlightCode
 from skillwing.m600.campaign.plan import FlightPlan, planned_circle
 from skillwing.m600.campaign.price import AWAY, LIVE_FOR, Price, PriceMeter
 from skillwing.m600.campaign.result import End, FlightResult
@@ -50,6 +53,8 @@ flights = script("paper_flights")
 page = script("paper_page")
 price = script("price_picture")
 ways = script("way_picture")
+run = script("run")
+PLANS = flights.paper_plans(range(2))
 
 
 def plan_of(mission: str, label: str, seed: int) -> FlightPlan:
@@ -135,6 +140,51 @@ def test_the_camera_fails_early_in_some_flights_and_late_in_others(first: int) -
     shares = [flights.camera_fails_at(seed) / route for seed in range(first, first + 5)]
     assert all(0.0 < share < 2.0 for share in shares)
     assert max(shares) - min(shares) > 0.4
+
+
+def works(monkeypatch: pytest.MonkeyPatch, source: str) -> None:
+    """Let Python code fly; it gets the plan and the folder for its recording."""
+    monkeypatch.setattr(run, "Crew", partial(Crew, worker=(sys.executable, "-c", source)))
+
+
+RECORDS = """
+import sys
+from pathlib import Path
+import msgspec
+from skillwing.m600.campaign.plan import FlightPlan
+from skillwing.m600.campaign.result import End, FlightResult
+Path(sys.argv[2], "map.png").touch(exist_ok=False)
+plan = msgspec.json.decode(sys.argv[1], type=FlightPlan)
+sys.stdout.buffer.write(msgspec.json.encode(FlightResult(plan=plan, end=End.HOME)))
+"""
+
+
+def test_half_a_recording_is_not_taken_for_a_whole_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    plan = plan_of("mapping", "nominal", 0)
+    code = FlightCode({})
+    works(monkeypatch, "import sys; open(sys.argv[2] + '/map.png', 'w').close(); sys.exit('killed')")
+    (broken,) = run.fly([plan], tmp_path, 1, code, lambda: code)
+    assert broken.end is End.BROKE_OFF
+    assert run.draw_pictures([plan], tmp_path, tmp_path / "images") == set()
+
+    works(monkeypatch, RECORDS)
+    assert run.fly([plan], tmp_path, 1, code, lambda: code)[-1].end is End.HOME
+    assert [each.name for each in tmp_path.iterdir() if each.is_dir() and each.name != "images"] == [plan.name]
+    works(monkeypatch, "raise SystemExit('nothing is missing')")
+    assert len(run.fly([plan], tmp_path, 1, code, lambda: code)) == 2
+
+
+def test_a_page_without_marks_is_told_before_anything_flies(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page_file = tmp_path / "results.md"
+    page_file.write_text("words\n", encoding="utf-8")
+    monkeypatch.setattr(run, "PAGE", page_file)
+    monkeypatch.setattr(run, "fly", lambda *_: pytest.fail("it flies"))
+    monkeypatch.setattr(sys, "argv", ["run.py", "-o", str(tmp_path)])
+    with pytest.raises(SystemExit):
+        run.main()
+    assert "lacks `<!-- figures: make paper -->`" in capsys.readouterr().err
 
 
 # --- what a flight costs ---------------------------------------------------------------------------------------------
@@ -249,8 +299,8 @@ def test_the_price_of_recovery_is_its_difference_to_the_other_flights_of_the_sam
         flown("mapping", "recovery", 1, coverage=0.5, end_time=200.0, price=Price(charge=11.0)),
         flown("mapping", "none", 1, coverage=0.25, end_time=50.0, price=Price(charge=5.5), collisions=1),
     ]
-    lines = page.tables(results, 20, "c0de").splitlines()
-    assert lines[0].startswith("5 of 20 flights, of seed 0, 1, all by the same flight code, c0de")
+    lines = page.tables(results, PLANS, "c0de").splitlines()
+    assert lines[0].startswith("5 of 20 flights, of seeds 0, 1, all by the same flight code, c0de")
     first = next(number for number, line in enumerate(lines) if line.startswith("| recovery, against"))
     assert lines[first + 2 : first + 4] == [
         "| nominal | -8 points (-10 to -5) | +5 % (+0 to +10) | +15 % (+10 to +20) |",
@@ -260,7 +310,7 @@ def test_the_price_of_recovery_is_its_difference_to_the_other_flights_of_the_sam
 
 def test_what_was_hit_is_said() -> None:
     results = [flown("mapping", "nominal", 0), flown("mapping", "none", 0, collisions=2, phase="FAILED", coverage=None)]
-    text = page.tables(results, 20, "c0de")
+    text = page.tables(results, PLANS, "c0de")
     assert "no map, 2 collisions" in text
     row = next(line for line in text.splitlines() if line.startswith("| none: on, blind | 1 |"))
     assert row.startswith("| none: on, blind | 1 | 0 | 1 | 1 crashed | - |")
@@ -268,7 +318,7 @@ def test_what_was_hit_is_said() -> None:
 
 def test_what_was_flown_without_video_is_the_circle_that_was_not_seen() -> None:
     price = Price(charge=10.0, circled=0.75, circled_live=0.5, unseen=4.0)
-    text = page.tables([flown("inspection", "recovery", 0, price=price)], 1, "c0de")
+    text = page.tables([flown("inspection", "recovery", 0, price=price)], PLANS, "c0de")
     row = next(line for line in text.splitlines() if line.startswith("| recovery"))
     assert "| 75 % |" in row
     assert row.endswith("| 25 % | 4 s |")
@@ -276,7 +326,7 @@ def test_what_was_flown_without_video_is_the_circle_that_was_not_seen() -> None:
 
 @pytest.mark.parametrize("mission", ["mapping", "inspection"])
 def test_without_another_flight_recovery_has_no_price(mission: str) -> None:
-    assert "Nothing to compare recovery with." in page.tables([flown(mission, "recovery", 0)], 1, "c0de")
+    assert "Nothing to compare recovery with." in page.tables([flown(mission, "recovery", 0)], PLANS, "c0de")
 
 
 def test_nothing_is_said_to_be_less_than_zero_that_is_rounded_to_it() -> None:
@@ -286,13 +336,42 @@ def test_nothing_is_said_to_be_less_than_zero_that_is_rounded_to_it() -> None:
 def test_writing_keeps_what_stands_around_the_tables(tmp_path: Path) -> None:
     file = tmp_path / "results.md"
     file.write_text(f"before\n{page.MARKS.begin}\n{page.MARKS.end}\nafter\n", encoding="utf-8")
-    page.write_page(file, [flown("mapping", "nominal", 0)], 2, "c0de")
-    page.write_page(file, [flown("mapping", "nominal", 0), flown("inspection", "nominal", 0)], 2, "c0de")
+    results = [flown("mapping", "nominal", 0), flown("inspection", "nominal", 0)]
+    plans = [each.plan for each in results]
+    page.write_page(file, results[:1], plans, "c0de", set())
+    assert "1 of 2 flights" in file.read_text(encoding="utf-8")
+    page.write_page(file, results, plans, "c0de", set())
     text = file.read_text(encoding="utf-8")
     assert text.startswith("before\n")
     assert text.endswith("after\n")
     assert "2 of 2 flights" in text
     assert "1 of 2 flights" not in text
+
+
+def test_flights_that_are_missing_are_named() -> None:
+    results = [flown(plan.mission, plan.label, plan.seed) for plan in PLANS]
+    assert "Not in these tables" not in page.tables(results, PLANS, "c0de")
+    mapped = [each for each in results if each.plan.mission == "mapping" and each.plan.name != results[1].plan.name]
+    assert (
+        "**Not in these tables, for it has not been flown by this code: "
+        "mapping, recovery, seed 0; inspection, every policy, seeds 0, 1.**"
+    ) in page.tables(mapped, PLANS, "c0de")
+
+
+def test_pictures_of_other_flights_than_those_of_the_tables_are_named(tmp_path: Path) -> None:
+    file = tmp_path / "results.md"
+    pictures = "![One](images/results/one.png)\n![Two](images/results/two.png)\n"
+    file.write_text(f"{page.MARKS.begin}\n{page.MARKS.end}\n{pictures}", encoding="utf-8")
+    results = [flown("mapping", "nominal", 0)]
+    page.write_page(file, results, PLANS, "c0de", {"one.png"})
+    assert "by other code: `two.png`.**" in file.read_text(encoding="utf-8")
+    page.write_page(file, results, PLANS, "c0de", {"one.png", "two.png"})
+    assert "by other code" not in file.read_text(encoding="utf-8")
+
+
+def test_a_cell_tells_of_how_many_flights_it_is() -> None:
+    results = [flown("mapping", "nominal", 0), flown("mapping", "nominal", 1, coverage=None)]
+    assert "| 80 %, 1 of 2 known |" in page.tables(results, PLANS, "c0de")
 
 
 def test_the_picture_has_a_row_of_panels_for_each_mission_that_was_flown(tmp_path: Path) -> None:
