@@ -47,15 +47,25 @@ class Marks:
 
         Raises PageError for marks that are not in order.
         """
-        old = _read(page) if page.exists() else f"# {title}\n"
-        if self.begin not in old and self.end not in old:
-            old = f"{old.rstrip()}\n\n{self.begin}\n{self.end}\n"
-        before, after = self._surroundings(page, old)
+        before, after = self._place(page, title)
         _write(page, f"{before}{self.begin}\n{text}\n{self.end}{after}")
+
+    def check_place(self, page: Path) -> None:
+        """Raises PageError for a page that `replace_or_append` would not take."""
+        self._place(page, "")
+        if not page.resolve().parent.is_dir():
+            raise PageError(page, f"There is no folder for {page}. Make it, or name another page.")
 
     def check(self, page: Path) -> None:
         """Raises PageError for a page without these marks, or with marks that are not in order."""
         self._surroundings(page, _read(page))
+
+    def _place(self, page: Path, title: str) -> tuple[str, str]:
+        """What stands before and behind the marks, which are put at the end of a page that has none."""
+        old = _read(page) if page.exists() else f"# {title}\n"
+        if self.begin not in old and self.end not in old:
+            old = f"{old.rstrip()}\n\n{self.begin}\n{self.end}\n"
+        return self._surroundings(page, old)
 
     def _surroundings(self, page: Path, text: str) -> tuple[str, str]:
         """What stands before and behind the marks."""

@@ -12,12 +12,14 @@ from msgspec.structs import replace
 from rich.console import Console
 
 from skillwing.m600.campaign import page
+from skillwing.m600.campaign.command import campaign
 from skillwing.m600.campaign.conditions import Condition
 from skillwing.m600.campaign.ledger import LEDGER_FILE, Ledger
 from skillwing.m600.campaign.outcomes import SHORT_HEADINGS, outcome_table, outcomes
 from skillwing.m600.campaign.plan import FlightPlan
 from skillwing.m600.campaign.result import End, FlightResult
 from skillwing.services.errors import InvalidOptionError
+from skillwing.services.marked_page import PageError
 
 RESULTS = st.builds(
     FlightResult,
@@ -107,6 +109,14 @@ def test_a_file_that_is_no_ledger_is_left_alone(tmp_path: Path) -> None:
     with pytest.raises(InvalidOptionError, match="is not a campaign's"):
         Ledger(tmp_path, resume=True)
     assert (tmp_path / LEDGER_FILE).read_text(encoding="utf-8") == "shopping list\n"
+
+
+def test_a_page_without_place_is_told_before_anything_flies(tmp_path: Path) -> None:
+    path, folder = tmp_path / "missions.md", tmp_path / "flights"
+    path.write_text("<!-- campaign: mapping -->\nhalf a section\n", encoding="utf-8")
+    with pytest.raises(PageError, match="lacks `<!-- end of campaign: mapping -->`"):
+        campaign("mapping", seeds="0", output=folder, write=path)
+    assert not folder.exists()
 
 
 def test_a_section_replaces_the_one_before_and_leaves_the_rest_of_the_page(tmp_path: Path) -> None:

@@ -62,7 +62,16 @@ def test_a_page_without_place_is_told_by_its_name_and_left_as_it_is(page: Path, 
 def test_half_a_place_is_not_appended_to(page: Path) -> None:
     page.write_text(f"{MARKS.begin}\nold\n", encoding="utf-8")
     with pytest.raises(PageError, match=MARKS.end):
+        MARKS.check_place(page)
+    with pytest.raises(PageError, match=MARKS.end):
         MARKS.replace_or_append(page, "new", title="Page")
+
+
+def test_a_section_finds_a_place_in_any_folder_that_is_there(page: Path) -> None:
+    MARKS.check_place(page)
+    assert not page.exists()
+    with pytest.raises(PageError, match="There is no folder for"):
+        MARKS.check_place(page / "deeper.md")
 
 
 @pytest.mark.parametrize(

@@ -90,6 +90,10 @@ def campaign(
     with these options, 130 it was called off.
     """
     plans = make_plans(mission, seeds, faults, worlds, watched=not without_obstacles, network=on)
+    title = mission + (" without obstacle detection" if without_obstacles else "")
+    title += " over Zenoh" if on is Network.ZENOH else ""
+    if write is not None:
+        page.check(write, title)
     at_once = jobs or (1 if on is Network.ZENOH else os.cpu_count() or 1)
     folder = output or Path("runs") / f"{datetime.now().astimezone():%Y%m%d-%H%M%S}-campaign-{mission}"
     console = make_console()
@@ -109,8 +113,6 @@ def campaign(
             ledger.close()
     _tell(plans, ledger, console, as_json=as_json)
     if write is not None and not called_off and ledger.results:
-        title = mission + (" without obstacle detection" if without_obstacles else "")
-        title += " over Zenoh" if on is Network.ZENOH else ""
         rows = outcomes(ledger.results)
         if changes := flight_code().changes(code):
             raise CodeChangedError(changes, "The page is left as it was. Fly anew, with another folder for --output.")

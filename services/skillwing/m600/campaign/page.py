@@ -57,7 +57,16 @@ def section(
 
 def write(page: Path, title: str, text: str) -> None:
     """Put a section into a page, in place of the one with the same title. Raises PageError."""
-    Marks.of_section(f"campaign: {title}").replace_or_append(page, text, title="Missions")
+    _marks(title).replace_or_append(page, text, title="Missions")
+
+
+def check(page: Path, title: str) -> None:
+    """Raises PageError for a page that cannot take a section with this title."""
+    _marks(title).check_place(page)
+
+
+def _marks(title: str) -> Marks:
+    return Marks.of_section(f"campaign: {title}")
 
 
 def machine() -> str:
