@@ -92,16 +92,17 @@ class WebViewer:
         specs = (*robot.functional_layer(run), *robot.managers(run), *robot.observers(run))
         address = page_address(self._options.page, self._options.stream)
         self._welcome = Welcome(robot.name, [spec.name for spec in specs], address, bus.wall())
+        keys = Keys(robot.skillset.stem)
+        self._prefix = keys.alive("")
+        bus.watch_alive(keys.alive("**"), self._on_alive)
+        bus.every(PERIOD, self._look)
+        # Last: nobody detaches a node that could not be attached.
         self._viewer = subprocess.Popen(
             [self._program, "--bind", self._options.bind, "--port", str(STREAM_PORT), *web_options(PAGE_PORT)],
             stdin=subprocess.DEVNULL,
             # It would tell other addresses, which nobody outside of a container can open.
             env={"RUST_LOG": "warn", **os.environ},
         )
-        keys = Keys(robot.skillset.stem)
-        self._prefix = keys.alive("")
-        bus.watch_alive(keys.alive("**"), self._on_alive)
-        bus.every(PERIOD, self._look)
 
     def detach(self) -> None:
         self._viewer.terminate()
