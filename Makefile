@@ -112,9 +112,9 @@ PAPER_ARGS ?=
 paper: setup
 	$(BIN)/python benchmarks/paper/run.py $(PAPER_ARGS)
 
-# docker-compose.yml on the engine that answers here, which `make test` does as well; minutes, of which most are builds.
+# docker-compose.yml on the engine that answers here: builds the images, and flies in them. Minutes, most of them builds.
 containers-test: setup
-	$(BIN)/python -m pytest -v -rs tests/integration/test_containers.py $(PYTEST_ARGS)
+	SKILLWING_CONTAINERS_TEST=1 $(BIN)/python -m pytest -v -rs tests/integration/test_containers.py $(PYTEST_ARGS)
 
 # How large the images are, and how the system stands in them, into docs/containers.md.
 containers: setup
