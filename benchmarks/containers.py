@@ -2,7 +2,8 @@
 
 python benchmarks/containers.py [--write]
 
-Needs a container engine that answers. The images are built first; the system gets ports and a name of its own.
+Needs a container engine that answers. The images are built first, by SKILLWING_BUILD_ARGS such as
+`--build-arg PIP_INDEX_URL=...`; the system gets ports and a name of its own.
 """
 
 from __future__ import annotations
@@ -11,11 +12,16 @@ import argparse
 import json
 import os
 import re
+import shlex
+import shutil
+import signal
 import subprocess
 import sys
+import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from statistics import median
 
@@ -27,7 +33,9 @@ ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "containers.md"
 BASE = os.environ.get("BASE") or "python:3.11-slim"
 PROJECT = "skillwing-measured"
-COMPOSE = ["docker", "compose", "--project-name", PROJECT, "--profile", "mapping"]
+COMPOSE = ["--project-name", PROJECT, "--profile", "mapping"]
+WITHIN = 300.0
+"""Seconds for the system to come up."""
 PACKAGES = "cd /opt/skillwing/lib/python3*/site-packages && du --summarize --block-size=1M *"
 ROLES = {
     "manager": "router, bridge, managers, mocks, command line",
@@ -39,15 +47,32 @@ ROLES = {
 LOOKS = 5
 
 
+def _run(words: Sequence[str], environment: Mapping[str, str] | None = None) -> str:
+    """What a command prints. Ends the measurement with its complaint where it fails."""
+    done = subprocess.run(words, cwd=ROOT, env=environment, check=False, capture_output=True, text=True)
+    if done.returncode != 0:
+        sys.exit(f"`{shlex.join(words)}` failed:\n{done.stderr.strip()}")
+    return done.stdout
+
+
 def _docker(*words: str) -> str:
-    return subprocess.run(["docker", *words], check=True, capture_output=True, text=True).stdout
+    return _run(["docker", *words])
+
+
+@cache
+def _compose_program() -> tuple[str, ...]:
+    """Compose v2, or docker-compose where the engine does not have it."""
+    if shutil.which("docker") is None:
+        sys.exit("There is no `docker` here. Install a container engine, and start it.")
+    asked = subprocess.run(["docker", "compose", "version"], check=False, capture_output=True)
+    return ("docker", "compose") if asked.returncode == 0 else ("docker-compose",)
 
 
 def _compose(*words: str) -> float:
     """Seconds that it takes."""
     begun = time.monotonic()
     ports = {name: str(free_port()) for name in ("ZENOH_PORT", "PAGE_PORT", "STREAM_PORT")}
-    subprocess.run([*COMPOSE, *words], cwd=ROOT, env={**os.environ, **ports}, check=True, stderr=subprocess.DEVNULL)
+    _run([*_compose_program(), *COMPOSE, *words], {**os.environ, **ports})
     return time.monotonic() - begun
 
 
@@ -103,14 +128,24 @@ def life() -> str:
 
 
 def _follow(service: str, pattern: str) -> None:
-    """Return when a line of the service's log has the pattern."""
-    words = [*COMPOSE, "logs", "--follow", "--no-color", service]
-    with subprocess.Popen(words, cwd=ROOT, stdout=subprocess.PIPE, text=True) as following:
+    """Return when a line of the service's log has the pattern; ends the measurement if none has in time."""
+    words = [*_compose_program(), *COMPOSE, "logs", "--follow", "--no-color", service]
+    lines: list[str] = []
+    found = None
+    with subprocess.Popen(words, cwd=ROOT, stdout=subprocess.PIPE, text=True, start_new_session=True) as following:
         assert following.stdout is not None
-        found = any(re.search(pattern, line) for line in following.stdout)
-        following.kill()
+        # With what it has started, which holds the same pipe.
+        late = threading.Timer(WITHIN, os.killpg, (following.pid, signal.SIGKILL))
+        late.start()
+        for line in following.stdout:
+            lines.append(line)
+            if found := re.search(pattern, line):
+                break
+        late.cancel()
+        os.killpg(following.pid, signal.SIGKILL)
     if not found:
-        sys.exit(f"{service} has ended before it said `{pattern}`. Its log tells why: docker compose logs {service}")
+        told = "".join(lines)
+        sys.exit(f"{told}{service} has ended, or {WITHIN:.0f} s have, before it said `{pattern}`. Above is its log.")
 
 
 def _memory() -> dict[str, float]:
@@ -129,7 +164,7 @@ def main() -> None:
     options = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     options.add_argument("--write", action="store_true", help="put the figures into docs/containers.md")
     given = options.parse_args()
-    _compose("build")
+    _compose("build", *shlex.split(os.environ.get("SKILLWING_BUILD_ARGS", "")))
     with _cleared():
         body = f"{machine()}. Docker {_docker('version', '--format', '{{.Server.Version}}').strip()}.\n\n"
         body += f"{sizes()}\n\n{life()}"
