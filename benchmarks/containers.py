@@ -62,8 +62,6 @@ def _docker(*words: str) -> str:
 @cache
 def _compose_program() -> tuple[str, ...]:
     """Compose v2, or docker-compose where the engine does not have it."""
-    if shutil.which("docker") is None:
-        sys.exit("There is no `docker` here. Install a container engine, and start it.")
     asked = subprocess.run(["docker", "compose", "version"], check=False, capture_output=True)
     return ("docker", "compose") if asked.returncode == 0 else ("docker-compose",)
 
@@ -164,9 +162,12 @@ def main() -> None:
     options = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     options.add_argument("--write", action="store_true", help="put the figures into docs/containers.md")
     given = options.parse_args()
+    if shutil.which("docker") is None:
+        sys.exit("There is no `docker` here. Install a container engine, and start it.")
+    engine = _docker("version", "--format", "{{.Server.Version}}").strip()
     _compose("build", *shlex.split(os.environ.get("SKILLWING_BUILD_ARGS", "")))
     with _cleared():
-        body = f"{machine()}. Docker {_docker('version', '--format', '{{.Server.Version}}').strip()}.\n\n"
+        body = f"{machine()}. Docker {engine}.\n\n"
         body += f"{sizes()}\n\n{life()}"
     tell("containers.py", "Measured", body, write=given.write, file=PAGE)
 
