@@ -132,7 +132,7 @@ def draw_pictures(flown: list[FlightPlan], folder: Path, images: Path) -> set[st
             shutil.copyfile(folder / plan.name / picture.file, images / picture_name(picture))
             drawn.add(picture_name(picture))
     ways = {label: plan for (mission, label), plan in recorded.items() if (mission, label) in flights_drawn()}
-    if ways:
+    if len(ways) == len(flights_drawn()):
         runs = {label: folder / plan.name for label, plan in ways.items()}
         draw_ways(images / WAYS_PICTURE, next(iter(ways.values())), runs)
         drawn.add(WAYS_PICTURE)
