@@ -19,7 +19,7 @@ import psutil
 import pytest
 
 from skillwing.services import cli
-from skillwing.services.commands.exit_codes import FAILED, OK
+from skillwing.services.commands.exit_codes import FAILED, OK, REFUSED
 from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.restart_policy import DEATHS_IN_A_ROW
 from skillwing.services.processes.run_state import RunState, read_run_state
@@ -150,6 +150,9 @@ def test_top_shows_every_process_skill_and_resource(pump: Pump) -> None:
     assert "fill" in seen["resources"]["valve"]["by"]
     told = pump.skillwing("top", "--once").out
     assert all(word in told for word in ("resource_manager", "skill/drain", "RUNNING", "valve"))
+    assert pump.skillwing("start", "fill").code == REFUSED
+    fill = pump.skillwing("top", "--json").json["skills"]["fill"]
+    assert (fill["state"], fill["last"]["ending"]) == ("RUNNING", "BUSY")
     assert pump.skillwing("interrupt", "fill").code in (OK, FAILED)
 
 

@@ -20,6 +20,7 @@ from skillwing.services.protocol import (
 from skillwing.services.telemetry.present import RECORDS_REMEMBERED, Present, ResourceNow, SkillNow
 
 DONE = Terminal(ending=Ending.SUCCEEDED, reason="done", result="DONE", success=True)
+BUSY = Terminal(ending=Ending.BUSY, reason="`hover` is busy with goal b.", running_goal="b")
 
 
 def status(goal: str, state: State, t: float) -> GoalStatus:
@@ -44,6 +45,25 @@ def test_in_whatever_order_it_is_heard_the_same_goal_runs(order: tuple[int, ...]
     now = present.skill("hover")
     assert (now.goal_id, now.state, now.last, now.ended) == ("b", State.RUNNING, DONE, 3.0)
     assert now.since == 4.0
+
+
+REFUSED = (
+    status("b", State.VALIDATING, 4.0),
+    status("b", State.RUNNING, 5.0),
+    GoalStatus(goal_id="c", skill="hover", state=State.TERMINATED, t=6.0, terminal=BUSY),
+)
+
+
+@pytest.mark.parametrize("order", list(itertools.permutations(REFUSED)))
+def test_a_goal_that_was_refused_for_the_one_that_runs_leaves_it_running(order: tuple[GoalStatus, ...]) -> None:
+    present = Present()
+    for each in order:
+        present.add_status(each)
+    now = present.skill("hover")
+    assert (now.goal_id, now.state, now.since, now.last, now.ended) == ("b", State.RUNNING, 4.0, BUSY, 6.0)
+    present.add_status(status("b", State.TERMINATED, 7.0))
+    present.add_status(REFUSED[1])
+    assert (present.skill("hover").goal_id, present.skill("hover").last) == (None, DONE)
 
 
 def test_a_skill_of_which_nothing_was_heard_is_idle() -> None:

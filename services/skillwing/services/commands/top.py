@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from functools import partial
 from typing import Annotated, Any
 
@@ -147,10 +148,13 @@ class SystemTop:
                 return  # `doctor` tells of processes that cannot be understood
 
     def _on_goal(self, skill: str, answer: Answer) -> None:
-        """What is running is heard anyway; this tells who hears."""
+        """Changes are heard anyway; this tells who hears, and what has been running for long."""
         self._unheard -= 1
         silent = isinstance(answer, Unanswered) and answer.timed_out
         (self._silent.add if silent else self._silent.discard)(skill)
+        if isinstance(answer, Answered):
+            with suppress(ProtocolError):  # `doctor` tells of processes that cannot be understood
+                self._present.add_status(decode(answer.payload, GoalStatus))
 
     # --- what is shown -----------------------------------------------------------------------------------------------
 

@@ -64,6 +64,7 @@ class Present:
         self._running: dict[str, GoalStatus] = {}
         self._began: dict[str, float] = {}
         self._ended: dict[str, GoalStatus] = {}
+        self._ended_own: dict[str, GoalStatus] = {}
         self._progress: dict[str, GoalProgress] = {}
         self._changes: dict[str, Record] = {}
         self._blocked: dict[str, Record] = {}
@@ -73,14 +74,14 @@ class Present:
     def add_status(self, status: GoalStatus) -> None:
         skill = status.skill
         if status.state is State.TERMINATED:
-            ended = self._ended.get(skill)
-            if ended is None or status.t >= ended.t:
-                self._ended[skill] = status
+            _keep_last(self._ended, status)
+            if not _left_another_running(status):
+                _keep_last(self._ended_own, status)
             running = self._running.get(skill)
             if running is not None and running.goal_id == status.goal_id:
                 del self._running[skill]
             return
-        ended, running = self._ended.get(skill), self._running.get(skill)
+        ended, running = self._ended_own.get(skill), self._running.get(skill)
         if ended is not None and (ended.goal_id == status.goal_id or ended.t > status.t):
             return
         if running is None or running.goal_id != status.goal_id:
@@ -147,6 +148,17 @@ class Present:
         return ResourceNow(
             name, state, change.t, headline(cause) if cause is not None else change.text or change.source
         )
+
+
+def _left_another_running(status: GoalStatus) -> bool:
+    """The end of a goal that was refused for another one: of all ends only this says nothing of earlier goals."""
+    return status.terminal is not None and status.terminal.ending is Ending.BUSY
+
+
+def _keep_last(ends: dict[str, GoalStatus], status: GoalStatus) -> None:
+    known = ends.get(status.skill)
+    if known is None or status.t >= known.t:
+        ends[status.skill] = status
 
 
 def _keep_latest(records: dict[str, Record], record: Record) -> None:
