@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
+from rich.console import Console, RenderableType
 
 from skillwing.bt_missions.running.library import find_draft, find_mission, installed_missions
 from skillwing.bt_missions.running.option_values import written
@@ -23,6 +24,7 @@ from skillwing.bt_missions.xml.mission import XmlMission
 from skillwing.bt_missions.xml.problems import TreeFileError
 from skillwing.bt_missions.xml.writer import write_mission, write_models
 from skillwing.dsl import load
+from skillwing.services.bus import Bus
 from skillwing.services.commands.briefing import briefing
 from skillwing.services.commands.completion import missions
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
@@ -51,6 +53,12 @@ FIRST_LOOK = 2.0
 """Wall seconds within which what a mission has published comes in again."""
 SECOND_LOOK = 0.5
 """Wall seconds for what skills and managers have published."""
+ABORTING = {
+    signal.SIGINT: "aborted by Ctrl-C",
+    signal.SIGTERM: "aborted by `kill`",
+    signal.SIGHUP: "aborted, since its terminal was closed",
+}
+"""Signals that call a mission off, and what the timeline says of that."""
 
 mission = typer.Typer(
     no_args_is_help=True, add_completion=False, help="Begin, check, fly, pause, watch and list missions."
@@ -84,6 +92,8 @@ def run(
 ) -> None:
     """Fly a mission on the running system and show what it does until it is over. Ctrl-C aborts it and lands.
 
+    So do `kill` and a closed terminal; a second Ctrl-C leaves the drone to itself.
+
     Where the system runs in a chosen world (`up --world KIND`) the mission knows its site, as a planner would tell it;
     options that are given count first.
 
@@ -102,15 +112,14 @@ def run(
             console.print(f"Known of the site: {site}", highlight=False)
 
         def show(status: MissionStatus) -> None:
-            if console is not None:
-                console.print(status_line(status))
+            say(console, status_line(status))
 
         node = MissionNode(chosen, system.skillset, given, on_status=show)
         _fly(system, node, console)
     if console is None:
         print_json(node.status)
     elif node.status.phase != Phase.SUCCEEDED:
-        console.print(render(node.snapshot))
+        say(console, render(node.snapshot))
     raise typer.Exit(OK if node.status.phase == Phase.SUCCEEDED else FAILED)
 
 
@@ -265,21 +274,54 @@ def _put(text: str, output: Path | None) -> None:
 
 
 def _fly(system: System, node: MissionNode, console: Console | None) -> None:
-    """Run the mission to its end. The first Ctrl-C aborts it, the second leaves at once."""
-
-    def on_signal(number: int, frame: object) -> None:
-        signal.signal(signal.SIGINT, previous)
-        system.bus.post(abort)
-
-    def abort() -> None:
-        if console is not None:
-            console.print("Aborting: the drone lands where it is. Ctrl-C again leaves it to itself.")
-        node.abort("aborted by Ctrl-C")
-
-    previous = signal.signal(signal.SIGINT, on_signal)
+    """Run the mission to its end, whoever calls it off."""
     try:
         node.attach(system.bus)
-        system.bus.run_until(lambda: node.over)
+        with aborted_by_signals(system.bus, node, console):
+            system.bus.run_until(lambda: node.over)
     finally:
-        signal.signal(signal.SIGINT, previous)
         node.detach()
+
+
+@contextmanager
+def aborted_by_signals(bus: Bus, node: MissionNode, console: Console | None) -> Iterator[None]:
+    """Let Ctrl-C, `kill` and a closed terminal abort the mission, so that it lands; the body runs the bus until then.
+
+    After that only another Ctrl-C, which a person presses, raises KeyboardInterrupt and leaves the drone to itself:
+    `timeout` and shells send theirs twice. Under `nohup` a closed terminal aborts nothing.
+    """
+    told = False
+
+    def on_signal(number: int, frame: object) -> None:
+        nonlocal told
+        if not told:
+            told = True
+            bus.post(lambda: abort(signal.Signals(number)))
+        elif number == signal.SIGINT:
+            raise KeyboardInterrupt
+
+    def abort(number: signal.Signals) -> None:
+        again = " again" if number is signal.SIGINT else ""
+        say(console, f"Aborting: the drone lands where it is. Ctrl-C{again} leaves it to itself.")
+        node.abort(ABORTING[number])
+
+    numbers = [number for number in ABORTING if signal.getsignal(number) is not signal.SIG_IGN]
+    previous = [signal.signal(number, on_signal) for number in numbers]
+    try:
+        yield
+    finally:
+        for number, handler in zip(numbers, previous, strict=True):
+            signal.signal(number, handler)
+
+
+def say(console: Console | None, words: RenderableType) -> None:
+    """Print, as long as somebody reads it: a terminal that is gone must not keep the drone from landing."""
+    if console is None:
+        return
+    try:
+        console.print(words)
+    except SystemExit:
+        pass  # rich ends processes whose pipe was closed; it prints nothing more
+    except OSError:
+        with suppress(SystemExit):
+            console.on_broken_pipe()
