@@ -73,10 +73,16 @@ def test_without_a_name_it_says_how_to_find_one() -> None:
 
 @pytest.mark.usefixtures("running")
 @pytest.mark.parametrize(
-    ("sensor", "kind", "known"), [("zde", "blackout", "zed, lidar, imu"), ("zed", "blakout", "blackout, freeze")]
+    ("sensor", "kind", "known", "meant"),
+    [
+        ("zedd", "blackout", "zed, lidar, imu", "zed"),
+        ("lnik", "blackout", "zed, lidar, imu", "link"),
+        ("zed", "blakout", "blackout, freeze", "blackout"),
+        ("rotor/2", "stoped", "stopped, weak", "stopped"),
+    ],
 )
-def test_a_wrong_name_is_answered_with_what_exists(sensor: str, kind: str, known: str) -> None:
-    with pytest.raises(InvalidOptionError, match=known) as caught:
+def test_a_wrong_name_is_answered_with_what_exists(sensor: str, kind: str, known: str, meant: str) -> None:
+    with pytest.raises(InvalidOptionError, match=rf"{known}.*\. Did you mean `{meant}`\?$") as caught:
         fault(sensor, kind=kind)
     assert exit_code_of(caught.value) == USAGE
 

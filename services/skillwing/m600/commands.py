@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from skillwing.dsl.suggest import closest
 from skillwing.m600.command import sentences
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.commands.completion import one_of
@@ -93,7 +94,9 @@ def fault(
             done = _ask_simulator(system, "fault", key, switch, Done)
         except RefusedError as error:
             if error.code is ErrorCode.UNKNOWN_NAME:
-                raise InvalidOptionError("fault", sentences(error.message)) from error
+                guess = closest(kind, error.known) if sensor in FALLIBLE else closest(sensor, FALLIBLE)
+                hint = f" Did you mean `{guess}`?" if guess else ""
+                raise InvalidOptionError("fault", f"{sentences(error.message)}{hint}") from error
             raise
     if as_json:
         print_json({"sensor": sensor, "kind": kind, "on": not off, "text": done.text})
