@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -67,19 +68,28 @@ def test_json_holds_the_records(run: Path) -> None:
 
 def test_it_can_be_drawn(run: Path, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
-    CliRunner().invoke(app, [str(run), "--png", str(tmp_path / "run.png")], catch_exceptions=False)
+    said = CliRunner().invoke(app, [str(run), "--png", str(tmp_path / "run.png")], catch_exceptions=False).output
     assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
+    assert said == f"The timeline is drawn: {tmp_path / 'run.png'}\n"
 
 
 @pytest.mark.parametrize(
-    ("words", "error"),
-    [(["--about", "lok"], UnknownNameError), (["--kind", "gaol"], UnknownNameError)],
+    ("words", "sentence"),
+    [
+        (["--about", "lok"], "There is no subject `lok`; did you mean `look`?"),
+        (["--kind", "gaol"], "There is no kind `gaol`; did you mean `goal`?"),
+    ],
 )
-def test_unknown_names_are_refused(run: Path, words: list[str], error: type[Exception]) -> None:
-    with pytest.raises(error, match="did you mean"):
+def test_unknown_names_are_refused(run: Path, words: list[str], sentence: str) -> None:
+    with pytest.raises(UnknownNameError, match=re.escape(sentence)):
         CliRunner().invoke(app, [str(run), *words], catch_exceptions=False)
 
 
 def test_a_folder_without_a_run_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InvalidOptionError, match="holds no"):
         CliRunner().invoke(app, [str(tmp_path)], catch_exceptions=False)
+
+
+def test_a_folder_that_does_not_exist_is_not_said_to_lack_a_file(tmp_path: Path) -> None:
+    with pytest.raises(InvalidOptionError, match=r"There is no folder .*nope`. Name the directory"):
+        CliRunner().invoke(app, [str(tmp_path / "nope")], catch_exceptions=False)

@@ -50,10 +50,18 @@ def test_recordings_come_in_the_order_in_which_they_were_made(run: Path) -> None
     assert recordings_of(run / "recording-2.rrd") == (run / "recording-2.rrd",)
 
 
-@pytest.mark.parametrize("name", ["", "missing", "viewer", "other.rrd"])
-def test_what_was_not_recorded_is_refused(tmp_path: Path, name: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("", r"holds no `recording\.rrd`. Name the directory"),
+        ("viewer", r"holds no `recording\.rrd`. Name the directory"),
+        ("missing", "There is no folder .*missing`. Name the directory"),
+        ("other.rrd", r"There is no folder .*other\.rrd`. Name the directory"),
+    ],
+)
+def test_what_was_not_recorded_is_refused(tmp_path: Path, name: str, sentence: str) -> None:
     (tmp_path / "viewer").touch()
-    with pytest.raises(InvalidOptionError, match=r"holds no `recording\.rrd`. Name the directory"):
+    with pytest.raises(InvalidOptionError, match=sentence):
         recordings_of(tmp_path / name)
 
 

@@ -40,7 +40,7 @@ def tell(mission: str, seed: int, *, fault: bool, fault_at: float | None, scenar
         case "inspection":
             story = _inspection(seed, fault=fault, fault_at=fault_at)
         case _:
-            raise UnknownNameError("mission of the demo", mission, (MAPPING, INSPECTION))
+            raise UnknownNameError("mission of demo", mission, (MAPPING, INSPECTION))
     return story if scenario is None else _by_scenario(story, scenario)
 
 

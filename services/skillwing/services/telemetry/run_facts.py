@@ -30,12 +30,20 @@ def write_facts(run_dir: Path, facts: RunFacts) -> None:
     (run_dir / RUN_FILE).write_bytes(msgspec.json.format(msgspec.json.encode(facts), indent=2) + b"\n")
 
 
+def lacking(run: Path, file: str) -> InvalidOptionError:
+    """What to tell who named a run in which there is no such file, or where there is nothing at all."""
+    if not run.exists():
+        text = f"There is no folder `{run}`. Name the directory of a run; they are in `runs/`, unless said otherwise."
+    else:
+        text = f"`{run}` holds no `{file}`. Name the directory of a run that was recorded."
+    return InvalidOptionError("RUN", text)
+
+
 def read_facts(run_dir: Path) -> RunFacts:
     """What was run there; raises InvalidOptionError if nobody has written it down."""
     try:
         return msgspec.json.decode((run_dir / RUN_FILE).read_bytes(), type=RunFacts)
     except FileNotFoundError as error:
-        text = f"`{run_dir}` holds no `{RUN_FILE}`. Name the directory of a run."
-        raise InvalidOptionError("RUN", text) from error
+        raise lacking(run_dir, RUN_FILE) from error
     except msgspec.DecodeError as error:
         raise InvalidOptionError("RUN", f"`{run_dir / RUN_FILE}` cannot be read: {error}.") from error

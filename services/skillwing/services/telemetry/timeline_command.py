@@ -15,6 +15,7 @@ from skillwing.services.errors import InvalidOptionError
 from skillwing.services.protocol import Record, RecordKind
 from skillwing.services.telemetry.history import History
 from skillwing.services.telemetry.journal import TIMELINE_FILE, read_goals, read_records
+from skillwing.services.telemetry.run_facts import lacking
 
 KINDS = tuple(kind.value for kind in RecordKind)
 LONGEST_FLIGHT = 1e8
@@ -42,8 +43,7 @@ def timeline(
     """
     records = sorted(read_records(run), key=lambda record: record.t)
     if not records:
-        text = f"`{run}` holds no `{TIMELINE_FILE}`. Name the directory of a run that was recorded."
-        raise InvalidOptionError("RUN", text)
+        raise lacking(run, TIMELINE_FILE)
     if png is not None:
         _draw(run, records, png)
         return
@@ -62,10 +62,10 @@ def _chosen(records: list[Record], about: list[str], kinds: list[str]) -> list[R
     subjects = {record.subject for record in records}
     for name in about:
         if name not in subjects:
-            raise UnknownNameError("subject of this run", name, sorted(subjects))
+            raise UnknownNameError("subject", name, sorted(subjects))
     for kind in kinds:
         if kind not in KINDS:
-            raise UnknownNameError("kind of record", kind, KINDS)
+            raise UnknownNameError("kind", kind, KINDS)
     wanted = kinds or (KINDS if about else DEFAULT_KINDS)
     return [record for record in records if record.kind in wanted and (not about or record.subject in about)]
 
@@ -88,3 +88,4 @@ def _draw(run: Path, records: list[Record], png: Path) -> None:
     # Where robot time is Unix time nobody wants to read it off an axis.
     shown = history.part(history.first) if history.first > LONGEST_FLIGHT else history
     draw_timeline(shown, png, title=run.resolve().name)
+    typer.echo(f"The timeline is drawn: {png}")

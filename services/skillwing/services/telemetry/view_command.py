@@ -14,6 +14,7 @@ from rich.console import Console
 from skillwing.services.commands.output import make_console
 from skillwing.services.errors import InvalidOptionError, SkillwingError
 from skillwing.services.processes.ending import ended_by_signals
+from skillwing.services.telemetry.run_facts import lacking
 from skillwing.services.telemetry.viewer import UNINSTALLED, Viewer, find_program, has_screen
 
 RECORDINGS = "recording*.rrd"
@@ -67,8 +68,7 @@ def recordings_of(run: Path) -> tuple[Path, ...]:
         return (run,)
     found = sorted(run.glob(RECORDINGS), key=lambda path: (len(path.name), path.name))
     if not found:
-        text = f"`{run}` holds no `recording.rrd`. Name the directory of a run that was recorded."
-        raise InvalidOptionError("RUN", text)
+        raise lacking(run, "recording.rrd")
     return tuple(found)
 
 
