@@ -61,15 +61,21 @@ class LazyGroup(TyperGroup):
         return sorted(_entries().names)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """The command; raises UnknownNameError, which says what there is."""
+        """The command; raises InvalidOptionError, which says what there is."""
         if cmd_name in _entries().names:
             entry = _entries()[cmd_name]
             return (_announced(entry) if self._listing else None) or _command(entry)
         if ctx.resilient_parsing:
             return None
-        from skillwing.dsl import UnknownNameError  # noqa: PLC0415 - needed for a slip of the user only
+        from skillwing.dsl.suggest import closest, listed  # noqa: PLC0415 - needed for a slip of the user only
+        from skillwing.services.errors import InvalidOptionError  # noqa: PLC0415
 
-        raise UnknownNameError("command", cmd_name, self.list_commands(ctx))
+        known = self.list_commands(ctx)
+        guess = closest(cmd_name, known)
+        hint = f"; did you mean `{guess}`?" if guess else "."
+        # All of them: who does not know a command's name finds it nowhere else.
+        text = f"There is no command `{cmd_name}`{hint} What exists: {listed(known, limit=len(known))}."
+        raise InvalidOptionError("command", text)
 
 
 @cache

@@ -11,6 +11,8 @@ import pytest
 from typer.testing import CliRunner
 
 from skillwing.services import cli
+from skillwing.services.commands.exit_codes import USAGE, exit_code_of
+from skillwing.services.errors import InvalidOptionError
 
 COMMANDS = entry_points(group=cli.COMMANDS)
 HEAVY = {"rich", "pygments", "markdown_it", "numpy", "zenoh", "msgspec"}
@@ -43,6 +45,14 @@ def test_the_list_imports_no_command() -> None:
         "skillwing.services.cli",
     }
     assert imported.isdisjoint(HEAVY)
+
+
+def test_a_command_that_does_not_exist_is_answered_with_all_that_do() -> None:
+    with pytest.raises(InvalidOptionError) as caught:
+        CliRunner().invoke(cli.app, ["stauts"], catch_exceptions=False)
+    assert str(caught.value).startswith("There is no command `stauts`; did you mean `status`? What exists: ")
+    assert all(f"`{name}`" in str(caught.value) for name in COMMANDS.names)
+    assert exit_code_of(caught.value) == USAGE
 
 
 def test_the_list_asks_once_what_is_installed(monkeypatch: pytest.MonkeyPatch) -> None:
