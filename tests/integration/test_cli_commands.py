@@ -16,10 +16,14 @@ import msgspec
 import psutil
 import pytest
 
+from skillwing.bt_missions.running.library import find_mission
+from skillwing.bt_missions.running.runner import MissionNode
+from skillwing.dsl import load
 from skillwing.m600.robot import ROBOT
 from skillwing.services import cli
 from skillwing.services.bus import Sample
 from skillwing.services.bus.zenoh_bus import ZenohBus
+from skillwing.services.commands.connection import connect
 from skillwing.services.commands.exit_codes import FAILED, NO_SYSTEM, OK, REFUSED, USAGE
 from skillwing.services.mocking.system import mock_processes
 from skillwing.services.processes.launcher import Launcher
@@ -265,6 +269,27 @@ def test_a_slip_is_answered_with_what_exists(ready: Command, words: list[str], s
     assert said.code == USAGE
     assert sentence in said.error
     assert "Traceback" not in said.error
+
+
+# --- missions ---------------------------------------------------------------------------------------------------------
+
+
+def test_a_second_mission_is_refused_while_one_is_there(ready: Command, system: Launcher) -> None:
+    """Also while it still waits for the robot, as this one does; and not any more once its process is gone."""
+    assert ready("trigger", "SDK_authority", "UNAVAILABLE").code == OK
+    mission = find_mission("mapping")
+    first = MissionNode(mission, load(ROBOT.skillset), mission.read_options({}))
+    bus = ZenohBus("first", "m600", system.endpoint)
+    try:
+        first.attach(bus)
+        assert bus.run_until(lambda: "SDK_authority" in first.status.text, PATIENCE)
+        said = ready("mission", "run", "inspection")
+    finally:
+        bus.close()
+    assert said.code == REFUSED
+    assert said.error.startswith("Mission mapping flies here already. Wait until it has ended, or abort it with ")
+    with connect() as connection:
+        assert MissionNode.name not in connection.alive()
 
 
 # --- up and down -----------------------------------------------------------------------------------------------------

@@ -30,8 +30,8 @@ from skillwing.services.commands.completion import missions
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.commands.exit_codes import FAILED, OK, USAGE
 from skillwing.services.commands.output import make_console, print_json, print_table
-from skillwing.services.errors import SkillwingError, UnansweredError
-from skillwing.services.protocol import AbortMission, Keys, MissionStatus, PauseMission, ResumeMission
+from skillwing.services.errors import RefusedError, SkillwingError, UnansweredError
+from skillwing.services.protocol import AbortMission, ErrorCode, Keys, MissionStatus, PauseMission, ResumeMission
 from skillwing.services.robot import find_robot
 
 OptionWords = Annotated[
@@ -97,13 +97,15 @@ def run(
     Where the system runs in a chosen world (`up --world KIND`) the mission knows its site, as a planner would tell it;
     options that are given count first.
 
-    Exit codes: 0 it succeeded, 1 it failed or was aborted, 2 unknown name or malformed value, 3 no system is running.
+    Exit codes: 0 it succeeded, 1 it failed or was aborted, 2 unknown name or malformed value, 3 no system is running,
+    4 another mission flies.
     """
     chosen = find_mission(name)
     asked = parse_options(options or [])
     chosen.read_options(asked)
     console = None if as_json else make_console()
     with connect(robot) as system:
+        _refuse_beside_another(system)
         known = briefing(system.target, chosen.name)
         told = {key: value for key, value in known.items() if key in chosen.describe() and key not in asked}
         given = chosen.read_options(told | asked)
@@ -271,6 +273,21 @@ def _put(text: str, output: Path | None) -> None:
         typer.echo(text, nl=False)
     else:
         output.write_text(text, encoding="utf-8")
+
+
+def _refuse_beside_another(system: System) -> None:
+    """Raise RefusedError if a mission flies, or waits for the robot: a second one would wait for its resources, and
+    take off when nobody expects it."""
+    if MissionNode.name not in system.alive():
+        return
+    seen = MissionWatch(system)
+    system.bus.run_until(lambda: seen.status is not None, FIRST_LOOK)
+    called = f"Mission {seen.status.mission}" if seen.status is not None else "A mission"
+    raise RefusedError(
+        ErrorCode.NOT_ALLOWED,
+        f"{called} flies here already.",
+        help="Wait until it has ended, or abort it with `skillwing mission abort`.",
+    )
 
 
 def _fly(system: System, node: MissionNode, console: Console | None) -> None:
