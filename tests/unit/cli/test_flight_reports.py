@@ -11,7 +11,7 @@ from rich.console import Console
 
 from skillwing.m600.robot import SKILLSET
 from skillwing.services import cli
-from skillwing.services.bus import Bus
+from skillwing.services.bus import Bus, Handle
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.commands.exit_codes import USAGE
 from skillwing.services.commands.flight_reports import LAST_WORDS, FlightReports
@@ -35,7 +35,8 @@ class System:
         self.reports = FlightReports(run_dir, "m600", lambda: STATES)
         self.bus: Bus = self.network.bus("attendance")
         self.reports.attach(self.bus, lambda text, _style: self.told.append(text))
-        self._out = self.network.bus("mission").advertise(Keys("m600").mission_status, events=True)
+        self._mission = self.network.bus("mission")
+        self._out = self._mission.advertise(Keys("m600").mission_status, events=True)
         self._number = 0
 
     def enter(self, before: str, after: str) -> None:
@@ -53,6 +54,17 @@ class System:
         with JsonLines[Record](self.run_dir / TIMELINE_FILE) as file:
             file.write(record)
         self._out.put(encode(MissionStatus(mission="patrol", phase=after, t=t, text="")))
+
+    def begin(self) -> Handle:
+        """A mission takes off; cancelling what is returned kills its process."""
+        alive = self._mission.declare_alive(Keys("m600").alive("mission"))
+        self.enter("IDLE", "RUNNING")
+        return alive
+
+    def results(self) -> dict[str, tuple[str, float, float | None]]:
+        """What the reports tell that there are: result, duration and wall time."""
+        read = {folder.parent.name: read_report(folder.parent) for folder in self.run_dir.glob("*/report.json")}
+        return {name: (each.result, each.sim_time_s, each.wall_time_s) for name, each in read.items()}
 
     def wait_for_report(self) -> None:
         for thread in threading.enumerate():
@@ -92,6 +104,56 @@ def test_a_mission_that_is_over_is_reported_and_the_next_one_beside_it(system: S
     assert "Mission patrol: unfinished." in system.finish()
     assert read_report(system.run_dir / "2-patrol").result == "unfinished"
     assert read_report(system.run_dir / "1-patrol") == report
+
+
+def test_one_that_is_followed_at_once_by_the_next_is_reported_all_the_same(system: System) -> None:
+    system.network.run_for(1.0)
+    first = system.begin()
+    system.network.run_for(20.0)
+    system.enter("RUNNING", "SUCCEEDED")
+    first.cancel()
+    system.network.run_for(LAST_WORDS / 2)
+    system.begin()
+    system.network.run_for(10.0)
+    system.wait_for_report()
+    (told,) = system.told
+    assert "1-patrol" in told
+    assert system.results() == {"1-patrol": ("success", 20.0, pytest.approx(20.0, abs=0.1))}
+    system.enter("RUNNING", "FAILED")
+    system.network.run_for(LAST_WORDS + 1.0)
+    system.wait_for_report()
+    assert system.results()["2-patrol"] == ("failure", 10.1, pytest.approx(10.1, abs=0.1))
+    assert len(system.told) == 2
+
+
+def test_one_whose_process_is_killed_is_reported_as_unfinished(system: System) -> None:
+    system.network.run_for(1.0)
+    killed = system.begin()
+    system.network.run_for(20.0)
+    killed.cancel()
+    system.network.run_for(LAST_WORDS + 1.0)
+    system.wait_for_report()
+    assert [each.split(".")[0] for each in system.told] == ["Mission patrol: unfinished"]
+    assert list(system.results()) == ["1-patrol"]
+    assert system.finish().count("Mission") == 0
+
+
+def test_one_that_is_killed_just_before_the_next_begins_is_reported_with_that(system: System) -> None:
+    system.network.run_for(1.0)
+    killed = system.begin()
+    system.network.run_for(20.0)
+    killed.cancel()
+    system.network.run_for(LAST_WORDS / 2)
+    system.begin()
+    system.network.run_for(10.0)
+    assert system.results() == {}
+    system.enter("RUNNING", "SUCCEEDED")
+    system.network.run_for(LAST_WORDS + 1.0)
+    system.wait_for_report()
+    assert {name: (result, wall) for name, (result, _, wall) in system.results().items()} == {
+        "1-patrol": ("unfinished", None),
+        "2-patrol": ("success", None),
+    }
 
 
 def test_where_no_mission_was_flown_nothing_is_written(system: System) -> None:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+import math
 import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import Any
 
 import msgspec
 from rich.console import Console
@@ -22,6 +24,8 @@ from skillwing.services.telemetry.report import ProcessEntry, Witnessed
 
 LAST_WORDS = 5.0
 """Wall seconds that the recorder gets for the map and the last records."""
+MISSION = "mission"
+"""Process whose alive token tells that a mission is there."""
 Tell = Callable[[str, str], None]
 """Says a sentence in a style, on the bus's thread."""
 
@@ -38,8 +42,13 @@ class FlightReports:
         self._keys = Keys(skillset)
         self._states = states
         self._processes: tuple[ProcessEntry, ...] = ()
+        self._flies_at: float | None = None
+        """Robot time at which the mission that flies told of itself last; None where none does."""
         self._begun: float | None = None
+        """Wall time of its begin; None where that is not known."""
+        self._present = False
         self._wall_time: float | None = None
+        self._over_at = math.inf
         self._waiting: Handle | None = None
         self._writing: threading.Thread | None = None
         self._writer: subprocess.Popen[bytes] | None = None
@@ -47,10 +56,11 @@ class FlightReports:
     def attach(self, bus: Bus, tell: Tell) -> None:
         self._bus, self._tell = bus, tell
         bus.subscribe(self._keys.mission_status, message_reader(MissionStatus, self._on_status), events=True)
+        bus.watch_alive(self._keys.alive(MISSION), self._on_alive)
 
     def finish(self, console: Console) -> None:
         """Wait for what is being written, and write of a mission whose end nobody saw what there is of it."""
-        unfinished = self._begun is not None or self._waiting is not None
+        unfinished = self._flies_at is not None or self._waiting is not None
         if self._writing is None and not unfinished:
             return
         try:
@@ -58,9 +68,9 @@ class FlightReports:
                 if self._writing is not None:
                     self._writing.join()
                 if unfinished:
-                    if self._begun is not None:
-                        self._wall_time = self._bus.wall() - self._begun
-                    console.print(self._write(self._witnessed()))
+                    if self._flies_at is not None:
+                        self._measure()
+                    console.print(self._write(self._witnessed(), math.inf))
         except KeyboardInterrupt:
             if self._writer is not None:
                 self._writer.kill()
@@ -69,23 +79,42 @@ class FlightReports:
     def _on_status(self, status: MissionStatus) -> None:
         if self._waiting is not None:
             self._waiting.cancel()
-            self._waiting = None
             self._start()
         if status.over:
-            self._wall_time = None if self._begun is None else self._bus.wall() - self._begun
-            self._begun = None
+            self._measure()
+            self._flies_at, self._over_at = None, status.t
             self._waiting = self._bus.after(LAST_WORDS, self._start, wall=True)
-        elif self._begun is None and status.phase != "IDLE":
-            self._begun = self._bus.wall()
+        elif status.phase != "IDLE":
+            if self._flies_at is None:
+                self._begun = self._bus.wall()
+            self._flies_at = status.t
+
+    def _on_alive(self, key: str, alive: bool) -> None:
+        """A mission that is gone without a word was killed, unless only the router is away."""
+        self._present = alive
+        if not alive and self._flies_at is not None:
+            # If one is there again, nobody can tell whether it is the same.
+            self._begun = None
+            self._bus.after(LAST_WORDS, self._miss, wall=True)
+
+    def _miss(self) -> None:
+        if not self._present and self._flies_at is not None:
+            self._measure()
+            self._flies_at, self._over_at = None, self._flies_at
+            self._start()
+
+    def _measure(self) -> None:
+        self._wall_time = None if self._begun is None else self._bus.wall() - self._begun
+        self._begun = None
 
     def _start(self) -> None:
         self._waiting = None
-        before, witnessed = self._writing, self._witnessed()
+        before, witnessed, until = self._writing, self._witnessed(), self._over_at
 
         def write() -> None:
             if before is not None:
                 before.join()
-            text = self._write(witnessed)
+            text = self._write(witnessed, until)
             self._bus.post(lambda: self._tell(text, ""))
 
         self._writing = threading.Thread(target=write, name="report", daemon=True)
@@ -94,9 +123,9 @@ class FlightReports:
     def _witnessed(self) -> bytes:
         return msgspec.json.encode(Witnessed(wall_time_s=self._wall_time, processes=tuple(map(_entry, self._states()))))
 
-    def _write(self, witnessed: bytes) -> str:
-        """Have the report of the last mission written; returns what is to be said of it."""
-        words = ["report", str(self._run_dir), "--last", "--json", "--witnessed", "/dev/stdin"]
+    def _write(self, witnessed: bytes, until: float) -> str:
+        """Have the last mission reported that had begun by then, and what has no report yet; returns what to say."""
+        words = ["report", str(self._run_dir), "--json", "--witnessed", "/dev/stdin", "--until", str(until)]
         self._writer = subprocess.Popen(
             [sys.executable, "-m", "skillwing.services.cli", *words],
             stdin=subprocess.PIPE,
@@ -107,9 +136,11 @@ class FlightReports:
         out, error = self._writer.communicate(witnessed)
         if self._writer.returncode != OK:
             return f"There is no report of the mission. {error.decode(errors='replace').strip()}"
-        (written,) = json.loads(out)
-        report = written["report"]
-        return f"Mission {report['mission']}: {report['result']}. Its report is in {shown(Path(written['folder']))}."
+        return "\n".join(_sentence(each["report"], Path(each["folder"])) for each in json.loads(out))
+
+
+def _sentence(report: dict[str, Any], folder: Path) -> str:
+    return f"Mission {report['mission']}: {report['result']}. Its report is in {shown(folder)}."
 
 
 def _entry(state: ProcessState) -> ProcessEntry:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -25,6 +27,7 @@ def report(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="A run's directory.", show_default=False)],
     last: Annotated[bool, typer.Option("--last", help="Only of the mission that was flown last.")] = False,
     witnessed: Annotated[Path | None, typer.Option(hidden=True)] = None,
+    until: Annotated[float, typer.Option(hidden=True)] = math.inf,
     as_json: JsonOption = False,
 ) -> None:
     """Write the report of each mission of a run, with its pictures, and show it.
@@ -37,7 +40,7 @@ def report(
     facts = read_facts(run)
     known = None if witnessed is None else msgspec.json.decode(witnessed.read_bytes(), type=Witnessed)
     try:
-        written = write_reports(run.absolute(), facts, known, only_last=last)
+        written = write_reports(run.absolute(), facts, known, only_last=last, until=until)
     except OSError as error:
         raise SkillwingError(f"The report cannot be written: {error}.") from error
     if not written:
@@ -51,11 +54,14 @@ def report(
         console.print(f"Report and pictures: {folder}", soft_wrap=True)
 
 
-def write_reports(run: Path, facts: RunFacts, known: Witnessed | None, *, only_last: bool) -> list[tuple[Path, Report]]:
-    """Report the missions of a run; returns where, and what.
+def write_reports(
+    run: Path, facts: RunFacts, known: Witnessed | None, *, only_last: bool = False, until: float = math.inf
+) -> list[tuple[Path, Report]]:
+    """Report the missions of a run that had begun by `until`, in robot time; returns where, and what.
 
-    known: of the last one; without it, and of the others, that is what an earlier report says. Raises OSError and
-    InvalidOptionError, and SkillsetError for a skillset that is not there any more.
+    known: of the last one, which is reported then, and of the others those that have no report yet. What was witnessed
+    of any other mission is what an earlier report says. Raises OSError and InvalidOptionError, and SkillsetError for a
+    skillset that is not there any more.
     """
     try:
         from skillwing.services.telemetry.flight_report import (  # noqa: PLC0415 - drawing is optional
@@ -69,9 +75,10 @@ def write_reports(run: Path, facts: RunFacts, known: Witnessed | None, *, only_l
     skillset = load(facts.skillset)
     judge = None if facts.judge is None else imported({"judge": facts.judge}, "judge")
     history = read_history(run, skillset)
-    flights = flights_of(history.records)
+    flights = [flight for flight in flights_of(history.records) if flight.begin <= until]
+    due = flights[-1:] if only_last else flights if known is None else _unreported(run, flights)
     written: list[tuple[Path, Report]] = []
-    for flight in flights[-1:] if only_last else flights:
+    for flight in due:
         alone = facts.mission is not None
         folder = run if alone else run / flight.name
         seen = known if flight is flights[-1] and known is not None else _seen_before(folder)
@@ -88,6 +95,11 @@ def write_reports(run: Path, facts: RunFacts, known: Witnessed | None, *, only_l
         )
         written.append((flown.folder, report_flight(flown, skillset, judge, history)))
     return written
+
+
+def _unreported(run: Path, flights: Sequence[Flight]) -> list[Flight]:
+    """The last one, and those whose end nobody has told: their process was killed, and the next one came soon."""
+    return [each for each in flights if each is flights[-1] or not (run / each.name / REPORT_FILE).exists()]
 
 
 def _seen_before(folder: Path) -> Witnessed:
