@@ -77,6 +77,7 @@ def test_code_is_another_one_when_what_flies_is(repository: Path, file: str, tex
     assert before.changes(after) == ([f"services/skillwing/{file}"] if other else [])
 
 
+@pytest.mark.timeout(300)  # A process of its own that loads everything, beside others that do.
 def test_all_that_a_flight_loads_counts() -> None:
     told = subprocess.run([sys.executable, "-c", A_MOMENT], capture_output=True, text=True, check=True)
     loaded = {Path(file) for file in json.loads(told.stdout.splitlines()[-1])}
