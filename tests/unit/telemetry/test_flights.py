@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 from synthetic_mission import INITIAL, MISSION, tell
 
@@ -35,9 +37,11 @@ def test_missions_come_one_after_the_other() -> None:
 
 
 @pytest.mark.parametrize("second", ["mapping", "patrol"])
-def test_a_mission_that_was_killed_is_over_when_the_next_one_begins(second: str) -> None:
+def test_a_mission_that_was_killed_is_over_just_before_the_next_one_begins(second: str) -> None:
     records = [phase(1.0, "mapping", "IDLE", "RUNNING"), phase(5.0, second, "IDLE", "RUNNING")]
-    assert flights_of(records) == (Flight(1, "mapping", 1.0, 5.0), Flight(2, second, 5.0, None))
+    first, following = flights_of(records)
+    assert first == Flight(1, "mapping", 1.0, math.nextafter(5.0, 0.0))
+    assert following == Flight(2, second, 5.0, None)
 
 
 def test_a_mission_that_never_began_has_an_end() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
@@ -30,7 +31,7 @@ def flights_of(records: Iterable[Record]) -> tuple[Flight, ...]:
     """The missions of a run, by its records in order of time.
 
     One that never began, since the robot did not get ready, is over at the moment at which it was given up. One that
-    said no end is over when the next one begins.
+    said no end is over just before the next one begins.
     """
     return tuple(_flights(record for record in records if record.kind is RecordKind.MISSION and record.after in PHASES))
 
@@ -39,7 +40,8 @@ def _flights(phases: Iterable[Record]) -> Iterator[Flight]:
     number, open_flight = 0, None
     for record in phases:
         if open_flight is not None and (record.subject != open_flight.mission or record.before == "IDLE"):
-            yield replace(open_flight, end=record.t)
+            # Just before, for that record is the next one's, and may say how that one ended.
+            yield replace(open_flight, end=max(open_flight.begin, math.nextafter(record.t, -math.inf)))
             open_flight = None
         if open_flight is None:
             number += 1
