@@ -118,11 +118,10 @@ def tables(results: Sequence[FlightResult], plans: Sequence[FlightPlan], code: s
     older: pictures of other flights.
     """
     seeds = sorted({each.plan.seed for each in results})
-    versions = ", ".join(sorted({each.version for each in results if each.version}))
     hours = sum(each.processor_time for each in results) / 3600.0
     parts = [
         f"{len(results)} of {len(plans)} flights, of {_seeds(seeds)}, all by the same flight code, "
-        f"{code} (version {versions}); {hours:.1f} hours of processor time. {machine()}, "
+        f"{code}; {hours:.1f} hours of processor time. {machine()}, "
         f"{datetime.now(tz=UTC):%Y-%m-%d}. Cells of several flights: median (least to most)."
     ]
     if missing := _missing(results, plans):
