@@ -32,7 +32,6 @@ def viewer(monkeypatch: pytest.MonkeyPatch, folder: Path, code: str) -> None:
     path.write_text(f"#!{sys.executable}\n{code}", encoding="utf-8")
     path.chmod(0o755)
     monkeypatch.setattr("skillwing.services.telemetry.viewer.find_program", lambda: str(path))
-    monkeypatch.setattr(view_command, "find_program", lambda: str(path))
 
 
 @pytest.fixture
@@ -94,6 +93,6 @@ def test_without_a_screen_a_browser_is_recommended(run: Path, tmp_path: Path, mo
 
 
 def test_without_rerun_it_says_what_to_install(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(view_command, "find_program", lambda: None)
+    monkeypatch.setattr("skillwing.services.telemetry.viewer.find_program", lambda: None)
     with pytest.raises(InvalidOptionError, match="pip install"):
         view_command.view(run, "web")

@@ -12,10 +12,10 @@ import typer
 from rich.console import Console
 
 from skillwing.services.commands.output import make_console
-from skillwing.services.errors import InvalidOptionError, SkillwingError
+from skillwing.services.errors import SkillwingError
 from skillwing.services.processes.ending import ended_by_signals
 from skillwing.services.telemetry.run_facts import lacking
-from skillwing.services.telemetry.viewer import UNINSTALLED, Viewer, find_program, has_screen
+from skillwing.services.telemetry.viewer import Viewer, has_screen, required_program
 
 RECORDINGS = "recording*.rrd"
 """A recorder that was started again has begun another file; to the viewer they are one recording."""
@@ -40,8 +40,7 @@ def view(
     Exit codes: 0 shown, 1 the viewer did not open, 2 no such run, or one that was not recorded.
     """
     recordings = recordings_of(run)
-    if find_program() is None:
-        raise InvalidOptionError("viewer", UNINSTALLED.strip())
+    required_program()
     console = make_console()
     kind = viewer or ("native" if has_screen() else "web")
     # Ctrl-C is how a viewer is put away, not a failure.

@@ -23,6 +23,7 @@ from types import TracebackType
 from typing import Literal, Self, TypeAlias
 from urllib.parse import quote
 
+from skillwing.services.errors import InvalidOptionError
 from skillwing.services.processes.lifetime import EXIT_OK, Lifetime
 
 START_TIMEOUT = 15.0
@@ -118,11 +119,8 @@ class Viewer:
 
     def _wait_for_answer(self, deadline: float) -> None:
         while self._runs() and time.monotonic() < deadline and not self._answered:
-            try:
-                for port in self._ports:
-                    socket.create_connection((LOOPBACK, port), 0.2).close()
-                self._answered = True
-            except OSError:
+            self._answered = all(answers(port, 0.2) for port in self._ports)
+            if not self._answered:
                 time.sleep(0.1)
 
     def _end(self) -> None:
@@ -180,6 +178,33 @@ def find_program() -> str | None:
     return str(program) if program.exists() else None
 
 
+def required_program() -> str:
+    """The viewer's own program; raises InvalidOptionError where it is not installed."""
+    program = find_program()
+    if program is None:
+        raise InvalidOptionError("viewer", UNINSTALLED.strip())
+    return program
+
+
+def answers(port: int, within: float) -> bool:
+    """Whether somebody listens at a port of loopback; it takes so many seconds at most."""
+    try:
+        socket.create_connection((LOOPBACK, port), within).close()
+    except OSError:
+        return False
+    return True
+
+
+def stop(program: subprocess.Popen[bytes]) -> None:
+    """End the viewer's program, by force if it does not obey."""
+    program.terminate()
+    try:
+        program.wait(STOP_TIMEOUT)
+    except subprocess.TimeoutExpired:
+        program.kill()
+        program.wait()
+
+
 def main(command: list[str]) -> int:
     """Run `command` until it ends, or until standard input does."""
     lifetime = Lifetime(parent_pipe=True)
@@ -191,12 +216,7 @@ def main(command: list[str]) -> int:
 
     threading.Thread(target=follow, name="viewer", daemon=True).start()
     lifetime.wait()
-    viewer.terminate()
-    try:
-        viewer.wait(STOP_TIMEOUT)
-    except subprocess.TimeoutExpired:
-        viewer.kill()
-        viewer.wait()
+    stop(viewer)
     return EXIT_OK
 
 

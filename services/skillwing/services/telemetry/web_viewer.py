@@ -7,7 +7,6 @@ of this one's log is the address.
 from __future__ import annotations
 
 import os
-import socket
 import subprocess
 import sys
 from collections.abc import Collection
@@ -22,11 +21,11 @@ from skillwing.services.robot import find_robot
 from skillwing.services.telemetry.viewer import (
     LOOPBACK,
     PAGE_PORT,
-    STOP_TIMEOUT,
     STREAM_PORT,
-    UNINSTALLED,
-    find_program,
+    answers,
     page_address,
+    required_program,
+    stop,
     web_options,
 )
 
@@ -105,12 +104,7 @@ class WebViewer:
         )
 
     def detach(self) -> None:
-        self._viewer.terminate()
-        try:
-            self._viewer.wait(STOP_TIMEOUT)
-        except subprocess.TimeoutExpired:
-            self._viewer.kill()
-            self._viewer.wait()
+        stop(self._viewer)
 
     def _on_alive(self, key: str, alive: bool) -> None:
         name = key.removeprefix(self._prefix)
@@ -120,18 +114,10 @@ class WebViewer:
         code = self._viewer.poll()
         if code is not None:
             raise PassingError(f"The viewer has ended by itself, with exit code {code}. It may do better next time.")
-        if not self._welcome.complete and _answers(STREAM_PORT) and _answers(PAGE_PORT):
+        if not self._welcome.complete and answers(STREAM_PORT, PERIOD) and answers(PAGE_PORT, PERIOD):
             for line in self._welcome.look(self._here, self._bus.wall()):
                 sys.stdout.write(f"{line}\n")
             sys.stdout.flush()
-
-
-def _answers(port: int) -> bool:
-    try:
-        socket.create_connection((LOOPBACK, port), PERIOD).close()
-    except OSError:
-        return False
-    return True
 
 
 def make_web_viewer(options: dict[str, Any]) -> WebViewer:
@@ -142,7 +128,4 @@ def make_web_viewer(options: dict[str, Any]) -> WebViewer:
         known = ", ".join(WebViewerOptions.__struct_fields__)
         sentence = f"These options do not fit a viewer: {error}. It knows {known}."
         raise InvalidOptionError("viewer", sentence) from error
-    program = find_program()
-    if program is None:
-        raise InvalidOptionError("viewer", UNINSTALLED.strip())
-    return WebViewer(checked, program)
+    return WebViewer(checked, required_program())
