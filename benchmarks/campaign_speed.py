@@ -11,7 +11,7 @@ import time
 from collections import defaultdict
 from collections.abc import Callable
 
-from performance_page import machine, make_parser, table, tell
+from performance_page import machine, make_flight_parser, table, tell
 
 from skillwing.m600.campaign.conditions import Condition
 from skillwing.m600.campaign.flight import processes
@@ -52,11 +52,7 @@ class TimedNetwork(InProcessNetwork):
 
 
 def main() -> None:
-    parser = make_parser(__doc__)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--world", default="courtyard")
-    parser.add_argument("--seconds", type=float, default=1200.0, help="robot seconds after which to stop")
-    options = parser.parse_args()
+    options = make_flight_parser(__doc__).parse_args()
     plan = FlightPlan(mission="mapping", world=options.world, seed=options.seed, condition=Condition.NONE)
     network, witness = TimedNetwork(), Witness(ROBOT.skillset.stem)
     with RobotInProcess(ROBOT, network) as robot:

@@ -22,6 +22,15 @@ def make_parser(description: str | None) -> argparse.ArgumentParser:
     return options
 
 
+def make_flight_parser(description: str | None) -> argparse.ArgumentParser:
+    """The same for benchmarks that fly a mission."""
+    options = make_parser(description)
+    options.add_argument("--seed", type=int, default=1)
+    options.add_argument("--world", default="courtyard")
+    options.add_argument("--seconds", type=float, default=1200.0, help="robot seconds after which to stop")
+    return options
+
+
 def tell(script: str, title: str, body: str, *, write: bool, file: Path = PAGE, variant: str = "") -> None:
     """Print a section, and with `write` put it into the page `file` in place of the one `script` wrote before.
 

@@ -14,7 +14,7 @@ import time
 from itertools import pairwise
 from statistics import median
 
-from performance_page import against, machine, make_parser, table, tell
+from performance_page import against, machine, make_flight_parser, table, tell
 
 from skillwing.m600.campaign.conditions import Condition
 from skillwing.m600.campaign.course import over_zenoh
@@ -58,11 +58,7 @@ class Stopwatch(Witness):
 
 
 def main() -> None:
-    parser = make_parser(__doc__)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--world", default="courtyard")
-    parser.add_argument("--seconds", type=float, default=1200.0, help="robot seconds after which to stop")
-    options = parser.parse_args()
+    options = make_flight_parser(__doc__).parse_args()
     cores = sorted(os.sched_getaffinity(0))[:CORES]
     os.sched_setaffinity(0, cores)
     plan = FlightPlan(
