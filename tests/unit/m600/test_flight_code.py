@@ -154,5 +154,10 @@ def test_a_folder_is_of_one_code(tmp_path: Path, repository: Path) -> None:
         claim(folder, flight_code(repository))
 
 
+def test_flights_of_unknown_code_are_not_gone_on_with(tmp_path: Path, repository: Path) -> None:
+    with pytest.raises(InvalidOptionError, match=r"not written down\. Begin anew in another folder"):
+        claim(tmp_path / "flights", flight_code(repository), begun=True)
+
+
 def test_without_a_repository_the_version_stands_for_the_files(tmp_path: Path) -> None:
     assert set(flight_code(tmp_path).files) == {"skillwing", *LIBRARIES}

@@ -99,7 +99,7 @@ def campaign(
     console = make_console()
     ledger = Ledger(folder, resume=resume)
     code = flight_code()
-    claim(folder, code)
+    claim(folder, code, begun=bool(ledger.results))
     shown = Console(quiet=True) if as_json else console
     called_off = False
     with ended_by_signals() as ending:

@@ -90,12 +90,15 @@ class CodeChangedError(SkillwingError):
         super().__init__(f"The code has changed while it flew: {_some(changes)}. {consequence}")
 
 
-def claim(folder: Path, code: FlightCode) -> None:
-    """Make a folder one of flights by this code.
+def claim(folder: Path, code: FlightCode, *, begun: bool = False) -> None:
+    """Make a folder one of flights by this code. begun: there are flights in it.
 
-    Raises InvalidOptionError where other code has flown.
+    Raises InvalidOptionError where other code has flown, or nobody knows which.
     """
     path = folder / CODE_FILE
+    if begun and not path.exists():
+        sentence = f"By which code the flights in {folder} were flown is not written down."
+        raise InvalidOptionError("resume", f"{sentence} Begin anew in another folder.")
     if path.exists():
         flown = msgspec.json.decode(path.read_bytes(), type=FlightCode)
         if changes := code.changes(flown):
