@@ -258,6 +258,27 @@ def test_the_world_begins_as_it_is_told() -> None:
     assert stage.datum("note") == "late"
 
 
+def test_the_world_is_there_when_it_is_as_the_script_begins() -> None:
+    played = script(resources={"power": "OFF"})
+    network = InProcessNetwork()
+    bus = network.bus("client")
+    seen: list[tuple[str, str]] = []
+
+    def note(key: str, alive: bool) -> None:
+        if alive:
+            seen.append((key.rsplit("/", 1)[-1], client.states.get("power", "")))
+
+    client = SkillsetInterface(bus, ARM, client="client")
+    bus.watch_alive(KEYS.alive("**"), note)
+    network.attach(MockWorld(ARM, played))
+    network.run_for(2.0)
+    assert seen == []
+    for node in make_mock_managers(ARM, played):
+        network.attach(node)
+    network.run_for(2.0)
+    assert ("mocked_world", "OFF") in seen
+
+
 def test_a_resource_that_changes_is_reacted_to_with_its_record_as_cause() -> None:
     stage = Stage(
         script(

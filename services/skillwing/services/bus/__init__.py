@@ -178,7 +178,8 @@ class Bus(Protocol):
 class Node(Protocol):
     """A process's content. Made by a factory `(options: dict[str, Any]) -> Node`, named `"package.module:factory"`
     in process tables. `owns_clock` is True for the one node that *is* robot time (the simulator). A node through which
-    a control loop is closed has `closes_loop` = True besides: robot time never runs ahead of it."""
+    a control loop is closed has `closes_loop` = True besides: robot time never runs ahead of it. One that is not ready
+    when it is attached has `tells_when_ready` = True, and declares the liveliness token of its process itself."""
 
     @property
     def name(self) -> str: ...

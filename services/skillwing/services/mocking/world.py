@@ -10,7 +10,7 @@ from typing import Any
 import msgspec
 
 from skillwing.dsl.model import Skillset
-from skillwing.services.bus import Answer, Answered, Bus, Refused
+from skillwing.services.bus import Answer, Answered, Bus, Handle, Refused
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.client.asking import ask_until_answered
 from skillwing.services.core.refusal import RefusedError
@@ -50,6 +50,7 @@ class MockWorld:
 
     name = MOCKED_WORLD
     owns_clock = False
+    tells_when_ready = True
 
     def __init__(self, skillset: Skillset, script: MockScript | None = None) -> None:
         self._skillset = skillset
@@ -58,6 +59,7 @@ class MockWorld:
 
     def attach(self, bus: Bus) -> None:
         self._bus = bus
+        self._alive: Handle | None = None
         keys = self._keys
         self._reactions = Reactions(self._script)
         self._values = MockedValues(self._skillset, self._script, bus.now())
@@ -78,12 +80,22 @@ class MockWorld:
             events=True,
         )
         serve(bus, keys.mocked_world, MockedWorldCall, self._answer)
-        self._alive = bus.declare_alive(keys.alive(self.name))
         self._publish_all()
-        self._take(self._reactions.begin())
+        self._begin()
 
     def detach(self) -> None:
-        self._alive.cancel()
+        if self._alive is not None:
+            self._alive.cancel()
+
+    def _begin(self) -> None:
+        """Bring the world to the state the script begins with; then only it is there, and skills may start."""
+        self._unanswered = 0
+        self._take(self._reactions.begin())
+        self._appear()
+
+    def _appear(self) -> None:
+        if self._alive is None and self._unanswered == 0:
+            self._alive = self._bus.declare_alive(self._keys.alive(self.name))
 
     # --- what is due -------------------------------------------------------------------------------------------------
 
@@ -113,7 +125,13 @@ class MockWorld:
                 self._bus.ask(self._keys.mocked_skill(skill), request, lambda answer: _complain(f"end {skill}", answer))
 
     def _ask(self, key: str, payload: bytes, what: str) -> None:
-        ask_until_answered(self._bus, key, payload, lambda answer: _complain(what, answer))
+        def take(answer: Answer) -> None:
+            _complain(what, answer)
+            self._unanswered -= 1
+            self._appear()
+
+        self._unanswered += 1
+        ask_until_answered(self._bus, key, payload, take)
 
     # --- data --------------------------------------------------------------------------------------------------------
 

@@ -89,7 +89,7 @@ def live(tenant: Tenant, place: Place, lifetime: Lifetime, heartbeat: Heartbeat 
     lifetime.on_end(lambda: bus.post(lambda: None))
     try:
         tenant.node.attach(bus)
-        if tenant.alive is not None:
+        if tenant.alive is not None and not getattr(tenant.node, "tells_when_ready", False):
             bus.declare_alive(tenant.alive)
         if heartbeat is not None:
             heartbeat.keep(bus)

@@ -38,7 +38,8 @@ class RobotInProcess:
         """Have a node live among the others, with the liveliness token of a process."""
         bus = self.network.bus(node.name, self._robot.name)
         node.attach(bus)
-        bus.declare_alive(self._keys.alive(node.name))
+        if not getattr(node, "tells_when_ready", False):
+            bus.declare_alive(self._keys.alive(node.name))
         self._running[node.name] = node, bus
         return bus
 
