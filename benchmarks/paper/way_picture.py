@@ -76,8 +76,7 @@ def _draw_site(axes: Axes, plan: FlightPlan) -> None:
 
 
 def _draw_way(axes: Axes, run: Path) -> None:
-    resources = {resource.name: resource.initial for resource in ROBOT.load_skillset().resources}
-    history = History.of(read_records(run), read_goals(run), resources)
+    history = History.of(read_records(run), read_goals(run), ROBOT.load_skillset())
     flight = read_flight(run)
     times = np.array([truth.t for truth in flight])
     places = np.array([truth.position for truth in flight])

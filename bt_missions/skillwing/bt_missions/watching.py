@@ -58,7 +58,7 @@ class MissionWatch:
         self.tree: TreeSnapshot | None = None
         self._system = system
         self._present = Present()
-        self._history = History()
+        self._history = History(system.skillset)
         self._since = 0.0
         bus, keys = system.bus, system.keys
         bus.subscribe(keys.mission_status, message_reader(MissionStatus, self._on_status), events=True)

@@ -123,7 +123,7 @@ def test_a_map_is_judged_against_the_world(tmp_path: Path) -> None:
 def test_the_path_is_cut_where_the_depth_map_changes_hands_and_has_no_gaps() -> None:
     flight = [truth(t) for t in np.arange(0.0, 10.0, 0.1).tolist()]
     saved = SavedMap(np.zeros((1, 3), np.float32), 0.4, "")
-    scene = map_scene(ROUTE, History.of(RECORDS, [BLOCKED], {"depthmap_source": "NONE"}), flight, saved)
+    scene = map_scene(ROUTE, History.of(RECORDS, [BLOCKED], SKILLSET), flight, saved)
     stretches = [stretch for stretch in scene.flown if stretch.branch != "none"]
     assert [stretch.branch for stretch in stretches] == ["zed", "lidar"]
     assert np.array_equal(stretches[0].path[-1], stretches[1].path[0])

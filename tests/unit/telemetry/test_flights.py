@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from synthetic_mission import INITIAL, MISSION, tell
+from synthetic_mission import MISSION, SKILLSET, tell
 
 from skillwing.services.protocol import Record, RecordKind
 from skillwing.services.telemetry.flights import Flight, flights_of
@@ -50,7 +50,7 @@ def test_a_mission_that_never_began_has_an_end() -> None:
 
 def test_a_part_of_a_history_counts_from_its_beginning_and_knows_older_causes() -> None:
     story = tell()
-    whole = History.of(story.records, story.statuses, INITIAL)
+    whole = History.of(story.records, story.statuses, SKILLSET)
     part = whole.part(20.0)
     assert part.end == pytest.approx(whole.end - 20.0)
     assert {bar.goal_id for bar in part.bars} == {
@@ -68,7 +68,7 @@ def test_a_part_of_a_history_counts_from_its_beginning_and_knows_older_causes() 
 
 def test_a_report_is_of_its_part_alone() -> None:
     story = tell()
-    whole = History.of(story.records, story.statuses, INITIAL)
+    whole = History.of(story.records, story.statuses, SKILLSET)
     assert make_report(whole.part(0.0), mission=MISSION) == make_report(whole, mission=MISSION)
     early = make_report(whole.part(0.0, 10.0), mission=MISSION)
     assert early.result == "unfinished"

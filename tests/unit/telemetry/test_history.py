@@ -7,8 +7,9 @@ from itertools import pairwise
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from synthetic_mission import INITIAL, tell
+from synthetic_mission import SKILLSET, tell
 
+from skillwing.dsl.model import Resource, Skillset
 from skillwing.services.protocol import Ending, GoalStatus, Record, RecordKind, State, Terminal
 from skillwing.services.telemetry.history import History, Outcome, Span
 from skillwing.services.telemetry.wording import in_words
@@ -22,10 +23,10 @@ def outcomes(history: History) -> dict[str, Outcome]:
 
 @given(st.data())
 def test_order_and_repetition_change_nothing(data: st.DataObject) -> None:
-    expected = History.of(STORY.records, STORY.statuses, INITIAL)
+    expected = History.of(STORY.records, STORY.statuses, SKILLSET)
     records = data.draw(st.permutations(STORY.records)) + data.draw(st.lists(st.sampled_from(STORY.records)))
     statuses = data.draw(st.permutations(STORY.statuses)) + data.draw(st.lists(st.sampled_from(STORY.statuses)))
-    history = History.of(records, statuses, INITIAL)
+    history = History.of(records, statuses, SKILLSET)
     assert history.bars == expected.bars
     assert history.lanes == expected.lanes
     assert history.switches == expected.switches
@@ -116,7 +117,7 @@ def test_a_chain_ends_at_what_was_not_seen_and_in_a_circle() -> None:
 
 
 def test_unchanged_resources_keep_their_initial_state() -> None:
-    lanes = History.of(STORY.records, (), INITIAL).lanes
+    lanes = History.of(STORY.records, (), SKILLSET).lanes
     assert lanes["battery_status"] == (Span("NORMAL", 0.0, None),)
     assert [span.state for span in lanes["zed_status"]] == ["UNKNOWN", "OK", "FAILED"]
 
@@ -129,7 +130,7 @@ def test_lanes_have_no_gaps_and_no_overlaps(changes: list[tuple[float, str]]) ->
             Record(id=f"m#{number}", t=t, source="m", kind=RecordKind.RESOURCE, subject="r", before=before, after=state)
         )
         before = state
-    spans = History.of(records, (), {"r": "A"}).lanes["r"]
+    spans = History.of(records, (), Skillset("s", resources=(Resource("r", ("A", "B", "C"), "A", ()),))).lanes["r"]
     assert spans[0].t_start == 0.0
     assert spans[-1].t_end is None
     assert spans[-1].state == before

@@ -11,7 +11,7 @@ import rerun as rr
 from hypothesis import given
 from hypothesis import strategies as st
 from rerun.chunk import RrdReader
-from synthetic_mission import INITIAL, MISSION, SKILLSET, Story, Teller, tell
+from synthetic_mission import MISSION, SKILLSET, Story, Teller, tell
 
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.errors import PassingError
@@ -68,7 +68,7 @@ def test_the_journal_tells_the_whole_story(tmp_path: Path) -> None:
     story = tell()
     recorder = record(story, tmp_path)
     assert sorted(r.id for r in read_records(tmp_path)) == sorted(r.id for r in story.records)
-    read = History.of(read_records(tmp_path), read_goals(tmp_path), INITIAL)
+    read = History.of(read_records(tmp_path), read_goals(tmp_path), SKILLSET)
     assert read.bars == recorder.history.bars == History.of(story.records, story.statuses).bars
 
 

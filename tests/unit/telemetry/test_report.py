@@ -9,7 +9,7 @@ from pathlib import Path
 import msgspec
 import pytest
 from rich.console import Console
-from synthetic_mission import INITIAL, MISSION, tell
+from synthetic_mission import MISSION, SKILLSET, tell
 
 from skillwing.services.protocol import Record, RecordKind
 from skillwing.services.telemetry.history import History
@@ -43,7 +43,7 @@ KEYS = {
 
 def history() -> History:
     story = tell()
-    return History.of(story.records, story.statuses, INITIAL)
+    return History.of(story.records, story.statuses, SKILLSET)
 
 
 def full_report() -> Report:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.image import imread
-from synthetic_mission import INITIAL, SKILLSET, tell
+from synthetic_mission import SKILLSET, tell
 
 from skillwing.services.telemetry import palette
 from skillwing.services.telemetry.history import History
@@ -25,7 +25,7 @@ def share(picture: np.ndarray, colour: str) -> float:
 
 def test_a_mission_is_drawn_in_all_its_colours(tmp_path: Path) -> None:
     story = tell()
-    picture = drawn(History.of(story.records, story.statuses, INITIAL), tmp_path / "timeline.png")
+    picture = drawn(History.of(story.records, story.statuses, SKILLSET), tmp_path / "timeline.png")
     assert picture.shape[:2] == (HEIGHT, WIDTH)
     for colour in (palette.GREEN, palette.RED, palette.GREY):
         assert share(picture, colour) > 0.005
@@ -34,7 +34,7 @@ def test_a_mission_is_drawn_in_all_its_colours(tmp_path: Path) -> None:
 def test_what_still_runs_is_blue(tmp_path: Path) -> None:
     story = tell()
     running = [status for status in story.statuses if status.terminal is None]
-    picture = drawn(History.of(story.records, running, INITIAL), tmp_path / "timeline.png")
+    picture = drawn(History.of(story.records, running, SKILLSET), tmp_path / "timeline.png")
     assert share(picture, palette.BLUE) > 0.02
 
 

@@ -53,6 +53,7 @@ FLIES = (
     "services/telemetry/__init__.py",
     "services/telemetry/history.py",
     "services/telemetry/journal.py",
+    "services/telemetry/readiness.py",
     "services/telemetry/report.py",
     "services/telemetry/wording.py",
 )

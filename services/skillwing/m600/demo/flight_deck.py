@@ -47,7 +47,7 @@ class FlightDeck:
         self._title = title
         self._states = {resource.name: resource.initial for resource in skillset.resources}
         self._colours = {each.name: state_colours(each.states, each.initial) for each in skillset.resources}
-        self._history = History(self._states)
+        self._history = History(skillset)
         self._goals: list[GoalStatus] = []
         self._told: deque[tuple[float, Text]] = deque(maxlen=LARGEST_PANEL)
         self._live = Live(console=console, auto_refresh=False) if console.is_terminal else None

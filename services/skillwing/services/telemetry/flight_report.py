@@ -60,8 +60,7 @@ Judge: TypeAlias = Callable[[FlownMission, History, str], Verdict]
 
 def read_history(run_dir: Path, skillset: Skillset) -> History:
     """The history that the recorder's journal tells."""
-    initial = {resource.name: resource.initial for resource in skillset.resources}
-    return History.of(read_records(run_dir), read_goals(run_dir), initial)
+    return History.of(read_records(run_dir), read_goals(run_dir), skillset)
 
 
 def report_flight(

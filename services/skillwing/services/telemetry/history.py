@@ -7,18 +7,24 @@ messages gives the same history. Times are robot time in seconds.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from msgspec.structs import replace as replaced
 
+from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.services.protocol import Ending, GoalStatus, Record, RecordKind, State, Terminal
+from skillwing.services.telemetry.readiness import Subject, obstacles
 
 OVER = frozenset({"SUCCEEDED", "FAILED", "ABORTED"})
 """Phases of a mission that is over."""
 PHASES = OVER | {"IDLE", "RUNNING", "PAUSED", "HELD"}
 """Phases of a mission; a mission record that goes anywhere else is a switch between branches of its tree."""
+NOT_READY = "NOT_READY"
+"""What becomes of a goal whose preconditions fail, in the resource manager's record of it."""
+STALE = "STALE"
+"""What becomes of a datum of which nothing new is heard."""
 
 
 class Outcome(StrEnum):
@@ -85,10 +91,15 @@ def is_switch(record: Record) -> bool:
 
 
 class History:
-    """Folds records and goal statuses. `initial` gives the resources' declared initial states at time 0."""
+    """Folds records and goal statuses.
 
-    def __init__(self, initial: Mapping[str, str] | None = None) -> None:
-        self._initial = dict(initial or {})
+    skillset: of the robot; from it come the resources' initial states, and what a goal that was not ready lacked.
+    Where nobody knows it a history holds what was recorded, and no more.
+    """
+
+    def __init__(self, skillset: Skillset | None = None) -> None:
+        self._skillset = skillset or Skillset("")
+        self._initial = {resource.name: resource.initial for resource in self._skillset.resources}
         self._records: dict[str, Record] = {}
         self._earlier: dict[str, Record] = {}
         self._statuses: dict[str, list[GoalStatus]] = {}
@@ -99,9 +110,9 @@ class History:
         cls,
         records: Iterable[Record],
         statuses: Iterable[GoalStatus] = (),
-        initial: Mapping[str, str] | None = None,
+        skillset: Skillset | None = None,
     ) -> History:
-        history = cls(initial)
+        history = cls(skillset)
         for record in records:
             history.add_record(record)
         for status in statuses:
@@ -131,7 +142,8 @@ class History:
         What is older can still be named as a cause, at a negative time.
         """
         states = {name: _state_at(spans, begin) for name, spans in self.lanes.items()}
-        part = History({name: state for name, state in states.items() if state is not None})
+        part = History(self._skillset)
+        part._initial = {name: state for name, state in states.items() if state is not None}
         for record in self._records.values():
             shifted = replaced(record, t=record.t - begin)
             if begin <= record.t <= end:
@@ -215,9 +227,38 @@ class History:
             if record is None:
                 break
             seen.add(record_id)
-            chain.append(record)
-            record_id = record.cause
+            chain.append(self.explained(record))
+            record_id = chain[-1].cause
         return tuple(reversed(chain))
+
+    def explained(self, record: Record) -> Record:
+        """The record with the cause that a reader looks for.
+
+        Of a goal that was not ready that is the latest change of what its preconditions lacked, as it is of a violated
+        invariant; the record itself names who asked, which stands where no such change is on record.
+        """
+        if record.kind is not RecordKind.GOAL or record.after != NOT_READY:
+            return record
+        changes, states = self._latest_changes(record)
+        stale = [name for (kind, name), change in changes.items() if kind is RecordKind.DATA and change.after == STALE]
+        try:
+            lacked = obstacles(self._skillset, record.subject, states, stale)
+        except UnknownNameError:
+            return record
+        latest = max((changes[subject] for subject in lacked & changes.keys()), key=_moment, default=None)
+        return record if latest is None else replaced(record, cause=latest.id)
+
+    def _latest_changes(self, until: Record) -> tuple[dict[Subject, Record], dict[str, str]]:
+        """Of each resource and datum the latest change before a record, and all resources' states then."""
+        states, changes = dict(self._initial), dict[Subject, Record]()
+        for record in sorted((*self._earlier.values(), *self._records.values()), key=_moment):
+            if record.id == until.id:
+                break
+            if record.kind in (RecordKind.RESOURCE, RecordKind.DATA):
+                changes[record.kind, record.subject] = record
+            if record.kind is RecordKind.RESOURCE:
+                states[record.subject] = record.after
+        return changes, states
 
     @property
     def switches(self) -> tuple[Switch, ...]:

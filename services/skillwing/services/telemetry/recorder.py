@@ -54,7 +54,7 @@ class Recorder:
 
     def __init__(self, options: RecorderOptions, skillset: Skillset) -> None:
         self.name = options.name
-        self.history = History({resource.name: resource.initial for resource in skillset.resources})
+        self.history = History(skillset)
         self._options = options
         self._skillset = skillset
         self._run_dir = Path(options.run_dir)

@@ -50,7 +50,7 @@ class Bench:
     ) -> None:
         self.bus = bus
         self.skillset = skillset
-        self.history = History()
+        self.history = History(skillset)
         """The timeline so far."""
         self._layer = layer
         self._types = dict(types or {})
