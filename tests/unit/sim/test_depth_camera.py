@@ -12,6 +12,7 @@ from skillwing.sim_mujoco.frames.poses import rotations
 from skillwing.sim_mujoco.frames.vectors import add, to_world
 from skillwing.sim_mujoco.sensors.depth_camera import REACH, ZED_MOUNT, DepthCamera, depth_header
 from skillwing.sim_mujoco.sensors.directions import depth_directions
+from skillwing.sim_mujoco.sensors.infill import Infill, Pixels
 from skillwing.sim_mujoco.sensors.rays import RayScene
 from skillwing.sim_mujoco.world.world import make_world
 
@@ -34,3 +35,19 @@ def test_computed_pixels_agree_with_rays(heading: float) -> None:
     error = np.abs(computed - cast)[near] / cast[near]
     assert np.quantile(error, 0.999) < 0.005
     assert np.count_nonzero(near != ((computed > 0.0) & (computed < REACH))) < 0.001 * near.size
+
+
+@pytest.mark.parametrize("edge", [8, 9, 14])
+def test_an_edge_between_two_planes_takes_one_ray_a_row(edge: int) -> None:
+    columns, height = np.arange(24, dtype=np.float32), 6
+    row = np.where(columns < edge, 0.2 + 0.001 * columns, 0.05 + 0.002 * columns).astype(np.float32)
+    picture, infill, asked = np.tile(row, (height, 1)), Infill(height, len(row)), np.zeros((height, len(row)), bool)
+
+    def cast(pixels: Pixels) -> np.ndarray:
+        asked.flat[pixels] = True
+        return picture.flat[pixels]
+
+    computed = infill.inverse_depths(picture.flat[infill.first], cast)
+    assert np.allclose(computed, picture, atol=1e-6)
+    last = columns == len(row) - 1  # of these there is no neighbour on the right
+    assert np.array_equal(np.flatnonzero(asked[0] & ~last), [(edge - 1) // 2 * 2 + 1])

@@ -1,8 +1,9 @@
 """A picture from a quarter of its rays: what lies on a plane between known pixels is computed, the rest is cast.
 
-On a plane the inverse of the depth is a linear function of the pixel's place. Where four known neighbours in a row lie
-on one line, the pixel in their middle lies on it too; edges, silhouettes and curved surfaces break the line and get a
-ray of their own. What is thinner than two pixels may be missed.
+On a plane the inverse of the depth is a linear function of the pixel's place. Where two known neighbours lie on one
+line with the next one on either side, the pixel between them lies on it too. An edge breaks the line on both sides of
+the pixels that it passes between; these get a ray of their own, and so does what is curved. What is thinner than two
+pixels may be missed.
 """
 
 from __future__ import annotations
@@ -47,9 +48,8 @@ def _fill(image: Image) -> NDArray[np.bool_]:
     middle = known[:-1] + np.float32(0.5) * step
     bend = np.abs(step[1:] - step[:-1])
     allowed = _STRAIGHT * middle
-    bent = np.zeros_like(known, dtype=np.bool_)
-    bent[:-2] = bend > allowed[:-1]
-    bent[1:-1] |= bend > allowed[1:]
-    bent[-1] = True
+    bent = np.ones_like(known, dtype=np.bool_)
+    bent[1:-1] = bend > allowed[1:]
+    bent[:-2] &= bend > allowed[:-1]
     image[1:-1:2] = middle
     return bent
