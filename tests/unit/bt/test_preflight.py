@@ -49,7 +49,7 @@ def test_all_problems_are_listed_at_once(mission: FakeMission) -> None:
         "a": ["no skill `gi`"],
         "b": ["sped", "height"],
         "c": ["speed"],
-        "d": ["S_ARIVED", "S_ARRIVED, and the leaf", "S_BLOCKED, and the leaf"],
+        "d": ["S_ARIVED", "S_BLOCKED, and the leaf"],
         "e": ["BROKEN"],
         "f": ["kamera"],
         "g": ["battery"],

@@ -3,6 +3,9 @@
 The tree is walked through without a robot, with nothing but the place of the drone: each node is asked from which
 places it is reached, how it can end from there, and where the drone is then. What a node does not tell is taken for
 possible. Places that a walk cannot tell apart are few, so that loops are walked until nothing new is found.
+
+With what cannot be read it is the other way round: of a node that is not known nothing is taken for possible, so that
+no problem follows from one that has been told already.
 """
 
 from __future__ import annotations
@@ -21,7 +24,8 @@ from skillwing.bt_missions.leaves.claims import needed_by
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.flying import FLIGHT_STATUS, IN_AIR, LAND, ON_GROUND, TAKEOFF, flies, holds_landing
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.leaves.unbuilt import Unbuilt
+from skillwing.bt_missions.leaves.unbuilt import Unbuilt, is_guessed, is_incomplete
+from skillwing.bt_missions.running.meaning import meant
 from skillwing.bt_missions.running.tree_check import ends_of, skill_of
 from skillwing.bt_missions.subtrees.composites import OnEnding
 from skillwing.bt_missions.subtrees.decorators import Deadline
@@ -97,6 +101,9 @@ class _Walker:
     def walk(self, node: Behaviour, places: Places) -> Walk:
         """From any of these places."""
         match node:
+            case Unbuilt():
+                below = [self.walk(child, places) for child in node.children]
+                walk = Walk(frozenset(), places.union(*(each.way for each in below)))
             case Sequence():
                 walk = self._in_turn(node, Status.SUCCESS, places)
             case Selector():
@@ -166,15 +173,15 @@ class _Walker:
                 ends = frozenset(End(only, end.place, end.by) for end in walk.ends)
             case Deadline():
                 ends = walk.ends | self._failures(node, walk.way)
-            case WhileGranted():
-                ends = walk.ends | self._failures(node, walk.way, of=node.resource)
+            case WhileGranted() if (resource := self._meant_resource(node.resource)) is not None:
+                ends = walk.ends | self._failures(node, walk.way, of=resource)
             case _:
                 ends = walk.ends
         return Walk(ends, walk.way)
 
     def _repeated(self, node: Retry | Repeat | SuccessIsRunning | Until, child: Behaviour, places: Places) -> Walk:
         walk = self._looped(child, places, Status.FAILURE if isinstance(node, Retry) else Status.SUCCESS)
-        if isinstance(node, Retry) or (isinstance(node, Repeat) and node.num_success >= 0):
+        if isinstance(node, Retry) or (isinstance(node, Repeat) and node.num_success >= 0 and not is_incomplete(node)):
             return walk
         ends = {end for end in walk.ends if end.status is Status.FAILURE}
         if isinstance(node, Until):
@@ -203,33 +210,28 @@ class _Walker:
     def _leaf(self, leaf: Behaviour, places: Places) -> Walk:
         possible = ends_of(leaf, self._skillset)
         ends = {end for place in places for end in self._ends_of_leaf(leaf, place) if end.status in possible}
-        rises = isinstance(leaf, SkillAction) and leaf.skill == TAKEOFF
+        rises = isinstance(leaf, SkillAction) and (skill := skill_of(leaf, self._skillset)) and skill.name == TAKEOFF
         return Walk(frozenset(ends), places | {Place.AIR} if rises else places)
 
     def _ends_of_leaf(self, leaf: Behaviour, place: Place) -> Iterator[End]:
         match leaf:
-            case Unbuilt():
-                # It may have been the landing.
-                place = Place.OUT_OF_HANDS if place is Place.AIR else place
-                yield from (End(status, place, leaf) for status in (Status.SUCCESS, Status.FAILURE))
             case SkillAction():
-                yield from self._ends_of_skill(leaf, place)
-            case ResourceIs() if leaf.resource == FLIGHT_STATUS:
-                yield from _ends_of_look(leaf, place)
+                skill = skill_of(leaf, self._skillset)
+                ends = [] if skill is None else self._ends_of_skill(leaf, skill.name, place)
+                # That it may fail is certain, whatever its endings were meant to be.
+                yield from (end for end in ends if end.status is Status.FAILURE or not is_incomplete(leaf))
             case ResourceIs():
-                yield End(Status.SUCCESS, place, leaf)
-                yield from self._failures(leaf, frozenset({place}), of=leaf.resource)
+                yield from self._ends_of_look(leaf, place)
             case _:
                 yield from (End(status, place, leaf) for status in (Status.SUCCESS, Status.FAILURE))
 
-    def _ends_of_skill(self, leaf: SkillAction, place: Place) -> Iterator[End]:
-        skill, aloft = skill_of(leaf, self._skillset), place is not Place.GROUND
-        flying = skill is not None and FLIGHT_STATUS in needed_by(self._skillset, leaf.skill)
-        if leaf.skill == TAKEOFF:
+    def _ends_of_skill(self, leaf: SkillAction, skill: str, place: Place) -> Iterator[End]:
+        aloft, flying = place is not Place.GROUND, FLIGHT_STATUS in needed_by(self._skillset, skill)
+        if skill == TAKEOFF:
             yield End(Status.FAILURE, place, leaf)
             if not aloft:
                 yield from (End(status, Place.AIR, leaf) for status in (Status.SUCCESS, Status.FAILURE))
-        elif leaf.skill == LAND:
+        elif skill == LAND:
             yield End(Status.SUCCESS, Place.GROUND, leaf)
             yield End(Status.FAILURE, Place.OUT_OF_HANDS if aloft else place, leaf)
         else:
@@ -238,16 +240,25 @@ class _Walker:
                 yield End(Status.SUCCESS, Place.AIR if flying else place, leaf)
             yield End(Status.FAILURE, place, leaf)
 
+    def _ends_of_look(self, leaf: ResourceIs, place: Place) -> Iterator[End]:
+        """A look at the landing gear tells where the drone is, unless it waits for it to be elsewhere."""
+        resource = self._meant_resource(leaf.resource)
+        states = [meant(state, (ON_GROUND, IN_AIR)) for state in leaf.states]
+        here = ON_GROUND if place is Place.GROUND else IN_AIR
+        if resource is None or is_guessed(leaf) or not states:
+            return
+        if resource != FLIGHT_STATUS:
+            yield End(Status.SUCCESS, place, leaf)
+            yield from self._failures(leaf, frozenset({place}), of=resource)
+        elif here in states:
+            yield End(Status.SUCCESS, place, leaf)
+        elif None not in states:
+            yield End(Status.FAILURE, place, leaf)
+            if leaf.wait and states == [ON_GROUND]:
+                yield End(Status.SUCCESS, Place.GROUND, leaf)
 
-def _ends_of_look(leaf: ResourceIs, place: Place) -> Iterator[End]:
-    """A look at the landing gear tells where the drone is, unless it waits for it to be elsewhere."""
-    here = ON_GROUND if place is Place.GROUND else IN_AIR
-    if here in leaf.states:
-        yield End(Status.SUCCESS, place, leaf)
-    else:
-        yield End(Status.FAILURE, place, leaf)
-        if leaf.wait and leaf.states == (ON_GROUND,):
-            yield End(Status.SUCCESS, Place.GROUND, leaf)
+    def _meant_resource(self, name: str) -> str | None:
+        return meant(name, (resource.name for resource in self._skillset.resources))
 
 
 def _either(*walks: Walk) -> Walk:

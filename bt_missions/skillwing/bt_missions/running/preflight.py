@@ -10,12 +10,13 @@ from skillwing.bt_missions.leaves.conditions import DataCompare, ResourceIs
 from skillwing.bt_missions.leaves.holds import HELD
 from skillwing.bt_missions.leaves.places import place_of
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.leaves.unbuilt import is_guessed
+from skillwing.bt_missions.leaves.unbuilt import Unbuilt, is_guessed, is_incomplete
 from skillwing.bt_missions.running.comparison_check import comparison_problems
 from skillwing.bt_missions.running.landing_check import landing_problems
+from skillwing.bt_missions.running.meaning import forgotten
 from skillwing.bt_missions.running.misfit import Misfit
 from skillwing.bt_missions.running.mission import Mission, MissionTrees
-from skillwing.bt_missions.running.tree_check import shape_problems
+from skillwing.bt_missions.running.tree_check import shape_problems, skill_of
 from skillwing.bt_missions.subtrees.composites import OnEnding
 from skillwing.bt_missions.subtrees.holding import WhileGranted
 from skillwing.dsl.model import Skill, Skillset, UnknownNameError
@@ -77,8 +78,18 @@ def _skill_problems(leaf: SkillAction, skillset: Skillset) -> Iterator[str]:
 def _input_problems(leaf: SkillAction, skill: Skill) -> Iterator[str]:
     """What is wrong with the inputs, as far as their values are known before the flight."""
     known = {name: value for name, value in leaf.inputs.items() if not callable(value)}
-    for problem in fit_fields(skill.inputs, known)[1]:
-        if problem.kind != "missing" or problem.path not in leaf.inputs:
+    problems = fit_fields(skill.inputs, known)[1]
+    named = [field.name for field in skill.inputs]
+    absent = [each.path for each in problems if each.kind == "missing" and each.path in named]
+    lacking = (
+        ()
+        if is_incomplete(leaf)
+        else forgotten(
+            (name for name in absent if name not in leaf.inputs), [name for name in leaf.inputs if name not in named]
+        )
+    )
+    for problem in problems:
+        if problem.path not in absent or problem.path in lacking:
             yield f"{skill.name}: {problem.sentence}"
     for name in leaf.inputs.keys() - known.keys():
         yield from _unknown(lambda name=name: skill.input(name))
@@ -86,15 +97,14 @@ def _input_problems(leaf: SkillAction, skill: Skill) -> Iterator[str]:
 
 def _outcome_problems(leaf: SkillAction, skill: Skill) -> Iterator[str]:
     """Labels that the skill never ends with, and, where labels are mapped by hand, results that were forgotten."""
-    results = [result.name for result in skill.results]
     possible = _possible_endings(skill)
-    for label in leaf.outcomes:
-        if label not in possible:
-            yield str(UnknownNameError(f"ending of {skill.name}", label, possible))
-    if leaf.outcomes:
-        for name in results:
-            if f"S_{name}" not in leaf.outcomes:
-                yield f"{skill.name} can end S_{name}, and the leaf does not say what that means"
+    strangers = [label for label in leaf.outcomes if label not in possible]
+    for label in strangers:
+        yield str(UnknownNameError(f"ending of {skill.name}", label, possible))
+    if leaf.outcomes and not is_incomplete(leaf):
+        unmapped = (f"S_{result.name}" for result in skill.results if f"S_{result.name}" not in leaf.outcomes)
+        for label in forgotten(unmapped, strangers):
+            yield f"{skill.name} can end {label}, and the leaf does not say what that means"
 
 
 def _possible_endings(skill: Skill) -> list[str]:
@@ -110,8 +120,11 @@ def _structure_problems(node: Behaviour, skillset: Skillset) -> Iterator[str]:
         yield from _resource_problems(skillset, node.resource, node.states)
         yield from _resource_problems(skillset, node.ended_by.resource, (node.ended_by.state,))
     elif isinstance(node, OnEnding):
-        known = [skill for skill in skillset.skills if skill.name in node.skills]
-        possible = list(dict.fromkeys(label for skill in known for label in _possible_endings(skill)))
+        below = [each for child in node.children[:1] for each in child.iterate()]
+        skills = [skill_of(leaf, skillset) for leaf in below if isinstance(leaf, SkillAction)]
+        if None in skills or any(isinstance(each, Unbuilt) for each in below):
+            return  # what cannot be read may end in any way
+        possible = list(dict.fromkeys(label for skill in skills if skill for label in _possible_endings(skill)))
         for label in node.endings:
             if label not in possible:
                 yield str(UnknownNameError(f"ending below {node.name}", label, possible))

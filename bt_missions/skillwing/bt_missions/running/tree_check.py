@@ -13,6 +13,8 @@ from py_trees.decorators import Decorator, FailureIsSuccess, Inverter, Repeat, R
 
 from skillwing.bt_missions.leaves.settling import NoteSwitch, Settled
 from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.leaves.unbuilt import is_guessed, is_incomplete
+from skillwing.bt_missions.running.meaning import meant
 from skillwing.bt_missions.subtrees.composites import OnEnding
 from skillwing.bt_missions.subtrees.decorators import Deadline
 from skillwing.bt_missions.subtrees.holding import Pausable, WhileGranted
@@ -20,11 +22,12 @@ from skillwing.dsl.model import Skill, Skillset
 
 
 def shape_problems(root: Behaviour, skillset: Skillset) -> Iterator[tuple[Behaviour, str]]:
-    """Every problem as a sentence, with its node. Skills that the skillset does not know are passed over."""
+    """Every problem as a sentence, with its node. None that follows from what cannot be read, or from a name that the
+    skillset does not know: this has been told."""
     for node in root.iterate():
         yield from _unreachable(node, skillset)
         if isinstance(node, Parallel):
-            for problem in (*_run_twice(node), *_taken_twice(node, skillset)):
+            for problem in (*_run_twice(node, skillset), *_taken_twice(node, skillset)):
                 yield node, problem
 
 
@@ -39,16 +42,17 @@ def _unreachable(node: Behaviour, skillset: Skillset) -> Iterator[tuple[Behaviou
             return
 
 
-def _run_twice(parallel: Parallel) -> Iterator[str]:
+def _run_twice(parallel: Parallel, skillset: Skillset) -> Iterator[str]:
     """Skills in different children: a skill has one goal at a time, and answers BUSY to a second one."""
     for one, other in combinations(parallel.children, 2):
-        for skill in dict.fromkeys(_skills(one)):
-            if skill in _skills(other):
+        for skill in dict.fromkeys(_skills(one, skillset)):
+            if skill in _skills(other, skillset):
                 yield f"Under `{parallel.name}` skill `{skill}` would run twice at the same time; a second one is BUSY."
 
 
-def _skills(node: Behaviour) -> list[str]:
-    return [leaf.skill for leaf in node.iterate() if isinstance(leaf, SkillAction)]
+def _skills(node: Behaviour, skillset: Skillset) -> list[str]:
+    known = {skill.name for skill in skillset.skills}
+    return [leaf.skill for leaf in node.iterate() if isinstance(leaf, SkillAction) and leaf.skill in known]
 
 
 def _taken_twice(parallel: Parallel, skillset: Skillset) -> Iterator[str]:
@@ -66,7 +70,7 @@ def _taken(node: Behaviour, skillset: Skillset) -> list[tuple[str, SkillAction]]
     taken: dict[tuple[str, str], SkillAction] = {}
     for leaf in node.iterate():
         skill = skill_of(leaf, skillset) if isinstance(leaf, SkillAction) else None
-        if isinstance(leaf, SkillAction) and skill is not None:
+        if isinstance(leaf, SkillAction) and skill is not None and skill.name == leaf.skill:
             start = skill.transitions(skill.preconditions.success)
             taken |= {(resource, leaf.name): leaf for resource, _ in start}
     return [(resource, leaf) for (resource, _), leaf in taken.items()]
@@ -75,6 +79,8 @@ def _taken(node: Behaviour, skillset: Skillset) -> list[tuple[str, SkillAction]]
 def ends_of(node: Behaviour, skillset: Skillset) -> set[Status]:
     """With which of SUCCESS and FAILURE a node can end; both where nothing is known of it."""
     match node:
+        case _ if is_guessed(node) or is_incomplete(node):
+            ends = {Status.SUCCESS, Status.FAILURE}
         case Success() | NoteSwitch() | Settled() | FailureIsSuccess():
             ends = {Status.SUCCESS}
         case Failure() | SuccessIsFailure():
@@ -137,4 +143,6 @@ def _can_succeed(leaf: SkillAction, skillset: Skillset) -> bool:
 
 
 def skill_of(leaf: SkillAction, skillset: Skillset) -> Skill | None:
-    return next((skill for skill in skillset.skills if skill.name == leaf.skill), None)
+    """What it runs, or is meant to run."""
+    name = meant(leaf.skill, (skill.name for skill in skillset.skills))
+    return None if name is None else skillset.skill(name)

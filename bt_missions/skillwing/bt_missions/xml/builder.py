@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from py_trees.behaviour import Behaviour
 
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.places import put_place
-from skillwing.bt_missions.leaves.unbuilt import Unbuilt, mark_guessed
+from skillwing.bt_missions.leaves.unbuilt import Unbuilt, mark_guessed, mark_incomplete
+from skillwing.bt_missions.running.meaning import meant
 from skillwing.bt_missions.xml.document import Element
 from skillwing.bt_missions.xml.node_type import Call, Category, NodeType, PortError
 from skillwing.bt_missions.xml.problems import Problem
 from skillwing.bt_missions.xml.scope import Cell, Scope
-from skillwing.bt_missions.xml.tree_file import TreeFile, TreeModel
+from skillwing.bt_missions.xml.tree_file import RESCUE, SUBTREE, TreeFile, TreeModel
 from skillwing.dsl.suggest import closest, listed
 
-SUBTREE = "SubTree"
+_AUTOREMAP = "_autoremap"
+_TRUTHS = {"true": True, "1": True, "false": False, "0": False}
 _OF_EDITORS = ("_uid", "_fullpath", "_description", "_collapsed")
 """Attributes with which editors remember how a node looks."""
 _SCRIPTS = ("Script", "ScriptCondition", "Precondition", "Switch2", "Switch3", "IfThenElse", "WhileDoElse")
@@ -39,6 +41,9 @@ class Builder:
         self._types = types
         self._context = context
         self._references: list[_Reference] = []
+        self._early: list[tuple[Cell, Problem]] = []
+        self._callers: dict[str, list[int]] = {}
+        """Lines that call trees which there are not, by their names."""
         self._open: list[str] = []
         self._built: set[str] = set()
 
@@ -60,16 +65,25 @@ class Builder:
                 yield self.build(tree, Scope(scope, self._defaults(tree, element, scope), excused=True))
 
     def finish(self) -> None:
-        """Report the cells that are read and that nothing fills: to be called when all trees are built."""
+        """Report what is missing for all who use it: trees, and cells that are read and that nothing fills. To be
+        called when all trees are built."""
+        readers: dict[Cell, list[_Reference]] = {}
         for reference in self._references:
             if not (reference.cell.is_filled or reference.cell.is_excused):
-                name = reference.cell.name
-                text = f"`{reference.port}` reads `{{{name}}}`, which nothing fills; declare it as a port of the tree."
-                self.problems.append(Problem(reference.line, text))
+                readers.setdefault(reference.cell, []).append(reference)
+        for cell, references in readers.items():
+            first, lines = references[0], [reference.line for reference in references]
+            text = f"`{first.port}` reads `{{{cell.name}}}`, which nothing fills; declare it as a port of the tree."
+            self.problems.append(Problem(first.line, text + _so_do(lines)))
+        self.problems += [problem for cell, problem in self._early if cell.is_filled]
+        for tree, lines in self._callers.items():
+            near = closest(tree, self._source.trees)
+            hint = f"did you mean `{near}`?" if near else f"there is {listed(self._source.trees)}."
+            self.problems.append(Problem(lines[0], f"There is no tree `{tree}`; {hint}{_so_do(lines)}"))
 
     def _node(self, element: Element, scope: Scope) -> Behaviour:
         tag, attributes = _plain_form(element)
-        if tag == SUBTREE:
+        if tag == SUBTREE or self._is_misspelt_subtree(element, tag, attributes):
             node = self._subtree(element, attributes, scope)
         else:
             children = [self._node(child, scope) for child in element.children]
@@ -77,16 +91,23 @@ class Builder:
         put_place(node, self._source.file, element.line)
         return node
 
+    def _is_misspelt_subtree(self, element: Element, tag: str, attributes: Mapping[str, str]) -> bool:
+        found = "ID" in attributes and tag not in self._types and closest(tag, (*self._types, SUBTREE)) == SUBTREE
+        if found:
+            self._note(element, f"There is no node `{tag}`; did you mean `{SUBTREE}`?")
+        return found
+
     def _made(
         self, element: Element, tag: str, attributes: dict[str, str], children: list[Behaviour], scope: Scope
     ) -> Behaviour:
         name = attributes.pop("name", tag)
-        known = self._types.get(tag) or self._meant(element, tag, children)
+        known = self._types.get(tag) or self._meant(element, tag, attributes, children)
         if known is None:
             return Unbuilt(name, children)
-        self._note(element, *_attribute_problems(known, attributes))
-        ports = {port.name: attributes.get(port.name, port.default) or "" for port in known.ports}
-        lacking = frozenset(port.name for port in known.ports if port.default is None and port.name not in attributes)
+        given = _read_attributes(known, attributes)
+        self._note(element, *given.problems)
+        ports = {port.name: given.ports.get(port.name, port.default) or "" for port in known.ports}
+        lacking = frozenset(port.name for port in known.ports if port.default is None and port.name not in given.ports)
         call = Call(name, ports, children, scope, self._context, absent=lacking)
         for port in known.ports:
             cell = None if port.output else call.cell(port.name)
@@ -94,7 +115,11 @@ class Builder:
                 self._references.append(_Reference(cell, port.name, element.line))
         misfits = list(_child_problems(known, children))
         self._note(element, *misfits)
-        return Unbuilt(name, children) if misfits else self._called(element, known, call)
+        node = Unbuilt(name, children) if misfits else self._called(element, known, call)
+        self._early += [(cell, Problem(element.line, text)) for cell, text in call.early]
+        if given.is_incomplete or ((call.problems or call.early) and children):
+            mark_incomplete(node)
+        return node
 
     def _called(self, element: Element, known: NodeType, call: Call) -> Behaviour:
         try:
@@ -107,8 +132,12 @@ class Builder:
             mark_guessed(node)
         return node
 
-    def _meant(self, element: Element, tag: str, children: list[Behaviour]) -> NodeType | None:
+    def _meant(
+        self, element: Element, tag: str, attributes: Mapping[str, str], children: list[Behaviour]
+    ) -> NodeType | None:
         """What an unknown tag is probably meant to be, so that the rest of it can be looked at all the same."""
+        if not tag:
+            return None  # the frame has been told of
         if tag in _SCRIPTS:
             script = f"`{tag}` runs a script of BehaviorTree.CPP, which is not known here"
             self._note(element, f"{script}; use ResourceIs or DataCompare.")
@@ -117,22 +146,54 @@ class Builder:
         hint = f"did you mean `{near}`?" if near else "`skillwing mission nodes` lists those there are."
         self._note(element, f"There is no node `{tag}`; {hint}")
         meant = self._types[near] if near else None
-        return None if meant is None or any(_child_problems(meant, children)) else meant
+        fits = (
+            meant
+            and not any(_child_problems(meant, children))
+            and not _read_attributes(meant, attributes).is_incomplete
+        )
+        return meant if fits else None
 
     def _subtree(self, element: Element, attributes: dict[str, str], scope: Scope) -> Behaviour:
-        tree = attributes.pop("ID", "")
-        name = attributes.pop("name", tree)
-        inherit = attributes.pop("_autoremap", "false").lower() in ("true", "1")
+        called = self._called_tree(element, attributes)
+        name = attributes.pop("name", called)
+        inherit = self._inherits(element, attributes)
         given = {port: text for port, text in attributes.items() if not port.startswith("_")}
         links = {port: self._link(port, text, element, scope) for port, text in given.items()}
-        if tree not in self._source.trees:
-            self._note(element, f"There is no tree `{tree}`; there is {listed(self._source.trees)}.")
+        tree = meant(called, self._source.trees)
+        if called and called not in (tree, RESCUE):
+            # That there has to be a rescue is told of the file.
+            self._callers.setdefault(called, []).append(element.line)
+        if tree is None:
             return Unbuilt(name)
         if tree in self._open:
             self._note(element, f"Tree `{tree}` stands in itself and would never end.")
             return Unbuilt(name)
         links = self._defaults(tree, element, scope) | links
         return self.build(tree, Scope(scope, links, inherit=inherit))
+
+    def _called_tree(self, element: Element, attributes: dict[str, str]) -> str:
+        """The tree that a SubTree names; empty, and noted, where it names none."""
+        name = meant("ID", attributes)
+        if name is None:
+            self._note(element, f"This {SUBTREE} names no tree; give it the ID of one.")
+            return ""
+        if name != "ID":
+            self._note(element, f"`{SUBTREE}` has no `{name}`; did you mean `ID`?")
+        return attributes.pop(name)
+
+    def _inherits(self, element: Element, attributes: Mapping[str, str]) -> bool:
+        """Whether a SubTree sees all that stands around it. Notes what else is written with an underscore."""
+        text = "false"
+        for name in (each for each in attributes if each.startswith("_")):
+            near = meant(name, (_AUTOREMAP,))
+            if near is None:
+                self._note(element, _script(name))
+            elif near != name:
+                self._note(element, f"`{SUBTREE}` has no `{name}`; did you mean `{near}`?")
+            text = text if near is None else attributes[name].lower()
+        if text not in _TRUTHS:
+            self._note(element, f"`{_AUTOREMAP}` is `{text}`; it takes `true` or `false`.")
+        return _TRUTHS.get(text, True)
 
     def _defaults(self, tree: str, element: Element, scope: Scope) -> dict[str, Cell]:
         """The ports of a tree that have a value of their own."""
@@ -160,19 +221,53 @@ def _plain_form(element: Element) -> tuple[str, dict[str, str]]:
     return element.tag, attributes
 
 
-def _attribute_problems(known: NodeType, attributes: Mapping[str, str]) -> Iterator[str]:
-    for name in attributes:
+@dataclass(frozen=True, slots=True)
+class _Given:
+    """The attributes of a tag. ports: those that are ports, misspelt ones among them; is_incomplete: there are others,
+    and nobody can tell what they were to be."""
+
+    ports: Mapping[str, str]
+    problems: tuple[str, ...]
+    is_incomplete: bool
+
+
+def _read_attributes(known: NodeType, attributes: Mapping[str, str]) -> _Given:
+    names = [port.name for port in known.ports]
+    ports = {name: text for name, text in attributes.items() if name in names}
+    problems: list[str] = []
+    is_incomplete = False
+    for name in (each for each in attributes if each not in names):
+        near = closest(name, names)
         if name.startswith("_"):
-            yield f"`{name}` is a script of BehaviorTree.CPP, which is not known here; take it out."
-        elif known.port(name) is None:
-            ports = [port.name for port in known.ports]
-            near = closest(name, ports)
-            yield f"`{known.tag}` has no port `{name}`; " + (
-                f"did you mean `{near}`?" if near else f"it has {listed(ports)}."
-            )
-    for port in known.ports:
-        if port.default is None and port.name not in attributes:
-            yield f"`{known.tag}` lacks its port `{port.name}`: {port.about or port.kind}."
+            problems.append(_script(name))
+        elif near is None:
+            is_incomplete = True
+            problems.append(f"`{known.tag}` has no port `{name}`; it has {listed(names)}.")
+        else:
+            ports.setdefault(near, attributes[name])
+            problems.append(f"`{known.tag}` has no port `{name}`; did you mean `{near}`?")
+    if not is_incomplete:
+        problems += (
+            f"`{known.tag}` lacks its port `{port.name}`: {port.about or port.kind}."
+            for port in known.ports
+            if port.default is None and port.name not in ports
+        )
+    return _Given(ports, tuple(problems), is_incomplete)
+
+
+def _script(name: str) -> str:
+    return f"`{name}` is a script of BehaviorTree.CPP, which is not known here; take it out."
+
+
+def _so_do(lines: Iterable[int]) -> str:
+    """In which further lines the same stands."""
+    match sorted(set(lines)):
+        case [_, other]:
+            return f" So it is in line {other}."
+        case [_, *others, last]:
+            return f" So it is in lines {', '.join(map(str, others))} and {last}."
+        case _:
+            return ""
 
 
 def _child_problems(known: NodeType, children: list[Behaviour]) -> Iterator[str]:

@@ -68,7 +68,8 @@ class Call:
 
     A port that cannot be used is noted in `problems`, and read as some value of its kind, so that all that is wrong
     with a tag is found at once; who calls `make` refuses the node then. absent: ports whose lack has been told already.
-    unread: names that are not known, so that nobody can judge what they stand for.
+    unread: names that are not known, so that nobody can judge what they stand for. early: cells that are read before
+    the flight and that nothing has filled until then, each with what to say if something fills it in flight.
     """
 
     name: str
@@ -79,6 +80,7 @@ class Call:
     absent: frozenset[str] = frozenset()
     problems: list[str] = field(default_factory=list[str])
     unread: set[str] = field(default_factory=set[str])
+    early: list[tuple[Cell, str]] = field(default_factory=list[tuple[Cell, str]])
 
     def cell(self, port: str) -> Cell | None:
         """The cell that a port refers to as `{name}`; None for a port with a plain value."""
@@ -102,7 +104,10 @@ class Call:
             return instead
         try:
             if cell is not None and not cell.is_known:
-                raise PortError(f"`{port}` is `{self.ports[port]}`, but it has to be known before the flight.")
+                self.early.append(
+                    (cell, f"`{port}` is `{self.ports[port]}`, but it has to be known before the flight.")
+                )
+                return instead
             return use(self.ports[port] if cell is None else cell())
         except PortError as error:
             self.problems.append(str(error))

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from skillwing.bt_missions.xml.document import Element, read_document
 from skillwing.bt_missions.xml.problems import Problem, TreeFileError
-from skillwing.dsl.suggest import listed
+from skillwing.dsl.suggest import closest, listed
 
 FORMAT = "4"
 RESCUE = "rescue"
+SUBTREE = "SubTree"
+MAIN = "main_tree_to_execute"
+_PARTS = ("BehaviorTree", "TreeNodesModel")
+_PORTS = ("input_port", "inout_port", "output_port")
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +42,8 @@ class TreeModel:
 class TreeFile:
     """main: ID of the tree that is flown; trees: the top node of each tree by ID; models: what is declared of them.
     problems: of the frame around the trees. With any of them the file cannot be flown, and the trees can be checked all
-    the same: `main` may then name none."""
+    the same, each under the name that its users most likely mean: `main` may then name none. An element without a tag
+    stands for a tree that is not one."""
 
     file: Path
     main: str
@@ -63,42 +68,113 @@ def tree_file(root: Element, file: Path) -> TreeFile:
         raise TreeFileError(file, [Problem(root.line, f'Begin with `<root BTCPP_format="{FORMAT}">`.')])
     trees: dict[str, Element] = {}
     models: dict[str, TreeModel] = {}
+    nameless: list[Element] = []
+    described: list[Element] = []
     for child in root.children:
-        match child.tag:
+        match _part(child, problems):
             case "BehaviorTree":
-                _add_tree(child, trees, problems)
+                _add_tree(child, trees, nameless, problems)
             case "TreeNodesModel":
-                models |= {each.attributes.get("ID", ""): _model(each) for each in child.children}
-            case "include":
-                problems.append(Problem(child.line, "Files are not included; put all trees into this one."))
-            case tag:
-                problems.append(Problem(child.line, f"`{tag}` does not belong here; put it into a BehaviorTree."))
-    main = _main(root, trees, problems)
-    if RESCUE not in trees:
-        text = f'Add a `<BehaviorTree ID="{RESCUE}">`: what to do when somebody aborts the mission.'
-        problems.append(Problem(root.line, text))
+                described += child.children
+            case _:
+                pass
+    main = _main(root, trees, nameless, problems)
+    _require_rescue(root, main, trees, nameless, problems)
+    for each in described:
+        models[_described(each, root, main, trees, models, problems)] = _model(each, problems)
     return TreeFile(file, main, trees, models, tuple(problems))
 
 
-def _add_tree(element: Element, trees: dict[str, Element], problems: list[Problem]) -> None:
-    name = element.attributes.get("ID")
+def _part(element: Element, problems: list[Problem]) -> str | None:
+    """What a part of the file is, or is meant to be."""
+    near = None if element.tag == "include" else closest(element.tag, _PARTS)
+    if element.tag == "include":
+        problems.append(Problem(element.line, "Files are not included; put all trees into this one."))
+    elif near is None:
+        problems.append(Problem(element.line, f"`{element.tag}` does not belong here; put it into a BehaviorTree."))
+    elif near != element.tag:
+        problems.append(Problem(element.line, f"`{element.tag}` does not belong here; did you mean `{near}`?"))
+    return near
+
+
+def _add_tree(element: Element, trees: dict[str, Element], nameless: list[Element], problems: list[Problem]) -> None:
+    name = _attributes(element, ("ID",), problems).get("ID")
+    top = element.children[0] if len(element.children) == 1 else Element("", {}, element.line, element.children)
     if not name:
         problems.append(Problem(element.line, "This tree has no ID; give it one."))
+        nameless.append(top)
     elif name in trees:
         problems.append(Problem(element.line, f"There are two trees `{name}`; rename one of them."))
-    elif len(element.children) != 1:
-        text = f"Tree `{name}` has {len(element.children)} nodes at its top; it takes one."
-        problems.append(Problem(element.line, text))
-        trees[name] = Element("AlwaysFailure", {}, element.line)
     else:
-        trees[name] = element.children[0]
+        trees[name] = top
+        if top.tag == "":
+            text = f"Tree `{name}` has {len(element.children)} nodes at its top; it takes one."
+            problems.append(Problem(element.line, text))
 
 
-def _model(element: Element) -> TreeModel:
+def _attributes(element: Element, known: Sequence[str], problems: list[Problem]) -> dict[str, str]:
+    """The attributes of these names, misspelt ones among them."""
+    found = {name: text for name, text in element.attributes.items() if name in known}
+    for name, text in element.attributes.items():
+        near = closest(name, known)
+        if name not in known and near is not None and near not in found:
+            problems.append(Problem(element.line, f"`{element.tag}` has no `{name}`; did you mean `{near}`?"))
+            found[near] = text
+    return found
+
+
+def _require_rescue(
+    root: Element, main: str, trees: dict[str, Element], nameless: list[Element], problems: list[Problem]
+) -> None:
+    if RESCUE not in trees and nameless:
+        trees[RESCUE] = nameless.pop()
+    if RESCUE in trees:
+        return
+    near = closest(RESCUE, (name for name in trees if name != main))
+    hint = f"; did you mean `{near}` to be it?" if near else "."
+    text = f'Add a `<BehaviorTree ID="{RESCUE}">`: what to do when somebody aborts the mission{hint}'
+    problems.append(Problem(root.line, text))
+    if near is not None:
+        trees[RESCUE] = trees.pop(near)
+
+
+def _described(
+    element: Element,
+    root: Element,
+    main: str,
+    trees: Mapping[str, Element],
+    models: Mapping[str, TreeModel],
+    problems: list[Problem],
+) -> str:
+    """The tree, or the node, that a model describes; what its name is nearest to, where there is no such tree."""
+    if element.tag != SUBTREE:
+        return element.attributes.get("ID", "")
+    name = _attributes(element, ("ID",), problems).get("ID", "")
+    if name in trees:
+        return name
+    if name == root.attributes.get(MAIN):
+        return main
+    near = closest(name, (tree for tree in trees if tree not in models))
+    hint = f"did you mean `{near}`?" if near else f"there is {listed(trees)}."
+    if not any(_calls(tree, name) for tree in trees.values()):
+        problems.append(Problem(element.line, f"A model describes a tree `{name}`, which there is not; {hint}"))
+    return near or name
+
+
+def _calls(element: Element, tree: str) -> bool:
+    """Whether it calls this tree, or anything below it does: who does is told that there is none."""
+    called = element.tag == SUBTREE and element.attributes.get("ID") == tree
+    return called or any(_calls(child, tree) for child in element.children)
+
+
+def _model(element: Element, problems: list[Problem]) -> TreeModel:
     model = TreeModel()
     for child in element.children:
-        attributes = child.attributes
-        if child.tag in ("input_port", "inout_port", "output_port") and "name" in attributes:
+        near = closest(child.tag, _PORTS) if element.tag == SUBTREE else None
+        if near is not None and near != child.tag:
+            problems.append(Problem(child.line, f"`{child.tag}` is no port; did you mean `{near}`?"))
+        attributes = {} if near is None else _attributes(child, ("name", "type", "default"), problems)
+        if "name" in attributes:
             kind, default = attributes.get("type", "string"), attributes.get("default")
             model.ports.append(DeclaredPort(attributes["name"], kind, default, child.line))
         for entry in child.children:
@@ -107,12 +183,16 @@ def _model(element: Element) -> TreeModel:
     return model
 
 
-def _main(root: Element, trees: Mapping[str, Element], problems: list[Problem]) -> str:
-    main = root.attributes.get("main_tree_to_execute")
+def _main(root: Element, trees: dict[str, Element], nameless: list[Element], problems: list[Problem]) -> str:
+    """The tree to fly, or what is most likely meant to be it."""
+    main = _attributes(root, (MAIN,), problems).get(MAIN)
     others = [name for name in trees if name != RESCUE]
     if main is None and len(others) == 1:
         return others[0]
-    if main not in trees:
+    if main is not None and main not in trees and nameless:
+        trees[main] = nameless.pop(0)
+    if main is None or main not in trees:
         known = listed(others)
-        problems.append(Problem(root.line, f"Name the tree to fly by `main_tree_to_execute`; there is {known}."))
-    return main or ""
+        problems.append(Problem(root.line, f"Name the tree to fly by `{MAIN}`; there is {known}."))
+        return closest(main or "", others) or main or ""
+    return main

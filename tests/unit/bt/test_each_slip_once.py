@@ -1,0 +1,204 @@
+"""Whoever misspells something is told of it once, and not of what follows from it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+from py_trees.decorators import SuccessIsFailure
+
+from skillwing.bt_missions.leaves.conditions import ResourceIs
+from skillwing.bt_missions.leaves.context import MissionContext
+from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
+from skillwing.bt_missions.running.rehearsal import grounded_context, rehearse
+from skillwing.bt_missions.subtrees.composites import OnEnding, alongside, first_that_works, guarded, in_order
+from skillwing.bt_missions.subtrees.flight import unless_the_pilot_flies
+from skillwing.bt_missions.subtrees.holding import Change, WhileGranted
+from skillwing.bt_missions.subtrees.landing import land_where_it_is
+from skillwing.bt_missions.xml.document import parse_document
+from skillwing.bt_missions.xml.mission import XmlMission
+from skillwing.bt_missions.xml.tree_file import tree_file
+from skillwing.dsl import load
+
+ROOT = next(folder for folder in Path(__file__).parents if (folder / "pyproject.toml").exists())
+M600 = load(ROOT / "services/skillwing/m600/m600.skillset")
+DRONE = grounded_context(M600)
+FILE = Path("mission.xml")
+
+TEMPLATE = (files("skillwing.bt_missions.templates") / "template.xml").read_text(encoding="utf-8")
+NAMES = {"resource", "states", "ended_by", "success_on", "failure_on", "ID", "type", "question", "_autoremap"}
+"""Attributes whose words are names, besides those of options, which stand in braces or are declared as a `name`."""
+FREE = {"name", "default", "root", "Metadata", "MetadataFields"}
+"""Tags and attributes that may hold anything, or without which a file is no tree file."""
+
+
+@dataclass(frozen=True)
+class Slot:
+    """A name in a file, from `start` to before `end`."""
+
+    start: int
+    end: int
+
+
+def slots(text: str) -> list[list[Slot]]:
+    """All names in which a slip shows, tag by tag."""
+    return [list(_slots_in(tag, text)) for tag in re.finditer(r"<(\w+)((?:[^<>\"]|\"[^\"]*\")*)>", text)]
+
+
+def _slots_in(tag: re.Match[str], text: str) -> Iterator[Slot]:
+    name, inside = tag.groups()
+    if name in FREE:
+        return
+    if inside.endswith("/") or f"</{name}>" not in text[tag.end() :]:
+        yield Slot(*tag.span(1))  # of others the end has the same name
+    for attribute in re.finditer(r"(\w+)=\"([^\"]*)\"", inside):
+        key, value = attribute.groups()
+        if key not in FREE:
+            yield Slot(tag.start(2) + attribute.start(1), tag.start(2) + attribute.end(1))
+        for word in re.finditer(r"\w{2,}", value):
+            if key in NAMES or value == f"{{{word[0]}}}" or (name, key) == ("input_port", "name"):
+                start = tag.start(2) + attribute.start(2)
+                yield Slot(start + word.start(), start + word.end())
+
+
+def misspelt(text: str, *chosen: Slot) -> str:
+    """Each of these names without a letter in its middle."""
+    for slot in sorted(chosen, key=lambda each: each.start, reverse=True):
+        middle = (slot.start + slot.end) // 2
+        text = text[:middle] + text[middle + 1 :]
+    return text
+
+
+def problems_of(text: str) -> list[str]:
+    """Of a tree file for the drone."""
+    mission = XmlMission(tree_file(parse_document(text.encode(), FILE), FILE))
+    return [str(misfit) for misfit in rehearse(mission, M600, mission.Options())]
+
+
+def test_any_slip_in_a_file_is_one_problem() -> None:
+    assert problems_of(TEMPLATE) == []
+    every = [slot for tag in slots(TEMPLATE) for slot in tag]
+    assert len(every) > 70
+    for slot in every:
+        found = problems_of(misspelt(TEMPLATE, slot))
+        assert len(found) == 1, (TEMPLATE[slot.start : slot.end], found)
+
+
+FLOWN = [tag for tag in slots(TEMPLATE[: TEMPLATE.index("<TreeNodesModel")]) if tag]
+"""Names in tags of the trees: those of the options are what others among them mean."""
+
+
+@settings(max_examples=40)
+@given(st.data(), st.lists(st.sampled_from(FLOWN), min_size=2, max_size=4, unique_by=lambda tag: tag[0].start))
+def test_so_many_slips_in_different_tags_are_so_many_problems(data: st.DataObject, tags: list[list[Slot]]) -> None:
+    chosen = [data.draw(st.sampled_from(tag)) for tag in tags]
+    words = {TEMPLATE[slot.start : slot.end] for slot in chosen}
+    assume(len(words) == len(chosen))  # the same one twice would be right again, where it is a cell's
+    found = problems_of(misspelt(TEMPLATE, *chosen))
+    assert len(found) == len(chosen), (words, found)
+
+
+def skill(name: str, **outcomes: Status) -> SkillAction:
+    return SkillAction(
+        name, DRONE, name, {"target": {"x": 1, "y": 2, "z": 3}} if name == "goto" else {}, outcomes=outcomes
+    )
+
+
+def takeoff() -> SkillAction:
+    return SkillAction("takeoff", DRONE, "takeoff", {"height": 4.0})
+
+
+def handled(tree: Behaviour) -> Behaviour:
+    return first_that_works("or land", tree, SuccessIsFailure("not done", land_where_it_is(DRONE)))
+
+
+class Flight(Mission):
+    """Flies one tree."""
+
+    name = "flight"
+    summary = ""
+
+    def __init__(self, root: Behaviour) -> None:
+        self._root = root
+
+    def build(self, context: MissionContext, options: MissionOptions) -> MissionTrees:
+        return MissionTrees(self._root, land_where_it_is(context), Progress)
+
+
+def landed_unless(*states: str, resource: str = "flight_status") -> Behaviour:
+    look = ResourceIs("on the ground?", DRONE, resource, *states, question=True)
+    return first_that_works("on the ground", look, skill("land"))
+
+
+@pytest.mark.parametrize(
+    ("tree", "told"),
+    [
+        (lambda: handled(in_order("flight", takeoff(), skill("goto"), skill("lnd"))), "no skill `lnd`"),
+        (lambda: handled(in_order("flight", takeoff(), skill("qqq"), skill("land"))), "no skill `qqq`"),
+        (lambda: handled(in_order("flight", skill("takeof"), skill("goto"), skill("land"))), "no skill `takeof`"),
+        (
+            lambda: handled(in_order("flight", takeoff(), skill("goto", sucess=Status.SUCCESS), skill("land"))),
+            "no ending `sucess`",
+        ),
+        (
+            lambda: in_order("look", skill("zed_depthmap", S_NODATA=Status.SUCCESS), skill("stream")),
+            "no ending `S_NODATA`",
+        ),
+        (
+            lambda: handled(in_order("flight", SkillAction("up", DRONE, "takeoff", {"hight": 4.0}), skill("land"))),
+            "`hight`",
+        ),
+        (
+            lambda: handled(in_order("flight", SkillAction("up", DRONE, "takeoff", {"qqq": 4.0}), skill("land"))),
+            "`qqq`",
+        ),
+        (
+            lambda: in_order(
+                "up, down", SuccessIsFailure("x", handled(in_order("f", takeoff(), landed_unless("ON_GRND"))))
+            ),
+            "no state `ON_GRND`",
+        ),
+        (
+            lambda: handled(in_order("f", takeoff(), landed_unless("ON_GROUND", resource="flihgt_status"))),
+            "no resource `flihgt_status`",
+        ),
+        (
+            lambda: WhileGranted(
+                "granted",
+                DRONE,
+                handled(in_order("flight", takeoff(), skill("land"))),
+                resource="SDK_autority",
+                states=("AVAILABLE",),
+                patience=1.0,
+                ended_by=Change("flight_status", "ON_GROUND"),
+            ),
+            "no resource `SDK_autority`",
+        ),
+        (
+            lambda: handled(in_order("f", OnEnding("or", skill("qqq"), ("S_BLOCKED",), skill("stream")))),
+            "no skill `qqq`",
+        ),
+        (lambda: alongside("both", skill("qqq"), until=in_order("then", skill("stream"))), "no skill `qqq`"),
+    ],
+)
+def test_a_slip_in_python_is_one_problem(tree: Callable[[], Behaviour], told: str) -> None:
+    found = rehearse(Flight(tree()), M600, MissionOptions())
+    assert len(found) == 1, list(map(str, found))
+    assert told in found[0].text
+
+
+def test_what_is_wrong_besides_a_slip_is_told_as_well() -> None:
+    charged = ResourceIs("charged?", DRONE, "battery_status", "NORML")
+    tree = unless_the_pilot_flies(DRONE, 9.0, guarded("all", charged, in_order("up", takeoff(), skill("goto"))))
+    found = [misfit.text for misfit in rehearse(Flight(tree), M600, MissionOptions())]
+    assert sum("no state `NORML`" in each for each in found) == 1
+    assert any("may end in the air" in each for each in found)
