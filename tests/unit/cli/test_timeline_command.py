@@ -14,6 +14,7 @@ from skillwing.dsl import UnknownNameError
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.protocol import Record, RecordKind
 from skillwing.services.telemetry.journal import TIMELINE_FILE, JsonLines
+from skillwing.services.telemetry.run_facts import RunFacts, write_facts
 from skillwing.services.telemetry.timeline_command import timeline
 
 app = typer.Typer()
@@ -64,6 +65,33 @@ def test_records_may_be_chosen_by_subject_and_kind_with_their_causes(run: Path) 
 def test_json_holds_the_records(run: Path) -> None:
     result = CliRunner().invoke(app, [str(run), "--json", "--kind", "goal"])
     assert [each["after"] for each in json.loads(result.output)] == ["RI"]
+
+
+SKILLSET = """
+skillset watch {
+    resource eye_status { initial OK  extern OK -> FAILED  extern FAILED -> OK }
+    skill look { precondition { sees: resource=(eye_status == OK) }  result { success SEEN } }
+}
+"""
+
+
+def test_a_refusal_is_shown_with_what_it_lacked_as_its_cause(run: Path, tmp_path: Path) -> None:
+    """Told by the skillset of the run; without it the record's own cause stands, which is who asked."""
+    with JsonLines[Record](run / TIMELINE_FILE) as lines:
+        lines.write(record(4, RecordKind.GOAL, "look", "VALIDATING"))
+        lines.write(record(5, RecordKind.GOAL, "look", "NOT_READY", cause=4))
+
+    def last() -> str:
+        return CliRunner().invoke(app, [str(run)], catch_exceptions=False).output.splitlines()[-1].rstrip()
+
+    assert last().endswith("look VALIDATING")
+    (tmp_path / "watch.skillset").write_text(SKILLSET)
+    write_facts(run, RunFacts(robot="watch", skillset=str(tmp_path / "watch.skillset")))
+    assert last().endswith("eye_status FAILED")
+    told = json.loads(CliRunner().invoke(app, [str(run), "--json", "--kind", "goal"]).output)
+    assert [each["cause"] for each in told] == ["r2", None, "r2"]
+    (tmp_path / "watch.skillset").write_text("skillset of which half is gone {")
+    assert last().endswith("look VALIDATING")
 
 
 def test_it_can_be_drawn(run: Path, tmp_path: Path) -> None:

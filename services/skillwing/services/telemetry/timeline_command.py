@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from skillwing.dsl import UnknownNameError
+from skillwing.dsl import SkillsetError, UnknownNameError, load
+from skillwing.dsl.model import Resource, Skillset
 from skillwing.services.commands.connection import JsonOption
 from skillwing.services.commands.output import make_console, print_json
 from skillwing.services.commands.records import print_records
@@ -15,7 +17,7 @@ from skillwing.services.errors import InvalidOptionError
 from skillwing.services.protocol import Record, RecordKind
 from skillwing.services.telemetry.history import History
 from skillwing.services.telemetry.journal import TIMELINE_FILE, read_goals, read_records
-from skillwing.services.telemetry.run_facts import lacking
+from skillwing.services.telemetry.run_facts import lacking, read_facts
 
 KINDS = tuple(kind.value for kind in RecordKind)
 LONGEST_FLIGHT = 1e8
@@ -41,16 +43,18 @@ def timeline(
 
     Exit codes: 0 shown, 2 no such run, or an unknown name.
     """
-    records = sorted(read_records(run), key=lambda record: record.t)
+    skillset = _skillset_of(run)
+    history = History.of(read_records(run), read_goals(run), skillset)
+    records = [history.explained(record) for record in history.records]
     if not records:
         raise lacking(run, TIMELINE_FILE)
     if png is not None:
-        _draw(run, records, png)
+        _draw(history, run, png, () if skillset is None else skillset.resources)
         return
     known = {record.id: record for record in records}
     shown = _chosen(records, about or [], kinds or [])
     if causes:
-        wanted = {each.id for record in shown for each in _chain(record, known)}
+        wanted = {each.id for record in shown for each in history.chain(record.id)}
         shown = [record for record in records if record.id in wanted]
     if as_json:
         print_json(shown)
@@ -70,22 +74,21 @@ def _chosen(records: list[Record], about: list[str], kinds: list[str]) -> list[R
     return [record for record in records if record.kind in wanted and (not about or record.subject in about)]
 
 
-def _chain(record: Record, known: dict[str, Record]) -> list[Record]:
-    """A record and its causes, as far as they are known."""
-    chain = [record]
-    while (cause := known.get(chain[-1].cause or "")) is not None and cause not in chain:
-        chain.append(cause)
-    return chain
+def _skillset_of(run: Path) -> Skillset | None:
+    """The skillset of a run, from which one knows what a refused goal lacked; None if it is not told, or gone."""
+    try:
+        return load(Path(read_facts(run).skillset))
+    except (InvalidOptionError, SkillsetError, OSError):
+        return None
 
 
-def _draw(run: Path, records: list[Record], png: Path) -> None:
+def _draw(history: History, run: Path, png: Path, resources: Sequence[Resource]) -> None:
     try:
         from skillwing.services.telemetry.timeline_picture import draw_timeline  # noqa: PLC0415 - drawing is optional
     except ModuleNotFoundError as missing:
         text = f"{missing.name} is not installed. To draw timelines: pip install 'skillwing[viewer]'."
         raise InvalidOptionError("--png", text) from missing
-    history = History.of(records, read_goals(run))
     # Where robot time is Unix time nobody wants to read it off an axis.
     shown = history.part(history.first) if history.first > LONGEST_FLIGHT else history
-    draw_timeline(shown, png, title=run.resolve().name)
+    draw_timeline(shown, png, title=run.resolve().name, resources=resources)
     typer.echo(f"The timeline is drawn: {png}")
