@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from skillwing.dsl.checking.analysis import analyse
 from skillwing.dsl.checking.collector import paused_collector
-from skillwing.dsl.checking.damage import Places, remainder
+from skillwing.dsl.checking.damage import remainder
+from skillwing.dsl.checking.places import Places
 from skillwing.dsl.checking.resolver import resolve
 from skillwing.dsl.checking.results import report_unmarked_results
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic, has_errors, in_file_order
@@ -17,16 +19,18 @@ from skillwing.dsl.reading import syntax
 from skillwing.dsl.reading.parser import ParsedFile, parse_file
 
 _UNKNOWN_NAMES = frozenset({"SW010", "SW011", "SW012", "SW013", "SW014", "SW015"})
-_DECLARED_IN = {
+_NAMED_IN = {
     "data": frozenset({"SW014"}),
-    "resource": frozenset({"SW010", "SW011"}),
+    "input": frozenset({"SW014"}),
+    "resource": frozenset({"SW010"}),
+    "effect": frozenset({"SW012"}),
     "type": frozenset({"SW013", "SW015"}),
-    "enum": frozenset({"SW013", "SW015"}),
-    "skill": frozenset[str](),
-    "event": frozenset[str](),
+    "enum": frozenset({"SW013"}),
 }
-"""What may seem unknown to other elements because a part of such a block could not be read."""
-_UNRELIABLE_AFTER_SYNTAX_ERRORS = frozenset({"SW030", "SW060", "SW081", "SW083"})
+"""What may seem unknown because it got no name in such a block."""
+_OF_THE_WHOLE = frozenset({"SW030", "SW043", "SW060", "SW062", "SW081"})
+"""What is said of a whole block, and does not hold if a part of it was not read, or not where it belongs."""
+_OF_THE_FILE = frozenset({"SW083"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +54,7 @@ def check(text: str, file: str) -> Checked:
     report = Report()
     skillset = resolve(parsed.root, report)
     if parsed.diagnostics or has_errors(report.diagnostics):
-        return Checked(None, in_file_order(_despite_errors(parsed, parsed.root, skillset, report)))
+        return Checked(None, in_file_order(_despite_errors(parsed, parsed.root, skillset, report, text)))
     report_unmarked_results(parsed.root, skillset, report)
     exact = analyse(skillset, report)
     found = in_file_order(report.diagnostics)
@@ -58,27 +62,35 @@ def check(text: str, file: str) -> Checked:
 
 
 def _despite_errors(
-    parsed: ParsedFile, root: syntax.SkillsetSyntax, skillset: Skillset, report: Report
+    parsed: ParsedFile, root: syntax.SkillsetSyntax, skillset: Skillset, report: Report, text: str
 ) -> Iterator[Diagnostic]:
     """All that can be said of a file with errors: of what may happen in it, only what cannot."""
     places = Places(root)
     yield from parsed.diagnostics
-    yield from _reliable(report.diagnostics, parsed, places) if parsed.diagnostics else report.diagnostics
+    yield from _reliable(report.diagnostics, parsed, places, text) if parsed.diagnostics else report.diagnostics
     left = remainder(skillset, places, parsed.diagnostics, report.diagnostics, report.lost)
     meaning = Report()
     analyse(left.skillset, meaning, left.unruly)
     yield from (diagnostic for diagnostic in meaning.diagnostics if diagnostic.severity == "error")
 
 
-def _reliable(diagnostics: Iterable[Diagnostic], parsed: ParsedFile, places: Places) -> Iterator[Diagnostic]:
+def _reliable(diagnostics: Iterable[Diagnostic], parsed: ParsedFile, places: Places, text: str) -> Iterator[Diagnostic]:
     """Keep what does not merely follow from a syntax error.
 
-    An element with a syntax error is not judged further; and if declarations were lost, a name that seems unknown may
-    have been among them.
+    A name that seems unknown may stand among the words that were passed over, a statement that was guessed at may mean
+    something else, and an element that was not read as a whole may hold what it seems to lack.
     """
+    losses = parsed.losses
     damaged = [places.at(diagnostic.span) for diagnostic in parsed.diagnostics]
-    doubtful = frozenset[str]().union(*(_DECLARED_IN.get(block, _UNKNOWN_NAMES) for block in parsed.lost_in))
+    guessed = {places.statement(span) for span in losses.guessed}
+    nameless = frozenset[str]().union(*(_NAMED_IN.get(block, frozenset[str]()) for block in losses.nameless))
+    lines = text.split("\n")
     for diagnostic in diagnostics:
-        follows = diagnostic.code in _UNRELIABLE_AFTER_SYNTAX_ERRORS or diagnostic.code in doubtful
-        if not follows and places.at(diagnostic.span) not in damaged:
+        span = diagnostic.span
+        is_lost = diagnostic.code in _UNKNOWN_NAMES and not losses.words.isdisjoint(
+            re.findall(r"\w+", lines[span.line - 1][span.column - 1 : span.end_column - 1])
+        )
+        is_of_damaged = diagnostic.code in _OF_THE_WHOLE and places.at(span) in damaged
+        follows = is_lost or is_of_damaged or diagnostic.code in nameless | _OF_THE_FILE
+        if not follows and places.statement(span) not in guessed:
             yield diagnostic

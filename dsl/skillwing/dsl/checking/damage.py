@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from typing import TypeAlias
 
+from skillwing.dsl.checking.places import Places
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic
 from skillwing.dsl.expressions import names_used
 from skillwing.dsl.model import Event, Skill, Skillset
@@ -23,20 +23,6 @@ _LEAVES_BEHAVIOUR = frozenset(
 """Errors of types, values and names alone. What they cost a predicate is in `Report.lost`."""
 _LEAVES_RESOURCES_OPEN = frozenset({"SW010", "SW092"})
 """Errors after which a skill may mean any resource."""
-
-_Place: TypeAlias = tuple[int, int]
-
-
-class Places:
-    """The elements of a file by where they stand."""
-
-    def __init__(self, root: syntax.SkillsetSyntax) -> None:
-        self._starts = {_place(word.span): element for word, element in _named(root)}
-
-    def at(self, span: Span) -> syntax.Element | None:
-        """The last element whose name begins before the place."""
-        start = max((start for start in self._starts if start <= _place(span)), default=None)
-        return None if start is None else self._starts[start]
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,15 +80,3 @@ def _may_move(skill: Skill, places: Places) -> Iterator[str]:
         for section in declaration.sections:
             if isinstance(section, syntax.EffectSection):
                 yield from (change.resource.text for effect in section.effects for change in effect.changes)
-
-
-def _named(root: syntax.SkillsetSyntax) -> Iterator[tuple[syntax.Word, syntax.Element]]:
-    for element in root.elements:
-        if not isinstance(element, syntax.DataSyntax):
-            yield element.name, element
-        elif element.items:
-            yield element.items[0].name, element
-
-
-def _place(span: Span) -> _Place:
-    return span.line, span.column

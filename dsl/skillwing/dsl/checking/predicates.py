@@ -139,7 +139,8 @@ class Predicates:
         if resources := [side for side in (left, right) if self._names_resource(side) and self._scope(side) is None]:
             self._typed(resources[0])
             return None
-        typed_left, typed_right = self._typed(left), self._typed(right)
+        typed_left = self._typed(left)
+        typed_right = None if typed_left is None and self._may_be_value(right) else self._typed(right)
         if typed_left is None or typed_right is None:
             return None
         (resolved_left, left_type), (resolved_right, right_type) = typed_left, typed_right
@@ -165,6 +166,10 @@ class Predicates:
             return None
         declared = self._type_of(other, quiet=True)
         return declared if isinstance(declared, EnumType) else None
+
+    def _may_be_value(self, operand: Operand) -> bool:
+        """Tell whether an operand would be the value of an enum, if only the other side were known."""
+        return isinstance(operand, Name) and not operand.fields and self._scope(operand) is None
 
     def _enum_comparison(
         self, comparison: Comparison, left_enum: EnumType | None, right_enum: EnumType | None

@@ -208,7 +208,7 @@ class _SkillResolver:
     def _missing_interrupt(self, skill: Skill) -> None:
         """Without a word in the file, the effect on which all results agree is the interrupt's; else it is missing."""
         section = self._sections.get("interrupt")
-        if isinstance(section, syntax.EndSection) and section.applies:
+        if self._misnamed_effect or (isinstance(section, syntax.EndSection) and section.applies):
             return
         differ = len({result.apply for result in skill.results}) > 1
         takes = bool(skill.transitions(skill.preconditions.success))

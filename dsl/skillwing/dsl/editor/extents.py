@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Iterator
 from textwrap import dedent
 
 from skillwing.dsl.editor.document import Document
 from skillwing.dsl.editor.names import Kind, Symbol
-from skillwing.dsl.reading.lexemes import Lexeme
-from skillwing.dsl.spans import Span
+from skillwing.dsl.reading.extents import spans
 
 _AFTER_KEYWORD: frozenset[Kind] = frozenset({"skillset", "type", "resource", "event", "skill"})
 _SINGLE_WORDS: frozenset[Kind] = frozenset({"state", "value"})
@@ -28,7 +25,7 @@ def extent(document: Document, symbol: Symbol) -> tuple[int, int] | None:
     follower = document.words[position + 1].start if position + 1 < len(document.words) else place.end
     if follower in document.blocks:
         return start, document.blocks[follower]
-    return start, max([place.end, *(document.range(span)[1] for span in _spans(declaration.node))])
+    return start, max([place.end, *(document.range(span)[1] for span in spans(declaration.node))])
 
 
 def excerpt(document: Document, symbol: Symbol) -> str:
@@ -39,17 +36,3 @@ def excerpt(document: Document, symbol: Symbol) -> str:
     start, end = found
     column = start - document.text.rfind("\n", 0, start) - 1
     return dedent(" " * column + document.text[start:end])
-
-
-def _spans(node: object) -> Iterator[Span]:
-    """The spans of a syntax node and of all its parts."""
-    if isinstance(node, Span):
-        yield node
-    elif isinstance(node, Lexeme):
-        yield node.span
-    elif isinstance(node, tuple):
-        for item in node:  # pyright: ignore[reportUnknownVariableType]
-            yield from _spans(item)  # pyright: ignore[reportUnknownArgumentType]
-    elif dataclasses.is_dataclass(node):
-        for field in dataclasses.fields(node):
-            yield from _spans(getattr(node, field.name))

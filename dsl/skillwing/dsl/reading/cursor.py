@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from skillwing.dsl.reading.dialect import Dialect
+from skillwing.dsl.reading.extents import spans
 from skillwing.dsl.reading.lexemes import Lexeme
 from skillwing.dsl.reading.machine import Machine, Outlook
 from skillwing.dsl.reading.tables import END, Tables
@@ -21,6 +22,10 @@ class Block:
     title: str
     line: int
     closer: str
+
+    @property
+    def keyword(self) -> str:
+        return self.title.strip("`").partition(" ")[0]
 
 
 class Cursor:
@@ -105,7 +110,36 @@ class Cursor:
         top = (stack or self.outlook()).top
         return sorted(kind for kind in self.machine.actions[top] if kind != BROKEN and self.reads([kind], stack))
 
+    def section_ahead(self) -> int | None:
+        """How many words the section or element has that begins here, such as `skill a { ... }` or `deadline=9`."""
+        is_assigned = self.kind_at(1) == "EQUALS"
+        heading = 3 if is_assigned else 2 if self.kind_at(1) == "NAME" else 1
+        if self.kind_at(heading) == "OPEN":
+            return self.behind_blocks(self.at + heading + 1, 1) - self.at
+        return heading if is_assigned else None
+
     # --- the blocks around
+
+    def behind_blocks(self, at: int, count: int) -> int:
+        """The index behind the brackets that close so many of the blocks around an index; END's if they do not."""
+        opened = count
+        for index in range(at, len(self.lexemes) - 1):
+            opened += {"OPEN": 1, "CLOSE": -1}.get(self.lexemes[index].kind, 0)
+            if opened == 0:
+                return index + 1
+        return len(self.lexemes) - 1
+
+    def start_of(self, values: Sequence[object]) -> int:
+        """The index of the first lexeme that went into these values, the last on the stack."""
+        start = min(((span.line, span.column) for span in spans(values)), default=None)
+        index = self.at
+        while index and start is not None and self._place(index - 1) >= start:
+            index -= 1
+        return index
+
+    def _place(self, index: int) -> tuple[int, int]:
+        lexeme = self.lexemes[index]
+        return lexeme.source.place(lexeme.start)
 
     def blocks(self) -> list[Block]:
         """The brackets that are open, outermost first: they wait on the machine's stack for their rule's end."""

@@ -8,20 +8,17 @@ from skillwing.dsl.diagnostics.diagnostic import Diagnostic
 from skillwing.dsl.reading import syntax
 from skillwing.dsl.reading.dialects import dialect_of
 from skillwing.dsl.reading.lexemes import COMMENT, Source
+from skillwing.dsl.reading.losses import Losses
 from skillwing.dsl.reading.recovery import Recovery
 
 
 @dataclass(frozen=True, slots=True)
 class ParsedFile:
-    """What could be read of a file. root: None where nothing could. diagnostics: its syntax errors.
-
-    lost_in: the blocks in which some element could not be read at all, by their keyword, "" for the skillset itself: a
-    name that seems unknown may stand there.
-    """
+    """What could be read of a file. root: None where nothing could. diagnostics: its syntax errors."""
 
     root: syntax.SkillsetSyntax | None
     diagnostics: tuple[Diagnostic, ...]
-    lost_in: frozenset[str]
+    losses: Losses
 
 
 def parse_file(text: str, file: str) -> ParsedFile:
@@ -34,5 +31,5 @@ def parse_file(text: str, file: str) -> ParsedFile:
     return ParsedFile(
         root if isinstance(root, syntax.SkillsetSyntax) else None,
         tuple(recovery.diagnostics),
-        frozenset(recovery.lost_in),
+        recovery.losses,
     )

@@ -18,6 +18,7 @@ from skillwing.dsl.reading.cursor import Block, Cursor
 from skillwing.dsl.reading.dialect import Dialect
 from skillwing.dsl.reading.layout import behind_what_belongs, unclosed_by_layout
 from skillwing.dsl.reading.lexemes import Lexeme, Source
+from skillwing.dsl.reading.losses import Losses
 from skillwing.dsl.reading.machine import Outlook
 from skillwing.dsl.reading.slips import mend_slips
 from skillwing.dsl.reading.tables import END
@@ -30,15 +31,11 @@ _MOST_UNCLOSED = 20  # brackets supposed at one place
 
 
 class Recovery:
-    """One parse of one file. After `run`, `diagnostics` holds its problems.
-
-    lost_in: the blocks in which some element could not be read at all, by their keyword, "" for the skillset itself: a
-    name that seems unknown may stand there.
-    """
+    """One parse of one file. After `run`, `diagnostics` holds its problems, and `losses` what mending them cost."""
 
     def __init__(self, dialect: Dialect, lexemes: Iterable[Lexeme], source: Source) -> None:
         self.diagnostics: list[Diagnostic] = []
-        self.lost_in: set[str] = set()
+        self.losses = Losses()
         self._words = dialect.vocabulary
         self._source = source
         read = list(lexemes)
@@ -68,6 +65,7 @@ class Recovery:
     def _mend_characters(self) -> None:
         """Mend all slips; the words before the first mistake have none."""
         cursor = self._cursor
+        self.losses.pass_over(lexeme for lexeme in cursor.lexemes if lexeme.kind == "UNCLOSED_COMMENT")
         mended, found = mend_slips(cursor.lexemes, self._words)
         cursor.lexemes[:] = mended
         self.diagnostics += found[:_MOST_PROBLEMS]
@@ -111,8 +109,8 @@ class Recovery:
             or self._behind_the_end(lexeme)
             or self._misspelt(lexeme)
             or self._misspelt_before()
-            or self._nameless(lexeme)
             or self._misplaced(lexeme)
+            or self._nameless(lexeme)
             or self._unclosed(lexeme)
             or self._missing_sign(lexeme)
             or self._wrong_sign(lexeme)
@@ -126,7 +124,9 @@ class Recovery:
         fitting = cursor.machine.actions[cursor.machine.states[-1]]
         follower = cursor.kind_at(1)
         is_listed = self._is_balanced and follower != "OPEN" and self._words.may_be_listed(lexeme.kind, fitting)
-        if not (is_listed or self._words.may_be_name(lexeme.kind, follower, fitting)) or not cursor.reads(["NAME"]):
+        if not (is_listed or self._words.may_be_name(lexeme.kind, follower, fitting)):
+            return False
+        if not cursor.reads(["NAME", follower]):
             return False
         self._replace(lexeme.supposed("NAME", lexeme.text))
         return True
@@ -149,7 +149,7 @@ class Recovery:
             return False
         if lexeme.kind == "SKILLSET":
             self._report("SW006", lexeme, "A file holds one skillset.", "Move this one into a file of its own.")
-            del cursor.lexemes[cursor.at : -1]
+            self._pass_over(cursor.at, len(cursor.lexemes) - 1)
             return True
         message = f"{capitalised(self._words.lexeme_text(lexeme))} stands behind the end of the skillset."
         closed = cursor.last.span.line
@@ -158,7 +158,7 @@ class Recovery:
         )
         self._report("SW006", lexeme, message, advice)
         if lexeme.kind not in self._words.elements:
-            del cursor.lexemes[cursor.at : -1]
+            self._pass_over(cursor.at, len(cursor.lexemes) - 1)
             return True
         if self._balance() == 0:
             cursor.lexemes.insert(-1, cursor.lexemes[-2].supposed("CLOSE", "}"))
@@ -205,9 +205,10 @@ class Recovery:
         if last is not None and last.kind in self._words.named_blocks and cursor.reads(["NAME", *cursor.kinds_from(0)]):
             self._report("SW005", lexeme, f"This {last.text} has no name.", f"Write `{last.text} NAME {{ ... }}`.")
             cursor.lexemes.insert(cursor.at, lexeme.supposed("NAME", ""))
-            self.lost_in.add("")
+            self.losses.nameless.add(last.text)
             return True
-        if cursor.reads(["NAME", "COLON", *cursor.kinds_from(0)]) and lexeme.kind != "NAME":
+        heading = ["NAME"] if lexeme.kind == "COLON" else ["NAME", "COLON"]
+        if lexeme.kind != "NAME" and cursor.reads([*heading, *cursor.kinds_from(0)]):
             self._supply_name(lexeme)
             return True
         earlier = cursor.before_last() if last is not None and last.kind == "NAME" else None
@@ -224,35 +225,36 @@ class Recovery:
     def _supply_name(self, lexeme: Lexeme) -> None:
         cursor = self._cursor
         message = f"A name is missing before {self._words.lexeme_text(lexeme)}."
-        self._report("SW005", lexeme, message, f"Write `NAME: {lexeme.text} ...`.")
-        cursor.lexemes[cursor.at : cursor.at] = [lexeme.supposed("NAME", ""), lexeme.supposed("COLON", ":")]
+        supposed = [lexeme.supposed("NAME", ""), lexeme.supposed("COLON", ":")]
+        example = f"{lexeme.text} ..."
+        if lexeme.kind == "COLON":
+            supposed, example = supposed[:1], "..."
+        self._report("SW005", lexeme, message, f"Write `NAME: {example}`.")
+        self.losses.nameless.add(cursor.blocks()[-1].keyword)
+        self._doubt_statement()
+        self.losses.guessed.append(lexeme.span)
+        cursor.lexemes[cursor.at : cursor.at] = supposed
 
     def _misplaced(self, lexeme: Lexeme) -> bool:
-        """A block stands in a wrong one, and would fit further out; no bracket is missing in the file."""
+        """A section or an element stands in a wrong block, and is read as if it stood behind the one it fits behind."""
         cursor = self._cursor
-        named = cursor.kind_at(1) == "NAME"
-        if not self._words.is_word(lexeme.kind) or cursor.kind_at(1 + named) != "OPEN" or self._balance() != 0:
+        length = cursor.section_ahead() if self._words.is_word(lexeme.kind) else None
+        if length is None or self._balance() != 0:
             return False
         blocks = cursor.blocks()
         stack = cursor.outlook()
-        for block in islice(reversed(blocks), _MOST_UNCLOSED):
+        for depth, block in enumerate(islice(reversed(blocks), _MOST_UNCLOSED), 1):
             if not cursor.machine.reads(block.closer, stack):
                 return False
             if cursor.reads([lexeme.kind, *cursor.kinds_from(1)], stack):
                 message = f"`{lexeme.text}` does not belong into {blocks[-1].title}."
                 self._report("SW002", lexeme, message, f"Write it behind the `}}` that closes {block.title}.")
-                del cursor.lexemes[cursor.at : self._behind_block(1 + named)]
+                section = cursor.lexemes[cursor.at : cursor.at + length]
+                del cursor.lexemes[cursor.at : cursor.at + length]
+                behind = cursor.behind_blocks(cursor.at, depth)
+                cursor.lexemes[behind:behind] = section
                 return True
         return False
-
-    def _behind_block(self, offset: int) -> int:
-        """The index behind the block whose bracket is so many words ahead."""
-        lexemes, opened = self._cursor.lexemes, 0
-        for index in range(self._cursor.at + offset, len(lexemes)):
-            opened += {"OPEN": 1, "CLOSE": -1}.get(lexemes[index].kind, 0)
-            if opened == 0:
-                return index + 1
-        return len(lexemes) - 1
 
     def _unclosed(self, lexeme: Lexeme) -> bool:
         """A closing bracket is missing: the words read on once the innermost open blocks are closed."""
@@ -276,6 +278,7 @@ class Recovery:
             if cursor.last is not None and sign != "CLOSE" and cursor.reads([sign, *cursor.kinds_from(0)]):
                 message = f"Missing `{text}` {self._before(lexeme)}."
                 self._report("SW005", self._behind(cursor.at), message, f"Write `{text}` here.")
+                self.losses.guessed.append(cursor.last.span)
                 cursor.lexemes.insert(cursor.at, cursor.last.supposed(sign, text))
                 return True
         return False
@@ -287,6 +290,7 @@ class Recovery:
         for sign, text in self._words.signs.items():
             if cursor.reads([sign, *cursor.kinds_from(1)]):
                 self._report("SW005", lexeme, f"`{lexeme.text}` stands where `{text}` belongs.", f"Write `{text}`.")
+                self.losses.guessed.append(lexeme.span)
                 self._replace(lexeme.supposed(sign, text))
                 return True
         return False
@@ -296,7 +300,8 @@ class Recovery:
         if lexeme.kind == END or not cursor.reads(cursor.kinds_from(1)):
             return False
         self._report_unexpected(lexeme)
-        del cursor.lexemes[cursor.at]
+        self._doubt_statement()
+        self._pass_over(cursor.at, cursor.at + 1)
         return True
 
     def _give_up_element(self, lexeme: Lexeme) -> bool:
@@ -308,18 +313,26 @@ class Recovery:
         depth = next((depth for depth in depths if cursor.reads([BROKEN], Outlook(states, depth))), None)
         if depth is None:
             return False
+        self._doubt_statement()
+        start = cursor.start_of(values[depth - 1 :])
         del states[depth:], values[depth - 1 :]
         cursor.machine.run([lexeme.supposed(BROKEN, "")])
-        blocks = cursor.blocks()
-        self.lost_in.add(blocks[1].title.strip("`").partition(" ")[0] if len(blocks) > 1 else "")
         opened = 0
-        while cursor.kind_at(0) != END:
-            if opened == 0 and cursor.reads(cursor.kinds_from(0, 2)):
-                return True
+        while cursor.kind_at(0) != END and not (opened == 0 and cursor.reads(cursor.kinds_from(0, 2))):
             opened += {"OPEN": 1, "CLOSE": -1 if opened else 0}.get(cursor.kind_at(0), 0)
             cursor.at += 1
-        self.lost_in.add("")
+        self.losses.pass_over(cursor.lexemes[start : cursor.at])
         return True
+
+    def _doubt_statement(self) -> None:
+        """The statement before a word without a place, if not closed, may have taken what was not meant for it."""
+        last = self._cursor.last
+        if last is not None and last.kind != "CLOSE":
+            self.losses.guessed.append(last.span)
+
+    def _pass_over(self, start: int, end: int) -> None:
+        self.losses.pass_over(self._cursor.lexemes[start:end])
+        del self._cursor.lexemes[start:end]
 
     def _replace(self, lexeme: Lexeme) -> None:
         self._cursor.lexemes[self._cursor.at] = lexeme

@@ -1,0 +1,110 @@
+"""All mistakes of a file are told in one run, each at its place, and nothing that merely follows from them."""
+
+from __future__ import annotations
+
+import random
+import re
+from functools import cache
+from pathlib import Path
+
+import pytest
+from skillset_mistakes import Mistake, independent, mistakes, with_mistakes
+
+from skillwing.dsl.checking.checker import check
+from skillwing.dsl.diagnostics.diagnostic import Diagnostic
+
+HERE = Path(__file__).parent
+ROOT = HERE.parents[2]
+M600 = ROOT / "services" / "skillwing" / "m600" / "m600.skillset"
+FILES = [
+    path
+    for path in (*sorted(HERE.glob("cases/valid/*.skillset")), *sorted(ROOT.glob("examples/*/*.skillset")), M600)
+    if not re.search(r"dispatch_timeout|lost \{", path.read_text(encoding="utf-8"))  # those are put in
+]
+
+
+@cache
+def known(path: Path) -> list[Mistake]:
+    return mistakes(path.read_text(encoding="utf-8"), path.name)
+
+
+def errors(text: str, path: Path) -> list[Diagnostic]:
+    return [item for item in check(text, path.name).diagnostics if item.severity == "error"]
+
+
+def test_mistakes_of_many_kinds_are_made() -> None:
+    assert len({mistake.kind for path in FILES for mistake in known(path)}) >= 15
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_one_mistake_is_one_error_at_its_place(path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
+    chance = random.Random(path.name)
+    for mistake in chance.sample(known(path), min(len(known(path)), 15)):
+        broken, expected = with_mistakes(text, [mistake])
+        found = errors(broken, path)
+        assert [(item.code, item.span.line, item.span.column) for item in found] == expected, mistake
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_several_mistakes_are_as_many_errors_each_at_its_place(path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
+    chance = random.Random(path.stem)
+    for _ in range(6):
+        made = independent(text, known(path), chance, chance.randint(2, 8))
+        broken, expected = with_mistakes(text, made)
+        found = errors(broken, path)
+        assert [(item.code, item.span.line, item.span.column) for item in found] == expected, made
+
+
+def test_a_section_in_a_wrong_place_hides_nothing() -> None:
+    text = """skillset gripper {
+    data { battery: float64 [%] period=1.0 }
+    resource arm { initial IDLE  IDLE -> BUSY  BUSY -> IDLE }
+    initial IDLE
+    skill grasp {
+        input { force: flot64 }
+        effect { take: arm -> BUSY  drop: arm -> IDEL }
+        initial IDLE
+        precondition {
+            idle:    resource=(arn == IDLE)
+            charged: data=(batery > 10.0)
+            success tak
+        }
+        result { HELD: apply=drop }
+    }
+}
+"""
+    found = [(item.code, item.span.line) for item in errors(text, Path("gripper.skillset"))]
+    assert found == [
+        *(("SW002", 4), ("SW013", 6), ("SW011", 7), ("SW002", 8)),
+        *(("SW010", 10), ("SW014", 11), ("SW012", 12)),
+    ]
+
+
+def test_what_is_wrong_in_a_misplaced_block_is_told_too() -> None:
+    text = """skillset s {
+    resource r { initial A  A -> B  B -> A }
+    skill k {
+        effect {
+            go: r -> B
+            result { DONE: apply=gone }
+        }
+        resource other { initial X  extern X -> Y  extern Y -> X }
+        precondition { p: resource=(other == Z) success go }
+    }
+}
+"""
+    found = [(item.code, item.span.line) for item in errors(text, Path("s.skillset"))]
+    assert found == [("SW002", 6), ("SW012", 6), ("SW002", 8), ("SW011", 9)]
+
+
+def test_what_may_be_declared_in_a_part_that_was_not_read_is_not_called_unknown() -> None:
+    text = """skillset s {
+    data { calm: bool  wind float64 [m/s] }
+    resource r { initial A  A -> B  B -> A }
+    skill k { precondition { p: data=(wind < 5.0)  q: data=(wnd < 5.0) } result { DONE } }
+}
+"""
+    (missing, unknown) = errors(text, Path("s.skillset"))
+    assert (missing.code, unknown.code, unknown.message) == ("SW005", "SW014", "There is no datum or input `wnd`.")
