@@ -14,6 +14,7 @@ from skillwing.services.client.interface import GoalHandle, SkillsetInterface
 from skillwing.services.mocking import MockRun, MockScript, MockWorld, Reaction, ScriptError, When, make_mock_managers
 from skillwing.services.names import skill_process
 from skillwing.services.protocol import (
+    DataReading,
     DirectMock,
     Ending,
     ErrorCode,
@@ -22,6 +23,7 @@ from skillwing.services.protocol import (
     Message,
     MockedData,
     MockPlan,
+    QueryData,
     QueryMock,
     Record,
     ResetMock,
@@ -277,6 +279,31 @@ def test_the_world_is_there_when_it_is_as_the_script_begins() -> None:
         network.attach(node)
     network.run_for(2.0)
     assert ("mocked_world", "OFF") in seen
+
+
+def test_who_waits_for_the_world_finds_its_data_known() -> None:
+    """`load` is told every 0.5 s, `note` every second: nobody has to wait for the next time."""
+    network = InProcessNetwork()
+    bus = network.bus("client")
+    network.attach(MockWorld(ARM, MockScript()))
+    network.run_for(0.3)
+    client = SkillsetInterface(bus, ARM, client="client")
+    goals: list[GoalHandle] = []
+    answers: list[Answer] = []
+
+    def begin(key: str, alive: bool) -> None:
+        goals.append(client.start("reach", TARGET))
+        bus.ask(KEYS.data("note"), encode(QueryData()), answers.append)
+
+    bus.watch_alive(KEYS.alive("mocked_world"), begin)
+    for node in make_mock_managers(ARM, MockScript()):
+        network.attach(node)
+    assert network.run_until(lambda: bool(goals and answers) and goals[0].state is not None, 5.0)
+    network.run_for(0.1)
+    assert goals[0].state is State.RUNNING
+    (answer,) = answers
+    assert isinstance(answer, Answered)
+    assert decode(answer.payload, DataReading).value == ""
 
 
 def test_a_resource_that_changes_is_reacted_to_with_its_record_as_cause() -> None:

@@ -31,6 +31,8 @@ from skillwing.services.protocol import (
     MockedData,
     MockedGoal,
     MockedWorldCall,
+    QueryData,
+    QueryStates,
     ResetMock,
     ResourceChange,
     SetMockedData,
@@ -65,9 +67,7 @@ class MockWorld:
         self._values = MockedValues(self._skillset, self._script, bus.now())
         self._publish: dict[str, Callable[[], None]] = {}
         for item in self._skillset.data:
-            publish = partial(self._sample, item.name, bus.advertise(keys.data(item.name)).put)
-            self._publish[item.name] = publish
-            bus.every(item.period or DEFAULT_PERIOD, publish)
+            self._publish[item.name] = partial(self._sample, item.name, bus.advertise(keys.data(item.name)).put)
         bus.subscribe(keys.mocked_goal("*"), message_reader(MockedGoal, self._reactions.on_goal), events=True)
         bus.subscribe(
             keys.resource("*"),
@@ -80,7 +80,6 @@ class MockWorld:
             events=True,
         )
         serve(bus, keys.mocked_world, MockedWorldCall, self._answer)
-        self._publish_all()
         self._begin()
 
     def detach(self) -> None:
@@ -88,13 +87,21 @@ class MockWorld:
             self._alive.cancel()
 
     def _begin(self) -> None:
-        """Bring the world to the state the script begins with; then only it is there, and skills may start."""
+        """Bring the world to the state the script begins with, and find out whether those hear it who judge its data.
+
+        Then only it is there, and skills may start: none is refused for a state or a datum that is still on its way.
+        """
         self._unanswered = 0
         self._take(self._reactions.begin())
-        self._appear()
+        self._ask(self._keys.resource_states, encode(QueryStates()), "ask for the resources")
+        for item in self._skillset.data:
+            self._ask(self._keys.data(item.name), encode(QueryData()), f"ask for {item.name}")
 
     def _appear(self) -> None:
         if self._alive is None and self._unanswered == 0:
+            self._publish_all()
+            for item in self._skillset.data:
+                self._bus.every(item.period or DEFAULT_PERIOD, self._publish[item.name])
             self._alive = self._bus.declare_alive(self._keys.alive(self.name))
 
     # --- what is due -------------------------------------------------------------------------------------------------
