@@ -19,17 +19,24 @@ from skillwing.services.telemetry.journal import TIMELINE_FILE
 from skillwing.services.telemetry.report import read_report
 
 PATIENCE = 30.0
+DEMO = (sys.executable, "-m", "skillwing.services.cli", "demo", "--no-viewer")
+COLOCATED = pytest.mark.parametrize("demo", [("--colocate",)], indirect=True, ids=["colocated"])
 
 
 class Demo:
     """A demo in a runtime directory of its own, by which all of its processes are known."""
 
-    def __init__(self, directory: Path) -> None:
+    def __init__(self, directory: Path, *layout: str) -> None:
         self.run_dir = directory / "run"
         self.said: list[str] = []
         self._mark = str(directory / "runtime")
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "skillwing.services.cli", "demo", "--no-viewer", "--run-dir", str(self.run_dir)],
+            [
+                *(sys.executable, "-m", "skillwing.services.cli", "demo", "--no-viewer"),
+                *layout,
+                "--run-dir",
+                self.run_dir,
+            ],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
@@ -71,8 +78,9 @@ class Demo:
 
 
 @pytest.fixture
-def demo(tmp_path: Path) -> Iterator[Demo]:
-    demo = Demo(tmp_path)
+def demo(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Demo]:
+    """A process for each manager, or with COLOCATED one for most of them, which starts in half the time."""
+    demo = Demo(tmp_path, *getattr(request, "param", ()))
     yield demo
     for process in demo.processes():
         with contextlib.suppress(psutil.NoSuchProcess):
@@ -96,6 +104,7 @@ def test_without_its_simulator_the_flight_ends_and_the_report_says_why(demo: Dem
 
 
 @pytest.mark.slow
+@COLOCATED
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_called_off_while_it_starts_it_leaves_a_report_and_no_process(demo: Demo, number: signal.Signals) -> None:
     demo.until("Starting")
@@ -109,6 +118,7 @@ def test_called_off_while_it_starts_it_leaves_a_report_and_no_process(demo: Demo
 
 
 @pytest.mark.slow
+@COLOCATED
 def test_a_reader_who_leaves_ends_the_flight(demo: Demo) -> None:
     demo.until("Starting")
     assert demo.process.stdout is not None
@@ -119,6 +129,7 @@ def test_a_reader_who_leaves_ends_the_flight(demo: Demo) -> None:
 
 
 @pytest.mark.slow
+@COLOCATED
 def test_when_it_is_killed_all_of_its_processes_end(demo: Demo) -> None:
     demo.until("mapping RUNNING")
     processes = demo.processes()

@@ -7,9 +7,9 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
-from pathlib import Path
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, closing, contextmanager
 
 import pytest
 
@@ -25,7 +25,6 @@ from skillwing.services.processes.router import LOOPBACK
 from skillwing.services.protocol import Keys, State
 from skillwing.services.testing import SkillsetProcesses
 
-pytest_plugins = ["skillwing.services.testing.fixtures"]
 pytestmark = pytest.mark.slow
 
 WINCH = """
@@ -40,15 +39,20 @@ skillset winch {
 }
 """
 SCRIPT = "[skill.pull]\ndelay = 600.0\n"
+TOPOLOGIES: tuple[Topology, ...] = ("router", "mesh")
 PATIENCE = 20.0
 """Seconds for what takes about two of them, on a machine that is busy."""
 
 
-@pytest.fixture
-def winch(tmp_path: Path, skillset_processes: Callable[..., SkillsetProcesses]) -> SkillsetProcesses:
-    (tmp_path / "winch.skillset").write_text(WINCH, encoding="utf-8")
-    (tmp_path / "winch.mock.toml").write_text(SCRIPT, encoding="utf-8")
-    return skillset_processes(tmp_path / "winch.skillset", scripts=[tmp_path / "winch.mock.toml"])
+@pytest.fixture(scope="module")
+def winch(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SkillsetProcesses]:
+    """Whoever has a goal run ends it."""
+    folder = tmp_path_factory.mktemp("winch")
+    skillset, script = folder / "winch.skillset", folder / "winch.mock.toml"
+    skillset.write_text(WINCH, encoding="utf-8")
+    script.write_text(SCRIPT, encoding="utf-8")
+    with SkillsetProcesses(skillset, run_dir=folder / "run", scripts=[script]) as winch:
+        yield winch
 
 
 @contextmanager
@@ -66,27 +70,28 @@ def test_a_frozen_manager_loses_its_goal_and_learns_of_it_when_it_wakes_up(winch
         winch.assert_states(rope="FREE", within=PATIENCE)
         goal.assert_ended("LOST", within=PATIENCE)
     # Awake again it gives up what it was about, and then takes a new goal.
-    assert any(winch.start_skill("pull").state is State.RUNNING for _ in range(10))
+    deadline = time.monotonic() + PATIENCE
+    while (goal := winch.start_skill("pull")).state is not State.RUNNING:
+        assert time.monotonic() < deadline, goal
     winch.assert_states(rope="TAKEN")
+    goal.interrupt().assert_ended("IT")
 
 
-def test_a_client_that_freezes_loses_the_goals_it_owns(winch: SkillsetProcesses, tmp_path: Path) -> None:
-    owner = tmp_path / "owner.py"
-    owner.write_text(
-        f"""
+OWNER = """
+import sys
 from skillwing.dsl import load
-from skillwing.dsl import parse
-from skillwing.services.bus import Node
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.client.interface import SkillsetInterface
-bus = ZenohBus("owner", "winch", "{winch.launcher.endpoint}")
-client = SkillsetInterface(bus, load({str(tmp_path / "winch.skillset")!r}), client="owner", owns_goals=True)
-client.start("pull", {{}}, goal_id="owned")
+bus = ZenohBus("owner", "winch", sys.argv[1])
+client = SkillsetInterface(bus, load(sys.argv[2]), client="owner", owns_goals=True)
+client.start("pull", {}, goal_id="owned")
 bus.run_until(lambda: False)
-""",
-        encoding="utf-8",
-    )
-    process = subprocess.Popen([sys.executable, str(owner)])
+"""
+
+
+def test_a_client_that_freezes_loses_the_goals_it_owns(winch: SkillsetProcesses) -> None:
+    skillset = winch.launcher.run_dir.parent / "winch.skillset"
+    process = subprocess.Popen([sys.executable, "-c", OWNER, winch.launcher.endpoint, str(skillset)])
     try:
         winch.assert_states(rope="TAKEN", within=PATIENCE)
         with frozen(process.pid):
@@ -100,9 +105,10 @@ bus.run_until(lambda: False)
 
 
 class Crew:
-    """The managers of the winch and a client on one router, which the test kills: each node on a thread of its own.
+    """The managers of a winch and a client on one router, which the test kills: each node on a thread of its own.
 
-    topology: of the managers. The client, who owns its goals, is one of the router like any that comes from outside.
+    topology: of the managers, and the robot's name. The client, who owns its goals, is one of the router like any that
+    comes from outside.
     """
 
     def __init__(self, endpoint: str, topology: Topology) -> None:
@@ -113,7 +119,7 @@ class Crew:
         self._over = False
         self._threads: list[threading.Thread] = []
         self._buses: list[ZenohBus] = []
-        self.client_bus = ZenohBus("client", "winch", endpoint)
+        self.client_bus = ZenohBus("client", topology, endpoint)
         self.client = SkillsetInterface(self.client_bus, skillset, client="client", owns_goals=True)
         for number in range(len(make_mock_managers(skillset, script))):
             self._run(lambda number=number: make_mock_managers(skillset, script)[number], endpoint)
@@ -121,7 +127,7 @@ class Crew:
     def _run(self, make: Callable[[], Node], endpoint: str) -> None:
         def live() -> None:
             node = make()
-            bus = ZenohBus(node.name, "winch", endpoint, topology=self._topology)
+            bus = ZenohBus(node.name, self._topology, endpoint, topology=self._topology)
             self._buses.append(bus)
             node.attach(bus)
             bus.run_until(lambda: self._over)
@@ -154,25 +160,36 @@ def router_at(endpoint: str = LOOPBACK) -> Iterator[str]:
         process.wait()
 
 
-@pytest.mark.parametrize("topology", ["router", "mesh"])
-def test_a_router_that_is_back_within_some_seconds_costs_nobody_a_goal(topology: Topology) -> None:
+def test_a_router_that_is_back_within_some_seconds_costs_nobody_a_goal() -> None:
+    """However its managers meet: both crews go through the same seconds."""
+    longer_than_any_lease = GRANT_LEASE + LOSS_DEBOUNCE + 1.0
     with ExitStack() as cleaning:
         with router_at() as endpoint:
-            crew = Crew(endpoint, topology)
-            cleaning.callback(crew.close)
-            goal = crew.client.start("pull", {})
-            crew.wait_until(lambda: goal.state is State.RUNNING)
-        crew.wait_until(lambda: not crew.client_bus.connected)
-        longer_than_any_lease = GRANT_LEASE + LOSS_DEBOUNCE + 1.0
-        crew.client_bus.run_until(lambda: False, longer_than_any_lease)
+            crews = [cleaning.enter_context(closing(Crew(endpoint, topology))) for topology in TOPOLOGIES]
+            goals = [crew.client.start("pull", {}) for crew in crews]
+            for crew, goal in zip(crews, goals, strict=True):
+                crew.wait_until(lambda goal=goal: goal.state is State.RUNNING)
+        for crew in crews:
+            crew.wait_until(lambda crew=crew: not crew.client_bus.connected)
+        live_on(crews, longer_than_any_lease)
         with router_at(endpoint):
-            crew.wait_until(lambda: crew.client_bus.connected)
-            crew.client_bus.run_until(lambda: False, longer_than_any_lease)
-            assert goal.state is State.RUNNING
-            assert crew.client.states["rope"] == "TAKEN"
-            crew.client.interrupt(goal)
-            crew.wait_until(lambda: goal.done)
-            assert goal.terminal is not None
-            assert goal.terminal.label == "IT"
-            crew.wait_until(lambda: crew.client.states["rope"] == "FREE")
+            for crew in crews:
+                crew.wait_until(lambda crew=crew: crew.client_bus.connected)
+            live_on(crews, longer_than_any_lease)
+            for crew, goal in zip(crews, goals, strict=True):
+                assert goal.state is State.RUNNING
+                assert crew.client.states["rope"] == "TAKEN"
+                crew.client.interrupt(goal)
+                crew.wait_until(lambda goal=goal: goal.done)
+                assert goal.terminal is not None
+                assert goal.terminal.label == "IT"
+                crew.wait_until(lambda crew=crew: crew.client.states["rope"] == "FREE")
             cleaning.close()
+
+
+def live_on(crews: Sequence[Crew], seconds: float) -> None:
+    """Let wall time pass, with the clients at work."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        for crew in crews:
+            crew.client_bus.run_until(lambda: False, 0.02)

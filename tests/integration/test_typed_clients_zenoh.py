@@ -54,19 +54,21 @@ def make(source: Path, folder: Path) -> Robot:
     return find_robot(str(folder))
 
 
-@pytest.fixture
-def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """A folder for packages; what importing them changes is undone."""
-    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
-    monkeypatch.delenv("SKILLWING_CONNECT", raising=False)
-    monkeypatch.setattr(sys, "path", list(sys.path))
-    monkeypatch.setenv("PYTHONPATH", "")
-    yield tmp_path
+    folder = tmp_path_factory.mktemp("place")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_RUNTIME_DIR", str(folder))
+        patch.delenv("SKILLWING_CONNECT", raising=False)
+        patch.setattr(sys, "path", list(sys.path))
+        patch.setenv("PYTHONPATH", "")
+        yield folder
     for name in [name for name in sys.modules if name.split(".")[0] in ("winch", "rover")]:
         del sys.modules[name]
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def robot(place: Path) -> Robot:
     source = place / "winch.skillset"
     source.write_text(SOURCE, encoding="utf-8")
@@ -74,11 +76,11 @@ def robot(place: Path) -> Robot:
 
 
 @contextmanager
-def running(robot: Robot, run_dir: Path, *, mock: bool) -> Iterator[str]:
+def running(robot: Robot, run_dir: Path, *, mock: bool, script: Path | None = None) -> Iterator[str]:
     """The system as processes, announced as `skillwing up` does; gives its endpoint."""
     with Launcher(robot.name, robot.skillset.stem, run_dir, clock="wall") as launcher:
         launcher.start_router()
-        launcher.start(mock_processes(robot, scripts=scripts_for(robot.skillset, None)) if mock else robot.managers())
+        launcher.start(mock_processes(robot, scripts=scripts_for(robot.skillset, script)) if mock else robot.managers())
         with announced(robot, launcher.endpoint, run_dir, clock="wall", mock=mock):
             yield launcher.endpoint
 
@@ -101,8 +103,15 @@ with connect() as winch:
     assert done.stdout.strip() == "ERROR `pull` is not written yet: fill in skills/pull.py."
 
 
+RUNS = """
+[skill.pull]
+runs = [{delay = 0.5}, {forever = true}, {delay = 0.5}, {forever = true}]
+"""
+
+
 def test_both_clients_of_a_mocked_system(robot: Robot, tmp_path: Path) -> None:
     interface, aio = clients()
+    (script := tmp_path / "runs.toml").write_text(RUNS, encoding="utf-8")
 
     async def fly() -> None:
         async with aio.connect("winch", endpoint=endpoint) as winch:
@@ -116,7 +125,7 @@ def test_both_clients_of_a_mocked_system(robot: Robot, tmp_path: Path) -> None:
         with pytest.raises(SkillwingError, match="closed"):
             await winch.pull()
 
-    with running(robot, tmp_path / "run", mock=True) as endpoint:
+    with running(robot, tmp_path / "run", mock=True, script=script) as endpoint:
         with interface.connect() as winch:
             outcome = winch.pull(length=2.0).wait(timeout=20.0).require_success()
             assert isinstance(outcome.output.pulled, float)
@@ -125,50 +134,6 @@ def test_both_clients_of_a_mocked_system(robot: Robot, tmp_path: Path) -> None:
             goal.interrupt()
             assert goal.wait(timeout=20.0).ending is Ending.INTERRUPTED
         asyncio.run(fly())
-
-
-LONG = "[skill.pull]\ndelay = 600.0\n"
-"""Nobody waits for the end of this one."""
-LEAVES_ITS_GOAL = """
-import sys
-from winch.generated.interface import connect
-
-with connect(owns_goals={owns_goals}) as winch:
-    winch.pull()
-    winch.resources.drum.wait_for("USED", timeout=20.0)
-    print("pulls", flush=True)
-    sys.stdin.read()
-"""
-
-
-@pytest.mark.parametrize("killed", [False, True], ids=["ends", "is killed"])
-def test_a_goal_ends_with_the_script_that_started_it(robot: Robot, tmp_path: Path, killed: bool) -> None:
-    interface, _ = clients()
-    (robot.skillset.parent / "winch.mock.toml").write_text(LONG, encoding="utf-8")
-    with running(robot, tmp_path / "run", mock=True), interface.connect() as onlooker:
-        leave(LEAVES_ITS_GOAL.format(owns_goals=True), tmp_path, killed=killed)
-        onlooker.resources.drum.wait_for("USED", timeout=20.0)
-        onlooker.resources.drum.wait_for("FREE", timeout=20.0)
-
-
-def test_a_script_may_leave_its_goals_to_themselves(robot: Robot, tmp_path: Path) -> None:
-    interface, _ = clients()
-    (robot.skillset.parent / "winch.mock.toml").write_text(LONG, encoding="utf-8")
-    with running(robot, tmp_path / "run", mock=True), interface.connect() as onlooker:
-        leave(LEAVES_ITS_GOAL.format(owns_goals=False), tmp_path, killed=True)
-        onlooker.resources.drum.wait_for("USED", timeout=20.0)
-        with pytest.raises(TimedOutError):
-            onlooker.resources.drum.wait_for("FREE", timeout=3.0)
-
-
-def leave(script: str, folder: Path, *, killed: bool) -> None:
-    """Run a script until its goal runs, and then end it, or let it come to its end."""
-    pipe = subprocess.PIPE
-    with subprocess.Popen([sys.executable, "-c", script], stdin=pipe, stdout=pipe, cwd=folder) as process:
-        assert process.stdout is not None
-        assert process.stdout.readline() == b"pulls\n"
-        if killed:
-            process.kill()
 
 
 def test_where_nothing_runs_both_say_so(robot: Robot) -> None:
@@ -186,22 +151,82 @@ def test_where_nothing_runs_both_say_so(robot: Robot) -> None:
         asyncio.run(connect())
 
 
-def test_a_system_with_another_skillset_is_refused(robot: Robot, tmp_path: Path) -> None:
-    interface, _ = clients()
-    with running(robot, tmp_path / "run", mock=True):
-        robot.skillset.write_text(SOURCE.replace("0.0..9.0", "0.0..8.0"))
-        with pytest.raises(SkillwingError, match="another skillset"), interface.connect():
-            pass
-
-
-def test_the_scripts_of_the_documentation(place: Path) -> None:
+def test_the_scripts_of_the_documentation(place: Path, tmp_path: Path) -> None:
     page = (ROOT / "docs" / "robots.md").read_text("utf-8")
     waiting, asynchronous = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
     rover = make(ROOT / "examples" / "rover" / "rover.skillset", place / "rover")
-    with running(rover, place / "run", mock=True):
+    with running(rover, tmp_path / "run", mock=True):
         said = [
             subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, cwd=place).stdout
             for script in (waiting, asynchronous)
         ]
     assert re.fullmatch(r"(.* m to go\n)+drive_to ended S_ARRIVED: .* PARKED \d.*\n", said[0])
     assert said[1] == "too slow; the wheels are PARKED\nTrue\n"
+
+
+# --- goals and the scripts that started them -------------------------------------------------------------------------
+
+
+LEAVES_ITS_GOAL = """
+import sys
+from winch.generated.interface import connect
+
+with connect(owns_goals={owns_goals}) as winch:
+    winch.pull()
+    winch.resources.drum.wait_for("USED", timeout=20.0)
+    print("pulls", flush=True)
+    sys.stdin.read()
+"""
+
+
+@pytest.fixture(scope="module")
+def pulling(robot: Robot, place: Path) -> Iterator[None]:
+    """From here on a system runs in which goals end only when somebody ends them."""
+    (script := place / "long.toml").write_text("[skill.pull]\nforever = true\n", encoding="utf-8")
+    with running(robot, place / "pulling", mock=True, script=script):
+        yield
+
+
+@contextmanager
+def goal_of_a_script(folder: Path, *, owned: bool, killed: bool) -> Iterator[None]:
+    """A goal runs that a script has started; then the script comes to its end, or is killed."""
+    script, pipe = LEAVES_ITS_GOAL.format(owns_goals=owned), subprocess.PIPE
+    with subprocess.Popen([sys.executable, "-c", script], stdin=pipe, stdout=pipe, cwd=folder) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == b"pulls\n"
+        yield
+        if killed:
+            process.kill()
+
+
+@pytest.mark.usefixtures("pulling")
+@pytest.mark.parametrize("killed", [False, True], ids=["ends", "is killed"])
+def test_a_goal_ends_with_the_script_that_started_it(place: Path, killed: bool) -> None:
+    interface, _ = clients()
+    with interface.connect() as onlooker:
+        with goal_of_a_script(place, owned=True, killed=killed):
+            onlooker.resources.drum.wait_for("USED", timeout=20.0)
+        onlooker.resources.drum.wait_for("FREE", timeout=20.0)
+
+
+@pytest.mark.usefixtures("pulling")
+def test_a_system_with_another_skillset_is_refused(robot: Robot) -> None:
+    interface, _ = clients()
+    source = robot.skillset.read_text(encoding="utf-8")
+    robot.skillset.write_text(SOURCE.replace("0.0..9.0", "0.0..8.0"), encoding="utf-8")
+    try:
+        with pytest.raises(SkillwingError, match="another skillset"), interface.connect():
+            pass
+    finally:
+        robot.skillset.write_text(source, encoding="utf-8")
+
+
+@pytest.mark.usefixtures("pulling")
+def test_a_script_may_leave_its_goals_to_themselves(place: Path) -> None:
+    """The last test of this system, in which its goal goes on."""
+    interface, _ = clients()
+    with interface.connect() as onlooker:
+        with goal_of_a_script(place, owned=False, killed=True):
+            onlooker.resources.drum.wait_for("USED", timeout=20.0)
+        with pytest.raises(TimedOutError):
+            onlooker.resources.drum.wait_for("FREE", timeout=3.0)
