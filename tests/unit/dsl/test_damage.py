@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import random
-import re
 from pathlib import Path
 
 import pytest
@@ -16,7 +15,6 @@ FILES = sorted(
     [*HERE.glob("cases/valid/*.skillset"), HERE.parents[2] / "services" / "skillwing" / "m600" / "m600.skillset"]
 )
 SYNTAX = {f"SW00{digit}" for digit in range(1, 7)}
-REASONED = re.compile(r"SW(031|04[0124]|05\d|061)")
 
 IMPOSSIBLE = """
     resource lamp { initial OFF  extern OFF -> ON }
