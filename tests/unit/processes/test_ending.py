@@ -9,15 +9,30 @@ from collections.abc import Iterator
 import pytest
 
 from skillwing.services.bus.inprocess import InProcessNetwork
-from skillwing.services.processes.ending import Ending, ended_by_signals
+from skillwing.services.processes.ending import ONE_WISH, Ending, ended_by_signals
 
 SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
 
 
+class Clock:
+    """Wall time that a test makes pass."""
+
+    def __init__(self) -> None:
+        self.t = 100.0
+
+    def __call__(self) -> float:
+        return self.t
+
+
 @pytest.fixture
-def ending() -> Iterator[Ending]:
+def clock() -> Clock:
+    return Clock()
+
+
+@pytest.fixture
+def ending(clock: Clock) -> Iterator[Ending]:
     before = [signal.getsignal(number) for number in SIGNALS]
-    with ended_by_signals() as ending:
+    with ended_by_signals(clock) as ending:
         yield ending
     assert [signal.getsignal(number) for number in SIGNALS] == before
 
@@ -30,10 +45,27 @@ def test_the_first_signal_is_taken_note_of(ending: Ending, number: signal.Signal
         ending.look()
 
 
-def test_the_second_raises_wherever_it_comes(ending: Ending) -> None:
+def test_a_second_wish_raises_wherever_it_comes(ending: Ending, clock: Clock) -> None:
     signal.raise_signal(signal.SIGTERM)
+    clock.t += ONE_WISH + 0.1
     with pytest.raises(KeyboardInterrupt):
         signal.raise_signal(signal.SIGINT)
+
+
+def test_signals_right_behind_the_first_are_the_same_wish(ending: Ending, clock: Clock) -> None:
+    """`timeout` signals us and then our whole group."""
+    for _ in range(3):
+        signal.raise_signal(signal.SIGTERM)
+        clock.t += 0.4 * ONE_WISH
+    assert ending.told
+    with pytest.raises(KeyboardInterrupt):
+        signal.raise_signal(signal.SIGTERM)
+
+
+def test_the_same_wish_again_does_not_cut_short_what_it_began(ending: Ending) -> None:
+    with pytest.raises(KeyboardInterrupt), ending.at_once():
+        signal.raise_signal(signal.SIGTERM)
+    signal.raise_signal(signal.SIGTERM)
 
 
 def test_under_nohup_a_closed_terminal_ends_nothing() -> None:

@@ -19,6 +19,7 @@ from skillwing.services.commands.output import (
 from skillwing.services.commands.process_table import process_facts, process_table
 from skillwing.services.errors import RefusedError, UnansweredError
 from skillwing.services.names import skill_process
+from skillwing.services.processes.launcher import ROUTER
 from skillwing.services.processes.process_state import Condition, headcount
 from skillwing.services.processes.roll_call import Entry
 from skillwing.services.protocol import GoalStatus, QueryStates, Record, ResourceStates
@@ -102,7 +103,7 @@ def _print(
     time = "" if states is None or target.clock == "wall" else f" at {states.t:.1f} s"
     console.print(Text(f"{target.robot}{told}{time}", style="bold"), f"  {target.endpoint}", end="")
     console.print(f"  logs in {target.run_dir}/logs" if target.run_dir else "")
-    console.print(headcount(entry.condition for entry in processes))
+    console.print(headcount(entry.condition for entry in processes if entry.state.name != ROUTER))
     for entry in processes:
         if entry.condition is not Condition.RUNS and entry.state.last_words:
             console.print(Text(entry.state.last_words, style="red"))

@@ -7,6 +7,7 @@ or in a callback of the import system, where Python prints and drops it, and bet
 from __future__ import annotations
 
 import signal
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
@@ -14,19 +15,35 @@ from skillwing.services.bus import Bus
 
 LOOK_PERIOD = 0.2
 """Wall seconds between two looks while something is waited for."""
+ONE_WISH = 1.0
+"""Wall seconds in which further signals say the same as the first: `timeout` sends its own to us and to our group, and
+a shell in a pipe passes on what the terminal has sent already."""
 
 
 class Ending:
-    """Whether this process was told to end; those who wait look at it, with `wait` or `look`."""
+    """Whether this process was told to end; those who wait look at it, with `wait` or `look`.
 
-    def __init__(self) -> None:
-        self.told = False
+    clock: wall seconds, which never go back.
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self._told_at: float | None = None
         self._raises = False
 
+    @property
+    def told(self) -> bool:
+        return self._told_at is not None
+
     def note(self) -> None:
-        """A signal has come. The second one raises KeyboardInterrupt wherever the process is, so that it ends now."""
-        again, self.told = self.told, True
-        if again or self._raises:
+        """A signal has come. One that is another wish than the first raises KeyboardInterrupt wherever the process is.
+
+        It ends at once then, with what it was about to do at its end left undone.
+        """
+        first, now = self._told_at, self._clock()
+        if first is None:
+            self._told_at = now
+        if (first is None and self._raises) or (first is not None and now - first > ONE_WISH):
             raise KeyboardInterrupt
 
     def look(self) -> None:
@@ -60,9 +77,9 @@ class Ending:
 
 
 @contextmanager
-def ended_by_signals() -> Iterator[Ending]:
+def ended_by_signals(clock: Callable[[], float] = time.monotonic) -> Iterator[Ending]:
     """Let Ctrl-C, `kill` and a closed terminal end this process; under `nohup` a closed terminal does not."""
-    ending = Ending()
+    ending = Ending(clock)
     ends = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     numbers = [number for number in ends if signal.getsignal(number) is not signal.SIG_IGN]
     previous = [signal.signal(number, lambda _number, _frame: ending.note()) for number in numbers]
