@@ -23,7 +23,7 @@ from skillwing.bt_missions.running.runner import MissionNode, make_mission
 from skillwing.bt_missions.subtrees.composites import alongside, first_that_works, guarded, in_order
 from skillwing.bt_missions.subtrees.landing import land_where_it_is
 from skillwing.dsl.model import UnknownNameError
-from skillwing.services.bus import Answer, Answered, Bus, Refused
+from skillwing.services.bus import Answer, Answered, Bus, Handle, Refused
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.protocol import (
     AbortMission,
@@ -51,6 +51,23 @@ class StillBus:
 
     def now(self) -> float:
         return min(self._bus.now(), self._at)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._bus, name)
+
+
+class LateBus:
+    """A bus that hears of robot time late, as a process does that has just joined: until then it is 0, and stands."""
+
+    def __init__(self, bus: Bus, at: float) -> None:
+        self._bus = bus
+        self._at = at
+
+    def now(self) -> float:
+        return self._bus.now() if self._bus.now() >= self._at else 0.0
+
+    def after(self, delay: float, action: Callable[[], None], *, wall: bool = False) -> Handle:
+        return self._bus.after(delay if wall else max(delay, self._at - self._bus.now()), action, wall=wall)
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._bus, name)
@@ -122,6 +139,23 @@ def hold(context: MissionContext) -> Behaviour:
 
 
 # --- before the flight -----------------------------------------------------------------------------------------------
+
+
+def test_a_mission_begins_when_it_knows_the_time() -> None:
+    """What it tells, and the deadlines of what it starts, are times of the robot."""
+    flight = hop()
+    flight.fly()
+    begun = flight.network.now()
+    node = MissionNode(ShortHop(), M600, MissionOptions())
+    node.attach(LateBus(flight.network.bus("late"), at=begun + 5.0))
+    flight.network.run_for(4.0)
+    assert (node.status.phase, node.status.text) == ("IDLE", "waiting for the robot's clock")
+    flight.until(lambda: node.over)
+    flight.network.run_for(0.5)
+    assert node.status.phase == "SUCCEEDED"
+    phases = [record for record in flight.records if record.source == "late" and record.subject == "hop"]
+    assert [record.after for record in phases] == ["RUNNING", "SUCCEEDED"]
+    assert phases[0].t == pytest.approx(begun + 5.0, abs=0.3)
 
 
 def test_a_robot_that_is_not_ready_is_waited_for() -> None:

@@ -107,6 +107,7 @@ class MissionNode:
         self._stage = Stage.WAITING
         self._outcome = Phase.IDLE, ""
         self._abort_reason: str | None = None
+        self._knows_time = False
         self._awake = False
         self._ended_at = 0.0
         self._handles: list[Handle] = []
@@ -132,6 +133,8 @@ class MissionNode:
         self._status_out: Publisher = bus.advertise(self._keys.mission_status, events=True)
         self._tree_out: Publisher = bus.advertise(self._keys.mission_tree, events=True)
         self._handles = [
+            # A timer of robot time: it runs once that is known.
+            bus.after(0.0, self._learn_time),
             *serve_orders(bus, self._keys, self),
             self._interface.on_change(self._wake),
             bus.every(TICK_PERIOD, self._wake),
@@ -186,6 +189,10 @@ class MissionNode:
             self._awake = True
             self._bus.post(self._tick)
 
+    def _learn_time(self) -> None:
+        self._knows_time = True
+        self._wake()
+
     def _tick(self) -> None:
         self._awake = False
         match self._stage:
@@ -221,6 +228,8 @@ class MissionNode:
         """What the robot still lacks for this mission, or an empty text."""
         if not self._interface.ready:
             return "waiting for the resource manager"
+        if not self._knows_time:
+            return "waiting for the robot's clock"
         states = self._interface.states
         lacks = [
             f"{resource} is {states.get(resource, 'not known')} instead of {' or '.join(wanted)}"
