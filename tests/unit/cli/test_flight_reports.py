@@ -126,6 +126,19 @@ def test_one_that_is_followed_at_once_by_the_next_is_reported_all_the_same(syste
     assert len(system.told) == 2
 
 
+def test_a_last_word_that_comes_after_the_end_of_the_process_is_measured_all_the_same(system: System) -> None:
+    system.network.run_for(1.0)
+    ended = system.begin()
+    system.network.run_for(20.0)
+    ended.cancel()
+    system.network.run_for(0.1)
+    system.enter("RUNNING", "SUCCEEDED")
+    system.network.run_for(LAST_WORDS + 1.0)
+    system.wait_for_report()
+    assert system.results() == {"1-patrol": ("success", 20.1, pytest.approx(20.1, abs=0.1))}
+    assert len(system.told) == 1
+
+
 def test_one_whose_process_is_killed_is_reported_as_unfinished(system: System) -> None:
     system.network.run_for(1.0)
     killed = system.begin()

@@ -24,6 +24,8 @@ from skillwing.services.telemetry.report import ProcessEntry, Witnessed
 
 LAST_WORDS = 5.0
 """Wall seconds that the recorder gets for the map and the last records."""
+LATE_WORD = 1.0
+"""Wall seconds by which the last word of a mission may come after the end of its process: they take different ways."""
 MISSION = "mission"
 """Process whose alive token tells that a mission is there."""
 Tell = Callable[[str, str], None]
@@ -90,12 +92,17 @@ class FlightReports:
             self._flies_at = status.t
 
     def _on_alive(self, key: str, alive: bool) -> None:
-        """A mission that is gone without a word was killed, unless only the router is away."""
+        """A mission that is gone without a word was killed, unless only the router is away, or its word is late."""
         self._present = alive
         if not alive and self._flies_at is not None:
-            # If one is there again, nobody can tell whether it is the same.
-            self._begun = None
+            begun = self._begun
+            self._bus.after(LATE_WORD, lambda: self._forget(begun), wall=True)
             self._bus.after(LAST_WORDS, self._miss, wall=True)
+
+    def _forget(self, begun: float | None) -> None:
+        """If a mission is there again, nobody can tell whether it is the same."""
+        if self._begun == begun:
+            self._begun = None
 
     def _miss(self) -> None:
         if not self._present and self._flies_at is not None:
