@@ -5,6 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 class EmbreeScene:
+    def __init__(self, *, robust: bool = ...) -> None: ...
     @overload
     def run(
         self,
