@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skillwing.sim_mujoco.frames.motion import Motion
-from skillwing.sim_mujoco.frames.poses import rotations
-from skillwing.sim_mujoco.frames.vectors import Vector, add, to_world
+from skillwing.sim_mujoco.frames.vectors import Vector, add, axes, to_world
 from skillwing.sim_mujoco.sensors.directions import depth_directions
 from skillwing.sim_mujoco.sensors.infill import Infill, Pixels
 from skillwing.sim_mujoco.sensors.noise import NoiseTable
@@ -84,12 +83,11 @@ class DepthCamera:
         return _inverted(self._inverse_depth(motion))
 
     def _inverse_depth(self, motion: Motion) -> NDArray[np.float32]:
-        to_body = np.ascontiguousarray(rotations(np.array([motion.quaternion]))[0].T, dtype=np.float32)
+        axes_in_world = np.array(axes(motion.quaternion), dtype=np.float32)
         origin = np.array(add(motion.position, to_world(motion.quaternion, ZED_MOUNT)), dtype=np.float32)
 
         def cast(in_body: NDArray[np.float32], range_per_depth: NDArray[np.float32]) -> NDArray[np.float32]:
-            ranges = self._rays.distances(origin, in_body @ to_body, self._reach)
-            return np.divide(range_per_depth, ranges, out=ranges, where=ranges > 0.0)
+            return range_per_depth / self._rays.distances(origin, in_body @ axes_in_world, self._reach, nothing=np.inf)
 
         def cast_between(pixels: Pixels) -> NDArray[np.float32]:
             return cast(self._rays_in_body.take(pixels, axis=0), self._range_per_depth.take(pixels))
@@ -104,27 +102,30 @@ def _inverted(inverse: NDArray[np.float32]) -> NDArray[np.float32]:
 
 def _unmatchable(disparity: NDArray[np.float32]) -> NDArray[np.bool_]:
     """Pixels that the second camera does not see, or sees too differently, from their disparities [px]."""
-    column = np.arange(disparity.shape[1], dtype=np.float32) - disparity  # in the second camera's picture
+    width = disparity.shape[1]
+    column = np.arange(width, dtype=np.float32) - disparity  # in the second camera's picture
     hidden = column < 0.0
     # What hides a pixel is no farther to the right than its own disparity.
-    hidden[:, :-1] |= column[:, :-1] > _least_of_next(column[:, 1:], float(disparity.max()))
-    steep_x = np.abs(disparity[:, 1:] - disparity[:, :-1]) > _STEEPEST
-    hidden[:, :-1] |= steep_x
-    hidden[:, 1:] |= steep_x
-    steep_y = np.abs(disparity[1:] - disparity[:-1]) > _STEEPEST
-    hidden[:-1] |= steep_y
-    hidden[1:] |= steep_y
+    hidden |= column > _least_of_next(column, float(disparity.max()))
+    # All rows one after the other: a neighbour is one place away, or a row.
+    values, unmatched = disparity.reshape(-1), hidden.reshape(-1)
+    for away in (1, width):
+        steep = np.abs(values[away:] - values[:-away]) > _STEEPEST
+        if away == 1:
+            steep[width - 1 :: width] = False  # a row's last pixel and the first one of the next
+        unmatched[:-away] |= steep
+        unmatched[away:] |= steep
     return hidden
 
 
 def _least_of_next(rows: NDArray[np.float32], count: float) -> NDArray[np.float32]:
-    """The least of each value and at least `count` on its right, as far as there are so many."""
+    """The least of at least `count` values on the right of each, as far as there are so many; infinite on the edge."""
     height, width = rows.shape
-    windows = [1 << k for k in range(width.bit_length()) if 1 << k <= min(count, width - 1)]
+    windows = [1 << k for k in range(width.bit_length()) if 1 << k <= min(count, width - 2)]
     # All rows one after the other, with so much behind each that no window reaches from one into the next.
-    room = sum(windows)
-    padded = np.full((height, width + room), np.inf, dtype=np.float32)
-    padded[:, :width] = rows
+    room = sum(windows) + 1
+    padded = np.full((height, width - 1 + room), np.inf, dtype=np.float32)
+    padded[:, : width - 1] = rows[:, 1:]
     least = padded.reshape(-1)
     for window in windows:
         least = np.minimum(least[:-window], least[window:])

@@ -32,24 +32,26 @@ class Infill:
 
     def inverse_depths(self, first: Image, cast: Cast) -> Image:
         """Inverse depths (height, width), 0 where there is no return, from those of the `first` pixels (n,)."""
-        image = np.empty(self._numbers.shape, dtype=np.float32)
-        image[::2, ::2] = first.reshape(image[::2, ::2].shape)
+        height, width = self._numbers.shape
+        known, image = first.reshape(height // 2, width // 2), np.empty((height, width), dtype=np.float32)
+        image[::2, ::2] = known
         pixels = image.reshape(-1)
-        for rows, numbers in ((image[::2].T, self._numbers[::2].T), (image, self._numbers)):
-            bent = numbers[1::2][_fill(rows)]
-            pixels[bent] = cast(bent)
+        for rows, lines, numbers in ((known.T, image[::2].T, self._numbers[::2].T), (image[::2], image, self._numbers)):
+            lines[1:-1:2], bent = _between(rows)
+            chosen = numbers[1::2][bent]
+            pixels[chosen] = cast(chosen)
         return image
 
 
-def _fill(image: Image) -> NDArray[np.bool_]:
-    """Compute every second row (n, m) of `image` (2 n, m) from the rows between, and tell where that cannot be done."""
-    known = image[::2]
+def _between(known: Image) -> tuple[Image, NDArray[np.bool_]]:
+    """The rows (n - 1, m) in the middles between the rows `known` (n, m), and after which (n, m) of these that does not
+    hold, with all of the last."""
     step = known[1:] - known[:-1]
-    middle = known[:-1] + np.float32(0.5) * step
+    middle = np.float32(0.5) * step
+    middle += known[:-1]
     bend = np.abs(step[1:] - step[:-1])
     allowed = _STRAIGHT * middle
     bent = np.ones_like(known, dtype=np.bool_)
     bent[1:-1] = bend > allowed[1:]
     bent[:-2] &= bend > allowed[:-1]
-    image[1:-1:2] = middle
-    return bent
+    return middle, bent

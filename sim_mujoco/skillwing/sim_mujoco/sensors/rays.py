@@ -30,11 +30,12 @@ class RayScene:
         del memo
         return self
 
-    def distances(self, origins: Floats, directions: Floats, reach: float) -> Floats:
-        """Distances (N,) [m] along unit directions (N, 3) from origins (N, 3) or (3,); 0 where nothing is in reach."""
+    def distances(self, origins: Floats, directions: Floats, reach: float, nothing: float = 0.0) -> Floats:
+        """Distances (N,) [m] along unit directions (N, 3) from origins (N, 3) or (3,); `nothing` where nothing is in
+        reach."""
         starts = np.broadcast_to(origins, directions.shape)
         hits = self._scene.run(starts, np.ascontiguousarray(directions), dists=reach, query="DISTANCE")
-        hits[hits >= reach] = 0.0
+        hits[hits >= reach] = nothing
         return hits
 
     def faces(self, origins: Floats, directions: Floats, reach: float) -> tuple[Floats, NDArray[np.int32]]:
