@@ -10,6 +10,7 @@ from pathlib import Path
 
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic, SkillsetError
 from skillwing.dsl.model import Skillset, UnknownNameError
+from skillwing.dsl.text_files import text_of_file
 
 __all__ = ["Diagnostic", "Skillset", "SkillsetError", "UnknownNameError", "load", "parse"]
 
@@ -17,7 +18,7 @@ __all__ = ["Diagnostic", "Skillset", "SkillsetError", "UnknownNameError", "load"
 def load(path: str | Path) -> Skillset:
     """Read a `.skillset` file. Raises OSError if it cannot be read, SkillsetError if it has errors."""
     file = Path(path)
-    return parse(file.read_text(encoding="utf-8"), str(file))
+    return parse(text_of_file(file), str(file))
 
 
 @lru_cache(maxsize=8)

@@ -78,6 +78,12 @@ def test_words_become_values_of_their_types(words: list[str], values: dict[str, 
             "`row` is `0,0,10,0,1,2`; it takes `start`, `end` and `plants`: each by itself, as in `row.start=VALUE`, "
             "or all as JSON.",
         ),
+        (
+            'target={"x": 1,}',
+            '`target` is `{"x": 1,}`; it takes a structure with the fields `x`, `y` and `z`, '
+            "and as JSON it is wrong at `}`.",
+        ),
+        ("target=[1, NaN]", "`target` is `[1, NaN]`; it takes finite numbers only, and `NaN` is none."),
         ("target.w=1", "`target` has no field `w`; it is a structure with the fields `x`, `y` and `z`."),
         ("height.x=1", "`height` has no field `x`; it is a finite number."),
     ],

@@ -13,6 +13,7 @@ from skillwing.dsl import parse
 from skillwing.services.commands.exit_codes import FAILED, OK, USAGE, exit_code_of
 from skillwing.services.commands.replay import replay
 from skillwing.services.core.grants import Ledger
+from skillwing.services.errors import InvalidOptionError
 from skillwing.services.ids import RecordIds
 from skillwing.services.names import RESOURCE_MANAGER
 from skillwing.services.protocol import BeginGoal
@@ -98,6 +99,12 @@ def test_an_unfinished_step_is_said(run_dir: Path) -> None:
 
 
 def test_no_steps_are_a_sentence_and_an_exit_code(tmp_path: Path) -> None:
-    with pytest.raises(BadStepsError, match=r"There are no steps .* Name the directory of a run") as error:
+    with pytest.raises(InvalidOptionError, match=r"holds no `steps`\. Name the directory of a run") as error:
         run(str(tmp_path))
     assert exit_code_of(error.value) == USAGE
+    with pytest.raises(InvalidOptionError, match=r"There is no folder `.*nope`\. Name the directory of a run"):
+        run(str(tmp_path / "nope"))
+    (tmp_path / "steps").mkdir()
+    with pytest.raises(BadStepsError, match=r"There are no steps .* Name the directory of a run") as empty:
+        run(str(tmp_path))
+    assert exit_code_of(empty.value) == USAGE

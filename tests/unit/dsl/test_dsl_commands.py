@@ -7,6 +7,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
+from skillwing.dsl import load
 from skillwing.dsl.commands.check import check
 from skillwing.dsl.commands.generate import generate
 
@@ -68,7 +69,7 @@ def test_a_binary_file_is_one_sentence(app: typer.Typer, tmp_path: Path) -> None
     (tmp_path / "x.skillset").write_bytes(b"\xff\xfe\x00")
     result = CliRunner().invoke(app, ["check", str(tmp_path / "x.skillset")])
     assert result.exit_code == 2
-    assert "is not a text file in UTF-8" in result.output
+    assert "it is not text in UTF-8, from byte" in result.output
 
 
 def test_json_has_place_and_help(app: typer.Typer) -> None:
@@ -167,3 +168,13 @@ def test_generate_tells_of_managers_without_a_skill(app: typer.Typer, tmp_path: 
     result = CliRunner().invoke(app, ["generate", str(fewer), "-o", str(target)])
     assert result.exit_code == 0
     assert "wait.py manages a skill" in result.output
+
+
+def test_where_a_file_is_no_text_is_told_by_whoever_loads_it(tmp_path: Path) -> None:
+    file = tmp_path / "lamp.skillset"
+    file.write_bytes(b"skillset lamp {\r\n  // \xe9t\xe9\n}")
+    with pytest.raises(OSError, match="it is not text in UTF-8, from byte 6 of line 2 on") as caught:
+        load(file)
+    assert caught.value.filename == str(file)
+    file.write_bytes("skillset lamp {\r\n  // été\r\n}".encode())
+    assert load(file).name == "lamp"

@@ -338,7 +338,8 @@ def test_check_and_diff_write_nothing(raw: Path) -> None:
 
 def test_standard_input_goes_to_standard_output() -> None:
     assert run("-", given=RAW) == (0, NEAT, "")
-    assert run("-", given=b"\xff\xfe") == (2, "", "`-` is not a text file in UTF-8.\n")
+    refusal = "`-` cannot be read: it is not text in UTF-8, from byte 1 of line 1 on. Save it as UTF-8.\n"
+    assert run("-", given=b"\xff\xfe") == (2, "", refusal)
 
 
 def test_a_damaged_file_stays_as_it_is_and_the_others_are_formatted(raw: Path, tmp_path: Path) -> None:

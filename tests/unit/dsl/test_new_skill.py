@@ -137,6 +137,17 @@ def test_names_that_cannot_be_are_refused_and_nothing_is_written(
     assert file.read_text() == SOURCE
 
 
+def test_a_mistyped_robot_is_no_new_package(app: typer.Typer, file: Path, tmp_path: Path) -> None:
+    run(app, "generate", str(file), "-o", "lantern")
+    result = run(app, "new-skill", "blink", "-s", str(file), "-r", "lantrn")
+    assert result.exit_code == 2
+    assert result.stderr == "There is no robot's package `lantrn`. Did you mean `lantern`?\n"
+    other = run(app, "new-skill", "blink", "-s", str(file), "-r", "robots/crane")
+    assert "Make it: `skillwing generate lamp.skillset -o robots/crane`." in other.stderr
+    assert file.read_text() == SOURCE
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["lamp.skillset", "lantern"]
+
+
 def test_a_skillset_with_errors_is_shown_and_left_alone(app: typer.Typer, file: Path) -> None:
     broken = SOURCE.replace("success on", "success of")
     file.write_text(broken)

@@ -16,6 +16,7 @@ from skillwing.dsl.generating.package import RobotFolder, is_generated
 from skillwing.dsl.generating.skeletons import skeletons
 from skillwing.dsl.model import Skillset
 from skillwing.dsl.naming import is_usable
+from skillwing.dsl.suggest import closest
 
 
 def new_skill(
@@ -40,7 +41,7 @@ def new_skill(
     if problem := _name_problem(name, before) or _file_problem(skillset):
         misuse(problem)
     folder = robot or (skillset.parent if (skillset.parent / "robot.py").is_file() else None)
-    if folder is not None and (problem := place_problem(folder)):
+    if folder is not None and (problem := place_problem(folder) or _robot_problem(folder, skillset)):
         misuse(problem)
     extended = with_skill(source, name, str(skillset))
     outcome = check_source(extended, str(skillset))
@@ -81,6 +82,18 @@ def _name_problem(name: str, skillset: Skillset) -> str | None:
     if any(skill.name == name for skill in skillset.skills):
         return f"There is a skill `{name}` already. Choose another name, or change that one."
     return None
+
+
+def _robot_problem(folder: Path, skillset: Path) -> str | None:
+    """A package that is not there was meant to be another one: whoever wants a new one generates it."""
+    if RobotFolder(folder).exists:
+        return None
+    beside = folder.parent.iterdir() if folder.parent.is_dir() else ()
+    guess = closest(folder.name, [each.name for each in beside if RobotFolder(each).exists])
+    advice = f"Make it: `skillwing generate {skillset} -o {folder}`."
+    if guess:
+        advice = f"Did you mean `{folder.with_name(guess)}`?"
+    return f"There is no robot's package `{folder}`. {advice}"
 
 
 def _file_problem(file: Path) -> str | None:

@@ -13,6 +13,7 @@ import typer
 
 from skillwing.dsl.checking.checker import Checked
 from skillwing.dsl.diagnostics.diagnostic import render
+from skillwing.dsl.text_files import text_in
 
 PROBLEMS = 1
 MISUSE = 2
@@ -43,11 +44,9 @@ def read(file: Path) -> str:
 def text_of(file: Path) -> str:
     """As `read`, for a command that goes on with other files; raises UnreadableError."""
     try:
-        if file == STANDARD_INPUT:
-            return sys.stdin.buffer.read().decode("utf-8").replace("\r\n", "\n")
-        return file.read_text(encoding="utf-8")
-    except UnicodeDecodeError:
-        raise UnreadableError(f"`{file}` is not a text file in UTF-8.") from None
+        return text_in(sys.stdin.buffer.read() if file == STANDARD_INPUT else file.read_bytes())
+    except ValueError as error:
+        raise UnreadableError(f"`{file}` cannot be read: {error}. Save it as UTF-8.") from None
     except IsADirectoryError:
         raise UnreadableError(f"`{file}` is a folder. Name a file in it.") from None
     except OSError as error:

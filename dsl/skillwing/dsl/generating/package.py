@@ -93,6 +93,11 @@ class RobotFolder:
         self.path = path
         self.generated = path / GENERATED
 
+    @property
+    def exists(self) -> bool:
+        """Whether a package was generated there."""
+        return is_generated(self.generated / "processes.py")
+
     def managed(self, skillset: Skillset) -> tuple[str, ...]:
         """The skills that have a file for their manager."""
         return tuple(skill.name for skill in skillset.skills if (self.path / skill_file(skill.name)).is_file())

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Sequence
-from typing import Any, cast
-
-import msgspec
+from typing import Any, NoReturn, cast
 
 from skillwing.dsl.model import ArrayType, EnumType, Field, ScalarType, Skill, StructType, Type
 from skillwing.dsl.suggest import listed
@@ -116,9 +115,15 @@ def _read_scalar(text: str, kind: ScalarType) -> bool | int | float | str:
 
 def _read_json(text: str, kind: Type) -> Any:
     try:
-        return msgspec.json.decode(text)
-    except msgspec.DecodeError as error:
-        raise MalformedValueError(f"{type_text(kind)}, and this is no JSON ({error})") from error
+        return json.loads(text, parse_constant=_not_json)
+    except json.JSONDecodeError as error:
+        place = "its end" if error.pos >= len(text) else f"`{text[error.pos :]}`"
+        raise MalformedValueError(f"{type_text(kind)}, and as JSON it is wrong at {place}") from error
+
+
+def _not_json(constant: str) -> NoReturn:
+    """`NaN` and `Infinity`, which Python writes."""
+    raise MalformedValueError(f"finite numbers only, and `{constant}` is none")
 
 
 def _names(fields: Sequence[Field]) -> str:

@@ -17,6 +17,7 @@ from skillwing.services.commands.records import time_text
 from skillwing.services.names import STEPS_FOLDER
 from skillwing.services.replay.replaying import Divergence, Replayed, replay_folder
 from skillwing.services.replay.wording import answer_in_words, asked_in_words
+from skillwing.services.telemetry.run_facts import lacking
 
 DIFFERENCES_SHOWN = 6
 LONGEST_VALUE = 70
@@ -33,6 +34,8 @@ def replay(
 
     Exit codes: 0 every answer is the same, 1 one is not, 2 no such run, or one that cannot be replayed.
     """
+    if not (run / STEPS_FOLDER).is_dir():
+        raise lacking(run, STEPS_FOLDER)
     replayed = replay_folder(run / STEPS_FOLDER)
     if as_json:
         print_json(_facts(replayed))

@@ -56,9 +56,11 @@ def load_script(path: str | Path, skillset: Skillset) -> MockScript:
     try:
         table = tomllib.loads(file.read_text(encoding="utf-8"))
     except UnicodeDecodeError:
-        raise ScriptError(f"`{file}`", ["It is no UTF-8 text."]) from None
+        raise ScriptError(f"`{file}`", ["It is not text in UTF-8; save it as that."]) from None
     except tomllib.TOMLDecodeError as error:
-        raise ScriptError(f"`{file}`", [f"It is no TOML: {error}."]) from error
+        reason, _, place = str(error).rpartition(" (at ")
+        where = f"at {place.rstrip(')')}" if reason else "in it"
+        raise ScriptError(f"`{file}`", [f"It is no TOML, and wrong {where}: {reason or error}."]) from error
     problems: list[str] = []
     script = read_script(table, problems.append)
     problems += problems_of(script, skillset)
