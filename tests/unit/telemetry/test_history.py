@@ -12,7 +12,7 @@ from synthetic_mission import SKILLSET, tell
 from skillwing.dsl.model import Resource, Skillset
 from skillwing.services.protocol import Ending, GoalStatus, Record, RecordKind, State, Terminal
 from skillwing.services.telemetry.history import History, Outcome, Span
-from skillwing.services.telemetry.wording import in_words
+from skillwing.services.telemetry.wording import NEAREST, abridged, in_words
 
 STORY = tell()
 
@@ -103,6 +103,18 @@ def test_of_what_a_goal_went_through_a_chain_says_the_end() -> None:
     ]
     assert in_words(chain) == "zed blackout -> zed FAILED -> goto LOST"
     assert in_words([]) == ""
+
+
+def test_of_a_long_chain_the_root_and_the_nearest_causes_are_told() -> None:
+    """Nothing is left out where saying so would take as much room."""
+    for length in range(20):
+        causes = [f"cause {number}" for number in range(length)]
+        told = abridged(causes)
+        left_out = [cause for cause in causes if cause not in told]
+        assert told[:1] == causes[:1]
+        assert told[-NEAREST:] == causes[-NEAREST:]
+        assert (f"... {len(left_out)} more" in told) == bool(left_out)
+        assert len(left_out) != 1
 
 
 def test_a_chain_ends_at_what_was_not_seen_and_in_a_circle() -> None:

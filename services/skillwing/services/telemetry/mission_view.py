@@ -20,7 +20,7 @@ from skillwing.services.protocol import Ending, MissionStatus, Record, RecordKin
 from skillwing.services.telemetry import palette
 from skillwing.services.telemetry.history import History, Outcome, SkillBar, is_switch
 from skillwing.services.telemetry.tree_layout import ROW, ROWS, WIDTH, Outline, TreeLayout, lay_out
-from skillwing.services.telemetry.wording import brief, headlines
+from skillwing.services.telemetry.wording import abridged, brief, headlines
 
 TIMELINE = "mission_time"
 """Name of the one timeline: robot time as a duration."""
@@ -38,8 +38,6 @@ _LOG_WIDTH = 54
 """Letters that fit a row of the log: a row is one line, and what does not fit is hidden."""
 _INDENT = "    "
 _HARD_BLANK = "\u00a0"
-_NEAREST = 5
-"""Causes that are told of a long chain, besides its root. A mission makes one step the cause of the next one."""
 _PASSING = frozenset({State.VALIDATING, State.DISPATCHING, State.INTERRUPTING, "GRANTED", "ENDED", "NOT_READY"})
 _WAITING = "IDLE"
 """Phase of a mission that has not begun."""
@@ -227,13 +225,9 @@ class MissionView:
 
 
 def causes_in_words(chain: list[str]) -> str:
-    """A chain of causes, given root first, nearest first; of a long one the nearest and the root. A cause is not torn
-    apart when the text is broken into lines: its blanks do not break."""
-    nearest = chain[::-1]
-    left_out = len(nearest) - _NEAREST - 1
-    if left_out > 1:
-        nearest = [*nearest[:_NEAREST], f"... {left_out} more", nearest[-1]]
-    return " ".join(f"<- {cause}".replace(" ", _HARD_BLANK) for cause in nearest)
+    """A chain of causes, given root first, abridged and nearest first. Blanks within a cause do not break, so that it
+    is not torn apart where the text is broken into lines."""
+    return " ".join(f"<- {cause}".replace(" ", _HARD_BLANK) for cause in reversed(abridged(chain)))
 
 
 def in_lines(text: str, width: int = _LOG_WIDTH) -> list[str]:
