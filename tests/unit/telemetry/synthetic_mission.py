@@ -81,11 +81,26 @@ class Story:
         return [message for _, message in self.messages if isinstance(message, GoalStatus)]
 
     def record(
-        self, t: float, kind: RecordKind, subject: str, before: str | None, after: str, cause: str | None = None
+        self,
+        t: float,
+        kind: RecordKind,
+        subject: str,
+        before: str | None,
+        after: str,
+        cause: str | None = None,
+        goal_id: str | None = None,
     ) -> str:
         name = f"teller#{next(self._number)}"
         record = Record(
-            id=name, t=t, source="teller", kind=kind, subject=subject, before=before, after=after, cause=cause
+            id=name,
+            t=t,
+            source="teller",
+            kind=kind,
+            subject=subject,
+            before=before,
+            after=after,
+            cause=cause,
+            goal_id=goal_id,
         )
         self.messages.append((t, record))
         return name
@@ -104,7 +119,7 @@ class Story:
         record, before = "", None
         for t, state, how in told:
             after = how.label if how else str(state)
-            record = self.record(t, RecordKind.GOAL, skill, before, after, cause if how else None)
+            record = self.record(t, RecordKind.GOAL, skill, before, after, cause if how else None, goal_id)
             before = after
             status = GoalStatus(goal_id=goal_id, skill=skill, state=state, t=t, terminal=how, record=record)
             self.messages.append((t, status))

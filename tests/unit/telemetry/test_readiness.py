@@ -13,9 +13,10 @@ from skillwing.dsl import parse
 from skillwing.dsl.expressions import And, Comparison, Environment, Expression, Implies, Name, Not, Or, Symbol, evaluate
 from skillwing.dsl.model import Precondition, Predicate, Resource, Skill, Skillset
 from skillwing.services.mocking import MockRun, MockScript
-from skillwing.services.protocol import RecordKind
+from skillwing.services.protocol import GoalStatus, RecordKind, State
 from skillwing.services.telemetry.history import History
 from skillwing.services.telemetry.readiness import obstacles
+from skillwing.services.telemetry.report import as_markdown, make_report
 from skillwing.services.telemetry.wording import in_words
 from skillwing.services.testing import GoalUnderTest, SkillsetInProcess
 
@@ -105,6 +106,17 @@ def test_the_chain_is_told_by_records_that_name_each_other(crane: SkillsetInProc
     assert in_words(part.chain(record)) == in_words(chain)
     for stranger in (None, Skillset("crane")):
         assert in_words(History.of(crane.history.records, (), stranger).chain(record)) == "turn NR"
+
+
+def test_the_report_tells_it(crane: SkillsetInProcess) -> None:
+    crane.start_skill("lift").assert_running()
+    goal = refused(crane, "turn")
+    ended = GoalStatus(
+        goal_id=goal.id, skill="turn", state=State.TERMINATED, t=0.0, terminal=goal.terminal, record=goal.handle.record
+    )
+    history = History.of(crane.history.records, [ended], CRANE)
+    report = as_markdown(make_report(history, mission="none"), history)
+    assert "| NR | `arm == FREE` does not hold: arm is USED. | arm USED <- lift GRANTED |" in report
 
 
 def test_a_start_effect_that_cannot_be_applied_counts() -> None:

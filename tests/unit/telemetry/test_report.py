@@ -137,7 +137,20 @@ def test_the_readable_report_tells_the_chain_link_by_link(tmp_path: Path) -> Non
     assert "# Mission `mapping`: success" in text
     assert "Poses are simulated." in text
     assert "1. 20.000 s  zed blackout ON" in text
-    assert "| 6.4 | 12.0 | goto_straight | S_BLOCKED | an obstacle is 2.9 m ahead |" in text
+    assert "| 6.4 | 12.0 | goto_straight | S_BLOCKED | an obstacle is 2.9 m ahead |  |" in text
+    assert "| zed_ok: zed_status is FAILED | zed_status FAILED <- zed FAILED <- zed blackout ON |" in text
+    assert text.endswith("| guidance | died | -9 |\n\nNothing happened to `sim`.\n")
+
+
+def test_a_flight_is_as_long_as_its_mission(tmp_path: Path) -> None:
+    """What was recorded afterwards is no part of it, as it is none of the wall time."""
+    story = tell()
+    story.resource(40.0, "battery_status", "LOW")
+    after = History.of(story.records, story.statuses, SKILLSET)
+    assert after.end == 40.0
+    assert make_report(after, mission=MISSION).sim_time_s == 36.1
+    unfinished = after.part(0.0, 36.0)
+    assert make_report(unfinished, mission=MISSION).sim_time_s == 36.0
 
 
 @pytest.mark.parametrize("text", ["the link is lost", "the link is lost."])

@@ -8,15 +8,17 @@ from pathlib import Path
 import msgspec
 from rich.table import Table
 
-from skillwing.services.protocol import Record, RecordKind
-from skillwing.services.telemetry.history import PHASES, History, Outcome
-from skillwing.services.telemetry.wording import brief, in_words
+from skillwing.services.protocol import Ending, Record, RecordKind
+from skillwing.services.telemetry.history import PHASES, History, Outcome, SkillBar
+from skillwing.services.telemetry.wording import abridged, brief, ends, headlines, in_words
 
 REPORT_FILE = "report.json"
 REPORT_TEXT_FILE = "report.md"
 
 _RESULTS = {"SUCCEEDED": "success", "FAILED": "failure", "ABORTED": "aborted"}
 _UNFINISHED = "unfinished"
+_FROM_OUTSIDE = frozenset({Ending.NOT_READY, Ending.INVARIANT_VIOLATED, Ending.LOST})
+_AS_USUAL = frozenset({"runs", "stopped"})
 
 
 class Coverage(msgspec.Struct, frozen=True, kw_only=True):
@@ -46,7 +48,7 @@ class SkillEntry(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class ProcessEntry(msgspec.Struct, frozen=True, kw_only=True):
-    """What became of a process: `state` is `stopped` in good order, `died` or `not started`; `detail` says how."""
+    """What became of a process; `detail` says how. state: `runs`, `stopped` in good order, `died` or `not started`."""
 
     name: str
     state: str
@@ -89,9 +91,12 @@ def make_report(
     coverage: Coverage | None = None,
     processes: Iterable[ProcessEntry] = (),
 ) -> Report:
-    """The report of `history`, with what only others know. Times are rounded to milliseconds."""
+    """The report of `history`, with what only others know. Times are rounded to milliseconds.
+
+    wall_time_s: until the mission's end, or else until nothing more was recorded, as the flight time is.
+    """
     end = _last_phase(history, mission)
-    sim_time = history.end
+    sim_time = end.t if end is not None and end.after in _RESULTS else history.end
     return Report(
         mission=mission,
         result=_RESULTS.get(end.after, _UNFINISHED) if end else _UNFINISHED,
@@ -175,17 +180,34 @@ def as_markdown(report: Report, history: History, notes: Sequence[str] = ()) -> 
     lines += ["", *(f"{note}\n" for note in notes)]
     for switch in history.switches:
         lines += [f"## Switch at {switch.t:.1f} s: {switch.before} -> {switch.after}", ""]
-        lines += [f"{number}. {record.t:.3f} s  {brief(record)}" for number, record in enumerate(switch.chain, 1)]
+        lines += [f"{number}. {record.t:.3f} s  {brief(record)}" for number, record in enumerate(ends(switch.chain), 1)]
         lines.append("")
-    lines += ["## Skills", "", "| from [s] | to [s] | skill | end | reason |", "|---:|---:|---|---|---|"]
+    lines += ["## Skills", "", "| from [s] | to [s] | skill | end | reason | because |", "|---:|---:|---|---|---|---|"]
     for bar in history.bars:
         until = "" if bar.t_end is None else f"{bar.t_end:.1f}"
         how = bar.terminal or Outcome.RUNNING
-        lines.append(f"| {bar.t_start:.1f} | {until} | {bar.skill} | {how} | {_cell(bar.reason)} |")
+        because = _cell(_because(bar, history))
+        lines.append(f"| {bar.t_start:.1f} | {until} | {bar.skill} | {how} | {_cell(bar.reason)} | {because} |")
     if report.processes:
-        lines += ["", "## Processes", "", "| process | state | detail |", "|---|---|---|"]
-        lines += [f"| {process.name} | {process.state} | {_cell(process.detail)} |" for process in report.processes]
+        lines += ["", "## Processes", "", *_processes(report.processes)]
     return "\n".join(lines).rstrip() + "\n"
+
+
+def _because(bar: SkillBar, history: History) -> str:
+    """Of a goal that the state of the robot refused or ended: what that came from, nearest first."""
+    if bar.terminal not in _FROM_OUTSIDE:
+        return ""
+    causes = [record for record in history.chain(bar.record) if record.goal_id != bar.goal_id]
+    return " <- ".join(reversed(abridged(headlines(causes))))
+
+
+def _processes(entries: Sequence[ProcessEntry]) -> list[str]:
+    """A row for each process of which there is something to tell, and the others in one line."""
+    told = [entry for entry in entries if entry.detail or entry.state not in _AS_USUAL]
+    others = [f"`{entry.name}`" for entry in entries if entry not in told]
+    rows = [f"| {entry.name} | {entry.state} | {_cell(entry.detail)} |" for entry in told]
+    table = ["| process | state | detail |", "|---|---|---|", *rows, ""] if rows else []
+    return table + ([f"Nothing happened to {', '.join(others)}."] if others else [])
 
 
 def _last_phase(history: History, mission: str) -> Record | None:

@@ -13,6 +13,7 @@ import typer
 from skillwing.dsl import load
 from skillwing.services.commands.connection import JsonOption
 from skillwing.services.commands.output import make_console, print_json
+from skillwing.services.commands.records import time_text
 from skillwing.services.errors import InvalidOptionError, SkillwingError
 from skillwing.services.options import imported
 from skillwing.services.telemetry.flights import Flight, flights_of
@@ -111,4 +112,4 @@ def _seen_before(folder: Path) -> Witnessed:
 
 
 def _times(flight: Flight) -> str:
-    return f"Times count from the beginning of the mission, which was at {flight.begin:.3f} s of robot time."
+    return f"Times count from the beginning of the mission, which was at {time_text(flight.begin)} of robot time."

@@ -9,10 +9,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from textwrap import shorten
+from typing import Any
 
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from skillwing.dsl.model import Resource
@@ -24,6 +27,8 @@ WIDTH, HEIGHT, DPI = 1600, 900, 100
 _LETTER_PX = 6.3
 """Width of a letter of bar text; a text that would not fit its bar is left out."""
 _MAX_SWITCHES = 6
+_REFUSED: dict[str, Any] = {"marker": "v", "markersize": 6}
+"""A goal that never ran has no bar."""
 
 
 def draw_timeline(history: History, path: Path, *, title: str, resources: Sequence[Resource] = ()) -> None:
@@ -55,11 +60,14 @@ def draw_timeline(history: History, path: Path, *, title: str, resources: Sequen
     _draw_switches(figure, upper, lower, switches)
 
     figure.text(0.015, 0.962, title, fontsize=15, fontweight="bold", color=palette.INK, va="center")
+    legend: list[Artist] = [Patch(color=colour, label=outcome) for outcome, colour in palette.OUTCOME_COLOURS.items()]
+    if any(bar.refused for bar in history.bars):
+        legend.append(Line2D([], [], **_REFUSED, color=palette.INK, linestyle="none", label="refused"))
     figure.legend(
-        handles=[Patch(color=colour, label=outcome) for outcome, colour in palette.OUTCOME_COLOURS.items()],
+        handles=legend,
         loc="upper right",
         bbox_to_anchor=(0.99, 0.985),
-        ncols=4,
+        ncols=len(legend),
         frameon=False,
         fontsize=10,
     )
@@ -76,7 +84,7 @@ def _draw_skills(axes: Axes, bars: Sequence[SkillBar], skills: Sequence[str], en
         lane = skills.index(bar.skill)
         colour = palette.OUTCOME_COLOURS[bar.outcome]
         if bar.refused:
-            axes.plot(bar.t_start, lane - 0.36, marker="v", color=colour, markersize=6, clip_on=False)
+            axes.plot(bar.t_start, lane - 0.36, **_REFUSED, color=colour, clip_on=False)
             continue
         width = (end if bar.t_end is None else bar.t_end) - bar.t_start
         axes.barh(lane, width, left=bar.t_start, height=0.72, color=colour, edgecolor="white", linewidth=0.8)
