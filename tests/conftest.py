@@ -2,10 +2,11 @@ from __future__ import annotations
 
 import signal
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 from hypothesis import settings
+from xdist.remote import Producer
+from xdist.scheduler import LoadScopeScheduling
 
 # How long an example takes tells nothing where the machine does other work as well.
 settings.register_profile("skillwing", deadline=None, max_examples=50)
@@ -42,13 +43,20 @@ GROUPS = {
 GROUP_OF = {file: group for group, files in GROUPS.items() for file in files}
 
 
-@pytest.hookimpl(tryfirst=True)  # before xdist looks for the groups
-def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """For `pytest -n 2 --dist loadgroup`: each file stays whole, and each group of files with one worker."""
-    if config.pluginmanager.has_plugin("xdist"):
-        for item in items:
-            file = item.path.relative_to(Path(__file__).parent).as_posix()
-            item.add_marker(pytest.mark.xdist_group(GROUP_OF.get(file, file)))
+class WholeFiles(LoadScopeScheduling):
+    """Keeps each file with one worker, so that what its tests share is made once, and each group of files.
+
+    By the names of the files, for the mark `xdist_group` is without effect since pytest 9.2.
+    """
+
+    def _split_scope(self, nodeid: str) -> str:
+        file = nodeid.partition("::")[0].removeprefix("tests/")
+        return GROUP_OF.get(file, file)
+
+
+@pytest.hookimpl(optionalhook=True)  # there is none where xdist is switched off
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> WholeFiles | None:
+    return WholeFiles(config, log) if config.getoption("dist") == "loadfile" else None
 
 
 @pytest.fixture(scope="session", autouse=True)
