@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -288,8 +289,10 @@ def test_a_second_mission_is_refused_while_one_is_there(ready: Command, system: 
         bus.close()
     assert said.code == REFUSED
     assert said.error.startswith("Mission mapping flies here already. Wait until it has ended, or abort it with ")
+    deadline = time.monotonic() + PATIENCE
     with connect() as connection:
-        assert MissionNode.name not in connection.alive()
+        while MissionNode.name in connection.alive():
+            assert time.monotonic() < deadline
 
 
 # --- up and down -----------------------------------------------------------------------------------------------------

@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import replace
@@ -141,6 +142,7 @@ def test_a_system_starts_is_watched_and_stops(tmp_path: Path) -> None:
         launcher.start(MANAGERS)
         processes = [psutil.Process(pid) for pid in launcher.pids.values()]
         assert set(launcher.pids) == {"router", "data_manager", "resource_manager"}
+        await_line(tmp_path / "logs" / "data_manager.log", "data_manager runs")
         os.kill(launcher.pids["data_manager"], signal.SIGKILL)
         death = deaths.get(timeout=PATIENCE)
         assert str(death) == "data_manager was killed by SIGKILL."
@@ -226,22 +228,22 @@ def test_a_process_that_is_not_essential_may_die_while_it_starts(tmp_path: Path,
 
 def test_what_dies_is_started_again_and_its_log_goes_on(tmp_path: Path) -> None:
     changes: SimpleQueue[None] = SimpleQueue()
-    deaths: SimpleQueue[Death] = SimpleQueue()
+    deaths: SimpleQueue[tuple[Death, ProcessState]] = SimpleQueue()
     with Launcher(
         "m600",
         "m600",
         tmp_path,
         clock="wall",
         restarts=True,
-        on_death=deaths.put,
+        on_death=lambda death: deaths.put((death, state_of(launcher, "data_manager"))),
         on_change=lambda: changes.put(None),
     ) as launcher:
         launcher.start(MANAGERS)
         first = launcher.pids["data_manager"]
         os.kill(first, signal.SIGKILL)
-        death = deaths.get(timeout=PATIENCE)
+        death, dead = deaths.get(timeout=PATIENCE)
         assert (death.final, death.outlook) == (False, "It is started again in 0.2 s.")
-        assert state_of(launcher, "data_manager").last_words == f"{death} {death.outlook}"
+        assert dead.last_words == f"{death} {death.outlook}"
         await_restart(launcher, "data_manager", changes)
         state = state_of(launcher, "data_manager")
         assert (state.life, state.restarts) == ("lives", 1)
@@ -316,7 +318,10 @@ def ending_of(bus: ZenohBus, goal: GoalHandle) -> Ending | None:
     return goal.terminal.ending if goal.terminal is not None else None
 
 
-def test_a_process_that_waits_for_its_restart_is_not_started_by_the_end(tmp_path: Path) -> None:
+def test_a_process_that_waits_for_its_restart_is_not_started_by_the_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("skillwing.services.processes.restart_policy.FIRST_PAUSE", PATIENCE)
     deaths: SimpleQueue[Death] = SimpleQueue()
     with Launcher("m600", "m600", tmp_path, clock="wall", restarts=True, on_death=deaths.put) as launcher:
         launcher.start(MANAGERS[:1])
@@ -324,6 +329,13 @@ def test_a_process_that_waits_for_its_restart_is_not_started_by_the_end(tmp_path
         deaths.get(timeout=PATIENCE)
     assert not launcher.running("data_manager")
     assert state_of(launcher, "data_manager").restarts == 0
+
+
+def await_line(log: Path, text: str) -> None:
+    """Wait for what a process writes right after it has said that it is there."""
+    deadline = time.monotonic() + PATIENCE
+    while text not in log.read_text(encoding="utf-8"):
+        assert time.monotonic() < deadline
 
 
 def assert_present(launcher: Launcher, names: list[str]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Callable, Iterator
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
@@ -180,6 +181,8 @@ def test_a_crash_loses_the_goal_and_the_manager_is_started_again(pump: Command) 
     assert said.code == FAILED
     assert "LOST" in said.out
     assert pump("start", "fill", "to=0.5", "--follow").code == OK
-    looks = (pump("status", "--json").json["processes"]["skill/drain"] for _ in range(50))
-    assert any(look["state"] == "runs" and look["restarts"] == 1 for look in looks)
+    deadline = time.monotonic() + PATIENCE
+    while (drain := pump("status", "--json").json["processes"]["skill/drain"])["state"] != "runs":
+        assert time.monotonic() < deadline, drain
+    assert drain["restarts"] == 1
     assert pump("start", "drain", "--follow").code == OK

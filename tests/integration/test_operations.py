@@ -69,6 +69,8 @@ def skillwing(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Command]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_RUNTIME_DIR", str(tmp_path_factory.mktemp("runtime")))
         patch.delenv("SKILLWING_CONNECT", raising=False)
+        # Nobody tells robot time here: no need to listen for long.
+        patch.setattr("skillwing.services.diagnosis.examination.CLOCK_WATCH", 0.1)
 
         def run(*words: str) -> Said:
             patch.setattr("sys.argv", ["skillwing", *words])
