@@ -18,9 +18,10 @@ from skillwing.services.commands.connection import JsonOption, RobotOption, Syst
 from skillwing.services.commands.exit_codes import OK, exit_code_of_end
 from skillwing.services.commands.inputs import parse_inputs
 from skillwing.services.commands.output import end_text, make_console, print_json, value_text
-from skillwing.services.errors import SkillwingError
+from skillwing.services.commands.readiness import ways_out
+from skillwing.services.errors import RefusedError, SkillwingError, UnansweredError
 from skillwing.services.names import skill_process
-from skillwing.services.protocol import State
+from skillwing.services.protocol import Ending, QueryStates, ResourceStates, State, Terminal
 
 DOUBLE_TIME = 0.5
 """Seconds in which a second Ctrl-C is taken for the first: `make` and `timeout` pass it on to us, too."""
@@ -65,13 +66,27 @@ def start(
             _follow(system, interface, goal, None if as_json else console)
         else:
             wait_for(system.bus, goal, lambda: goal.state in ACCEPTED, None if as_json else console)
+        advice = [] if as_json or goal.terminal is None else _advice(system, skill, goal.terminal)
     if as_json:
         print_json({"goal_id": goal.goal_id, "skill": skill, "state": goal.state, "terminal": goal.terminal})
     elif goal.terminal is not None:
         console.print(end_text(goal.terminal))
+        for sentence in advice:
+            console.print(f"  {sentence}", markup=False)
     else:
         console.print(f"{skill} runs as goal {goal.goal_id}.")
     raise typer.Exit(OK if goal.terminal is None else exit_code_of_end(goal.terminal))
+
+
+def _advice(system: System, skill: str, terminal: Terminal) -> list[str]:
+    """Who can make the skill ready, if it was not; nothing where nobody tells how the resources are."""
+    if terminal.ending is not Ending.NOT_READY:
+        return []
+    try:
+        states = system.ask(system.keys.resource_states, QueryStates(), ResourceStates).states
+    except (UnansweredError, RefusedError):
+        return []
+    return list(ways_out(system.skillset, system.skillset.skill(skill), terminal.failing, states))
 
 
 def wait_for(bus: Bus, goal: GoalHandle, condition: Callable[[], bool], console: Console | None) -> None:
