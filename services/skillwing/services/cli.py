@@ -10,13 +10,13 @@ from __future__ import annotations
 import ast
 import inspect
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
 from importlib.machinery import PathFinder
 from importlib.metadata import EntryPoint, EntryPoints, entry_points
 from pathlib import Path
-from typing import Annotated, Any, NoReturn
+from typing import Annotated, Any, NoReturn, cast
 
 import typer
 from typer.core import TyperCommand, TyperGroup
@@ -25,6 +25,8 @@ from typer.main import get_command
 COMMANDS = "skillwing.commands"
 LONGEST_SENTENCE = 200
 """Letters of the sentence about a command in a list of all."""
+_Misuse = cast("type[Exception]", typer.BadParameter.__bases__[0])
+"""What the parser raises for a mistyped command line; typer has a name for one kind of it only."""
 INTERRUPTED = 130
 """What a shell expects of a command that Ctrl-C has ended."""
 
@@ -33,6 +35,14 @@ class LazyGroup(TyperGroup):
     """A group whose commands are entry points."""
 
     _listing = False
+
+    def make_context(self, info_name: Any, *args: Any, **settings: Any) -> Any:
+        with _misuse_told(lambda: str(info_name)):
+            return super().make_context(info_name, *args, **settings)
+
+    def invoke(self, ctx: Any) -> Any:
+        with _misuse_told(lambda: f"{ctx.command_path} {ctx.invoked_subcommand}"):
+            return super().invoke(ctx)
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         with self._only_listing():
@@ -76,6 +86,18 @@ class LazyGroup(TyperGroup):
         # All of them: who does not know a command's name finds it nowhere else.
         text = f"There is no command `{cmd_name}`{hint} What exists: {listed(known, limit=len(known))}."
         raise InvalidOptionError("command", text)
+
+
+@contextmanager
+def _misuse_told(command: Callable[[], str]) -> Iterator[None]:
+    """Let a mistyped command line be told as every other mistake is. command: which it is, once it is known."""
+    try:
+        yield
+    except _Misuse as error:
+        from skillwing.services.commands.misuse import told  # noqa: PLC0415 - needed for a slip of the user only
+
+        instead = told(error, command())
+        raise instead from (None if instead is error else error)
 
 
 @cache

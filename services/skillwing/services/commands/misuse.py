@@ -1,0 +1,69 @@
+"""What to tell who has mistyped a command line: what its parser found, in sentences as those of all other errors."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from skillwing.dsl.suggest import closest, listed
+from skillwing.services.errors import InvalidOptionError
+
+
+def told(error: Exception, command: str) -> Exception:
+    """The error to raise in place of a parser's: InvalidOptionError, or the same where it only asks for the help.
+
+    command: which was called, as far as is known, for an error that does not say it. The parser's errors are told apart
+    by the names of their classes: typer has no others for them.
+    """
+    kind = type(error).__name__
+    if kind == "NoArgsIsHelpError":
+        return error
+    context: Any = getattr(error, "ctx", None)
+    parameter: Any = getattr(error, "param", None)
+    command = command if context is None else context.command_path
+    option = str(getattr(error, "option_name", ""))
+    said = _plain(str(getattr(error, "message", "")))
+    if kind == "MissingParameter" and parameter is not None:
+        text = f"`{command}` lacks {_described(parameter)}."
+    elif kind == "BadParameter" and parameter is not None:
+        text = f"`{_name(parameter)}` of `{command}` does not fit: {said}."
+    elif kind == "NoSuchOption" and context is not None:
+        text = f"`{command}` has no option `{option}`{_guess(option, _options(context))}"
+    elif kind == "BadOptionUsage":
+        text = f"`{option}` of `{command}` does not fit: {said}."
+    elif said.startswith("No such command") and context is not None:
+        word, known = said.split("`")[1], context.command.list_commands(context)
+        exists = f"What exists: {listed(known, limit=len(known))}."
+        text = f"There is no command `{word}` of `{command}`{_guess(word, known)} {exists}"
+    else:
+        text = f"`{command}` does not fit: {said}."
+    return InvalidOptionError(option or str(getattr(parameter, "name", "")), f"{text} See `{command} -h`.")
+
+
+def _plain(said: str) -> str:
+    """What the parser says, without what only its developers care for."""
+    return said.removeprefix("Value error, ").partition(", unable to parse")[0].replace("'", "`").rstrip(".")
+
+
+def _described(parameter: Any) -> str:
+    """`--skillset FILE` (skillset file)."""
+    is_option = parameter.param_type_name == "option"
+    value = f" {parameter.metavar}" if is_option and parameter.metavar else ""
+    said = str(getattr(parameter, "help", None) or "").rstrip(".")
+    return f"`{_name(parameter)}{value}`" + (f" ({said[0].lower()}{said[1:]})" if said else "")
+
+
+def _name(parameter: Any) -> str:
+    """`--speed`, or the NAME of an argument."""
+    if parameter.param_type_name == "option":
+        return max(parameter.opts, key=len)
+    return str(parameter.metavar or parameter.name.upper())
+
+
+def _options(context: Any) -> list[str]:
+    """The long names of the options of a command."""
+    return [name for each in context.command.params for name in each.opts if name.startswith("--")]
+
+
+def _guess(word: str, known: list[str]) -> str:
+    guess = closest(word, known)
+    return f"; did you mean `{guess}`?" if guess else "."

@@ -1,0 +1,51 @@
+"""A mistyped command line is answered in sentences as every other mistake: what is wrong, and what to do."""
+
+from __future__ import annotations
+
+import pytest
+from typer.testing import CliRunner
+
+from skillwing.services import cli
+from skillwing.services.commands.exit_codes import USAGE, exit_code_of
+from skillwing.services.errors import InvalidOptionError
+
+
+@pytest.mark.parametrize(
+    ("line", "sentence"),
+    [
+        (
+            "new-skill wave",
+            "`skillwing new-skill` lacks `--skillset FILE` (skillset file). See `skillwing new-skill -h`.",
+        ),
+        ("trigger a", "`skillwing trigger` lacks `STATE` (state to bring it to). See `skillwing trigger -h`."),
+        ("up --roboter a", "`skillwing up` has no option `--roboter`; did you mean `--robot`? See `skillwing up -h`."),
+        ("down -z", "`skillwing down` has no option `-z`. See `skillwing down -h`."),
+        ("--nope", "`skillwing` has no option `--nope`. See `skillwing -h`."),
+        ("up --speed", "`--speed` of `skillwing up` does not fit: Option `--speed` requires an argument."),
+        ("up --viewer foo", "`--viewer` of `skillwing up` does not fit: `foo` is not one of `none`, `native`, `web`."),
+        ("replay a b", "`skillwing replay` does not fit: Got unexpected extra argument"),
+        (
+            "mission chek",
+            "There is no command `chek` of `skillwing mission`; did you mean `check`? What exists: `list`",
+        ),
+    ],
+)
+def test_it_is_a_sentence_and_a_way_out(line: str, sentence: str) -> None:
+    with pytest.raises(InvalidOptionError) as caught:
+        CliRunner().invoke(cli.app, line.split(), prog_name="skillwing", catch_exceptions=False)
+    assert str(caught.value).startswith(sentence)
+    assert exit_code_of(caught.value) == USAGE
+
+
+def test_a_number_is_asked_for_in_plain_words() -> None:
+    with pytest.raises(InvalidOptionError) as caught:
+        CliRunner().invoke(cli.app, ["up", "--seed", "x"], prog_name="skillwing", catch_exceptions=False)
+    assert str(caught.value).startswith("`--seed` of `skillwing up` does not fit: ")
+    assert "parse" not in str(caught.value)
+
+
+@pytest.mark.parametrize("line", ["", "mission"])
+def test_who_names_no_command_gets_the_help(line: str) -> None:
+    result = CliRunner().invoke(cli.app, line.split(), prog_name="skillwing")
+    assert "Usage: skillwing" in result.output
+    assert result.exit_code == USAGE
