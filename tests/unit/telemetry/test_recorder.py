@@ -104,6 +104,8 @@ def test_tree_and_causes_are_in_the_recording(tmp_path: Path) -> None:
         "    <- zed_depthmap RI <- zed_status FAILED",
         "    <- zed FAILED <- zed blackout ON",
     ]
+    ended = logged(tmp_path, "/log/goal")
+    assert ended[ended.index("zed_depthmap RI") + 1] == "    <- zed_status FAILED <- zed FAILED", "not its own steps"
 
 
 def test_each_phase_of_a_mission_is_logged_once_and_before_it_begins_what_it_waits_for(tmp_path: Path) -> None:

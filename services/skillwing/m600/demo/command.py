@@ -58,13 +58,12 @@ UNREAD = "Called off, for nobody reads what it prints."
 class Flight:
     """What only the one who ran the flight knows.
 
-    begun: wall time at which robot time began, wall_time: seconds from then on, None if it did not get so far.
-    ended_by: a sentence saying why it was cut short, empty if the mission ended it. started: names of the processes
-    that were. deck: what was seen of it, None if it did not get so far.
+    wall_time: seconds from the beginning of robot time to the mission's end; None if it was cut short, for then the
+    robot goes on until it is stopped. ended_by: a sentence saying why that was, empty if the mission ended it. started:
+    names of the processes that were. deck: what was seen of it, None if it did not get so far.
     """
 
     processes: tuple[ProcessSpec, ...]
-    begun: float | None = None
     wall_time: float | None = None
     ended_by: str = ""
     deaths: list[Death] = field(default_factory=list)
@@ -236,9 +235,6 @@ def _fly(
                 _follow(launcher, flight, skillset, console, title, speed, ending)
         finally:
             flight.started = set(launcher.pids)
-    if flight.begun is not None and flight.wall_time is None:
-        # Cut short: what was recorded until all had stopped counts as flight time.
-        flight.wall_time = time.monotonic() - flight.begun
 
 
 def _follow(
@@ -258,14 +254,14 @@ def _follow(
             launcher.start(robot)
         ending.wait(bus, clock.has_started, CLOCK_TIMEOUT)
         # Robot time began before anybody looked, and nothing has slowed it down by now.
-        flight.begun = time.monotonic() - (clock.now() / speed if speed > 0.0 else 0.0)
+        begun = time.monotonic() - (clock.now() / speed if speed > 0.0 else 0.0)
         deck = flight.deck = FlightDeck(bus, skillset, console, title)
         watch = FlightWatch(bus, Keys(skillset.name), deck, flight.deaths, flight.essential, ending, hosts=flight.hosts)
         with deck:
             launcher.start([mission])
             flight.ended_by = watch.follow()
             if not flight.ended_by:
-                flight.wall_time = time.monotonic() - flight.begun
+                flight.wall_time = time.monotonic() - begun
             ending.wait(bus, lambda: False, FEWER_LAST_WORDS if flight.ended_by else LAST_WORDS)
 
 

@@ -173,9 +173,9 @@ class MissionView:
             self._show_resource(record)
         level = _level(record)
         text = f"SWITCH {record.before} -> {record.after}" if is_switch(record) else brief(record)
-        chain = history.chain(record.id)[:-1]
-        if chain and level != rr.TextLogLevel.INFO:
-            text += "\n" + causes_in_words(headlines(chain))
+        causes = headlines(history.chain(record.id))[:-1]
+        if causes and level != rr.TextLogLevel.INFO:
+            text += "\n" + causes_in_words(causes)
         self._log(record.kind, record.t, text, level)
 
     def show_mission(self, status: MissionStatus) -> None:

@@ -93,7 +93,7 @@ def make_report(
 ) -> Report:
     """The report of `history`, with what only others know. Times are rounded to milliseconds.
 
-    wall_time_s: until the mission's end, or else until nothing more was recorded, as the flight time is.
+    wall_time_s: until the mission's end, as the flight time is; of one that had none, until the last record.
     """
     end = _last_phase(history, mission)
     sim_time = end.t if end is not None and end.after in _RESULTS else history.end
