@@ -62,8 +62,8 @@ def _change(record: Record) -> str:
 
 def _why(record: Record, history: History) -> str:
     """The record's own words, then what made it happen."""
-    chain = history.chain(record.cause)
-    because = f"<- {headline(chain[-1])}" if chain else ""
+    causes = history.chain(record.id)[:-1]
+    because = f"<- {headline(causes[-1])}" if causes else ""
     return "  ".join(part for part in (record.text, because) if part)
 
 
