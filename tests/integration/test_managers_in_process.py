@@ -685,8 +685,8 @@ def test_factories_say_what_is_wrong_with_their_options(tmp_path: Path) -> None:
     for options, message in (
         ({"skillset": str(file)}, "`hooks` is missing"),
         ({"hooks": f"{__name__}:Steady"}, "`skillset` is missing"),
-        ({**good, "hooks": "no.such:Thing"}, "cannot be had"),
-        ({**good, "hooks": f"{__name__}:Nothing"}, "cannot be had"),
+        ({**good, "hooks": "no.such:Thing"}, "there is no module `no`"),
+        ({**good, "hooks": f"{__name__}:Nothing"}, "has no `Nothing`"),
         ({**good, "hooks": f"{__name__}:System"}, "no skill manager"),
     ):
         with pytest.raises(InvalidOptionError, match=message):

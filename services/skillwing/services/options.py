@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import traceback
 from importlib import import_module
 from typing import Any
 
@@ -18,11 +19,42 @@ def required(options: dict[str, Any], name: str) -> str:
 
 
 def imported(options: dict[str, Any], name: str) -> Any:
-    """What an option of the form `package.module:attribute` names. Raises InvalidOptionError."""
+    """What an option of the form `package.module:attribute` names. Raises InvalidOptionError.
+
+    That the module is not there is told apart from a module that is, and cannot import what it needs.
+    """
     path = required(options, name)
-    module, _, attribute = path.partition(":")
+    module, colon, attribute = path.partition(":")
+    if not (colon and attribute and all(part.isidentifier() for part in module.split("."))):
+        text = f"The option `{name}` is `{path}`. Write `package.module:attribute`."
+        raise InvalidOptionError(name, text)
     try:
-        return getattr(import_module(module), attribute)
-    except (ImportError, AttributeError, ValueError) as error:
-        text = f"The option `{name}` names `{path}`, which cannot be had: {error}. Write `package.module:attribute`."
-        raise InvalidOptionError(name, text) from error
+        found = import_module(module)
+    except ImportError as error:
+        if isinstance(error, ModuleNotFoundError) and f"{module}.".startswith(f"{error.name}."):
+            told = f"there is no module `{error.name}`. Write its name right, or install the package that has it."
+        else:
+            told = f"its module cannot be loaded. {import_failure(error)}"
+        raise InvalidOptionError(name, f"The option `{name}` names `{path}`, but {told}") from error
+    try:
+        return getattr(found, attribute)
+    except AttributeError as error:
+        told = f"`{module}` has no `{attribute}`. Name something that it defines"
+        raise InvalidOptionError(name, f"The option `{name}` names `{path}`, but {told}.") from error
+
+
+def import_failure(error: ImportError, *, told_at: str = "") -> str:
+    """Which file imports what it cannot have, and what to do about it. told_at: `file:line` that stands before this."""
+    importer = _importer(error)
+    where = "It" if importer in ("", told_at) else f"`{importer}`"
+    if isinstance(error, ModuleNotFoundError):
+        return f"{where} imports `{error.name}`, and there is no such module. Install it, or mend the import."
+    if error.name:
+        return f"{where} imports from `{error.name}` what that cannot give: {error.msg}. Mend the import."
+    return f"{where} imports what it cannot have: {error.msg}. Mend the import."
+
+
+def _importer(error: ImportError) -> str:
+    """`file:line` of the innermost file that has asked for it; Python's own machinery is none."""
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if not frame.filename.startswith("<frozen")]
+    return f"{frames[-1].filename}:{frames[-1].lineno}" if frames else ""

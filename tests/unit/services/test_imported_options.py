@@ -1,0 +1,63 @@
+"""What an option names is imported, or it is told which file is to be mended."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from skillwing.services.errors import InvalidOptionError
+from skillwing.services.options import imported
+
+Write = Callable[..., str]
+
+
+@pytest.fixture
+def write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Write:
+    """Writes a module under a name that no other test has, and returns that."""
+    monkeypatch.syspath_prepend(str(tmp_path))
+
+    def written(name: str, *lines: str) -> str:
+        (tmp_path / f"{name}.py").write_text("\n".join(lines) + "\n", encoding="utf-8")
+        return name
+
+    return written
+
+
+def refusal(path: str) -> str:
+    with pytest.raises(InvalidOptionError) as caught:
+        imported({"hooks": path}, "hooks")
+    assert caught.value.option == "hooks"
+    return str(caught.value)
+
+
+def test_what_is_named_is_imported(write: Write) -> None:
+    assert imported({"hooks": f"{write('hooks_that_fit', 'Manager = 7')}:Manager"}, "hooks") == 7
+
+
+def test_a_module_that_is_not_there_is_told_from_one_that_lacks_another(write: Write, tmp_path: Path) -> None:
+    lacking = write("hooks_that_lack", "import math", "import hooks_of_nobody")
+    user = write("hooks_that_use_it", "", "", "import hooks_that_lack")
+    assert "there is no module `hooks_at_all`. Write its name right" in refusal("hooks_at_all.skills:Manager")
+    for path in (lacking, user):
+        told = refusal(f"{path}:Manager")
+        assert f"`{tmp_path / lacking}.py:2` imports `hooks_of_nobody`, and there is no such module. Install it" in told
+        assert "Write its name right" not in told
+
+
+def test_a_name_that_another_module_does_not_have_is_told_with_the_line_that_wants_it(
+    write: Write, tmp_path: Path
+) -> None:
+    told = refusal(f"{write('hooks_that_want', 'from math import tao')}:Manager")
+    assert f"`{tmp_path}/hooks_that_want.py:1` imports from `math` what that cannot give" in told
+    assert "Mend the import." in told
+
+
+def test_what_a_module_does_not_define_is_told() -> None:
+    assert "`math` has no `Manager`" in refusal("math:Manager")
+
+
+@pytest.mark.parametrize("path", ["math", ":Manager", "math:", "my hooks:Manager", ".:x"])
+def test_what_is_no_path_is_answered_with_its_form(path: str) -> None:
+    assert "Write `package.module:attribute`." in refusal(path)
