@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from skillwing.m600.generated.managers import AbstractLidarMappingManager
 from skillwing.m600.generated.types import LidarMappingFeedback, LidarMappingInputs
+from skillwing.m600.keys import KEYS
 from skillwing.m600.latest import Latest
 from skillwing.m600.skills.switch import Switch
 from skillwing.services.bus import Handle
 from skillwing.services.managers.skill_manager import Goal
-from skillwing.services.protocol import Keys, RecordKind, Terminal
+from skillwing.services.protocol import RecordKind, Terminal
 from skillwing.services.timeline import Timeline
 from skillwing.sim_mujoco.topics import MAPPING_COMMAND, MAPPING_STATUS, ControlMapping, MappingStatus
 
@@ -23,7 +24,7 @@ class LidarMappingManager(AbstractLidarMappingManager):
         self.mapping = Switch(self, MAPPING_COMMAND, _control, node="mapping node")
         self.status = Latest(self.bus, MAPPING_STATUS, MappingStatus, self._on_status)
         self._watchdog: Handle | None = None
-        self._timeline = Timeline(self.bus, Keys("m600"))
+        self._timeline = Timeline(self.bus, KEYS)
         self._given_up = ""
 
     def on_dispatch(self, goal: Goal[LidarMappingInputs]) -> None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from skillwing.m600.generated.managers import AbstractStreamManager
 from skillwing.m600.generated.types import StreamFeedback, StreamInputs
+from skillwing.m600.keys import KEYS
 from skillwing.m600.latest import Latest
 from skillwing.m600.skills.shortfall import Shortfall
 from skillwing.m600.skills.switch import Switch
 from skillwing.services.bus import Handle
 from skillwing.services.managers.skill_manager import Goal
-from skillwing.services.protocol import Keys, ResourceChange, Terminal
+from skillwing.services.protocol import ResourceChange, Terminal
 from skillwing.sim_mujoco.topics import (
     VIDEO_COMMAND,
     VIDEO_ENCODER,
@@ -30,7 +31,7 @@ NEWS = 1.5
 PATIENCE = 4.0
 """Without a status for this long the video process is gone [s]."""
 LOOK_PERIOD = 0.25
-LINK = Keys("m600").resource("link_status")
+LINK = KEYS.resource("link_status")
 
 
 class StreamManager(AbstractStreamManager):

@@ -1,0 +1,8 @@
+"""Where the M600's managers speak on the bus."""
+
+from __future__ import annotations
+
+from skillwing.m600.generated.processes import SKILLSET
+from skillwing.services.protocol import Keys
+
+KEYS = Keys(SKILLSET.stem)
