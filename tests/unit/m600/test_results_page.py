@@ -24,6 +24,7 @@ from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.running.library import find_mission
 from skillwing.bt_missions.running.mission import MissionTrees
 from skillwing.bt_missions.running.rehearsal import grounded_context, rehearse
+from skillwing.m600.campaign.conditions import Condition
 from skillwing.m600.campaign.crew import Crew
 from skillwing.m600.campaign.flight_code import FlightCode
 from skillwing.m600.campaign.plan import FlightPlan, planned_circle
@@ -72,7 +73,7 @@ def test_every_flight_has_a_name_of_its_own_and_fits_the_robot() -> None:
     assert len({plan.name for plan in plans}) == len(plans) == 20
     skillset = ROBOT.load_skillset()
     for plan in plans[:10]:
-        mission = find_mission(plan.flown_as or plan.mission)
+        mission = find_mission(plan.flown)
         assert rehearse(mission, skillset, mission.read_options(plan.mission_options())) == []
 
 
@@ -88,7 +89,7 @@ def test_a_flight_is_found_again_in_its_ledger() -> None:
 
 
 def rehearsed(plan: FlightPlan) -> MissionTrees:
-    found, skillset = find_mission(plan.flown_as), ROBOT.load_skillset()
+    found, skillset = find_mission(plan.flown), ROBOT.load_skillset()
     trees, misfits = found.draft(grounded_context(skillset), found.read_options(plan.mission_options()))
     assert misfits == []
     return trees
@@ -403,3 +404,22 @@ def test_the_way_is_drawn_in_the_colours_of_its_link(tmp_path: Path) -> None:
     legend = pixels("DEGRADED")
     assert pixels("GOOD") > 3 * legend
     assert pixels("LOST") > 3 * legend
+
+
+@pytest.mark.parametrize("root", ["/work", "/tmp/a checkout/of it", "/home/somebody/benchmarks/paper"])
+def test_a_plan_is_the_same_wherever_the_repository_lay_when_it_was_flown(root: str) -> None:
+    """What was flown there is not flown again: lines of before, with the whole path, are read as the same plan."""
+    for plan in PLANS:
+        written = msgspec.to_builtins(plan)
+        assert not Path(written["flown_as"]).is_absolute()
+        if plan.flown_as:
+            elsewhere = written | {"flown_as": f"{root}/{plan.flown_as}"}
+            line = msgspec.json.encode({"plan": elsewhere, "end": End.HOME, "version": "0.1.0-abc"})
+            assert msgspec.json.decode(line, type=FlightResult).plan == plan
+            assert Path(plan.flown) == PAPER / Path(plan.flown_as).name
+
+
+def test_a_mission_file_of_somebody_else_keeps_its_path() -> None:
+    plan = FlightPlan(mission="mapping", world="street", seed=1, condition=Condition.NONE, flown_as="/home/me/mine.py")
+    assert (plan.flown_as, plan.flown) == ("/home/me/mine.py", "/home/me/mine.py")
+    assert replace(plan, flown_as="").flown == "mapping"

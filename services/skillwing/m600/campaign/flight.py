@@ -6,9 +6,6 @@ In one process and virtual time the same plan is the same flight, bit by bit, an
 from __future__ import annotations
 
 import os
-import subprocess
-from functools import cache
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -62,7 +59,6 @@ def fly(plan: FlightPlan, run_dir: Path | None = None, *, longest: float = LONGE
         digest=witness.digest,
         processor_time=round(_processor_time() - begun, 2),
         error=course.error,
-        version=code_version(),
         price=meter.price,
     )
 
@@ -72,7 +68,7 @@ def processes(plan: FlightPlan, options: dict[str, Any]) -> tuple[ProcessSpec, .
     mission = ProcessSpec(
         "mission",
         "skillwing.bt_missions.running.runner:make_mission",
-        {"mission": plan.flown_as or plan.mission, "skillset": str(ROBOT.skillset), **plan.mission_options()},
+        {"mission": plan.flown, "skillset": str(ROBOT.skillset), **plan.mission_options()},
         extra="missions",
         restart="never",
     )
@@ -100,18 +96,3 @@ def _coverage(plan: FlightPlan, witness: Witness, run_dir: Path | None) -> float
 def _processor_time() -> float:
     """Of this process and of those that it has started and that have ended [s]."""
     return sum(os.times()[:4])
-
-
-@cache
-def code_version() -> str:
-    """The package's version, and the commit where it runs from a repository; `+` where that was changed since."""
-    here = Path(__file__).parent
-    commit = subprocess.run(
-        ["git", "describe", "--always", "--dirty=+", "--exclude=*"],
-        cwd=here,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    name = version("skillwing")
-    return f"{name}-{commit.stdout.strip()}" if commit.returncode == 0 else name

@@ -11,9 +11,9 @@ from pathlib import Path
 import msgspec
 from msgspec import Struct
 
+from skillwing.m600.campaign.besides import BESIDES, ROOT
 from skillwing.services.errors import InvalidOptionError, SkillwingError
 
-ROOT = Path(__file__).parents[4]
 CODE_FILE = "code.json"
 PORTIONS = ("dsl", "services", "sim_mujoco", "bt_missions")
 """Where the package lies in the repository."""
@@ -58,8 +58,6 @@ FLIES = (
     "services/telemetry/wording.py",
 )
 """What is in such a folder and counts all the same. A test flies, and looks that all counts that was loaded."""
-BESIDES = ("benchmarks/paper/mapping_otherwise.py", "benchmarks/paper/inspection_otherwise.py")
-"""Missions that are flown besides the library's, to compare these with."""
 READ = {".py", ".skillset", ".xml", ".lark"}
 LIBRARIES = ("av", "embreex", "mujoco-core", "msgspec", "numpy", "py-trees", "scipy")
 """What computes in a flight."""

@@ -12,6 +12,7 @@ from typing import Any, TypeAlias
 import msgspec
 
 from skillwing.m600.briefing import inspection_options, mapping_options
+from skillwing.m600.campaign.besides import ROOT, name_in_repository
 from skillwing.m600.campaign.conditions import Condition, draw
 from skillwing.services.errors import InvalidOptionError
 from skillwing.sim_mujoco.world.kinds import make_site
@@ -42,8 +43,8 @@ class FlightPlan(msgspec.Struct, frozen=True, kw_only=True):
     """world: the kind of world. watched: obstacle detection watches the way; without it drones collide.
 
     What follows is for comparisons. happens: options of the functional layer in place of what `condition` makes of the
-    seed. flown_as: a mission's file that is flown in place of `mission`, with `options` besides those of the site.
-    label: tells such flights apart.
+    seed. flown_as: a mission's file that is flown in place of `mission`, with `options` besides those of the site; one
+    of the repository is called the same wherever that lies. label: tells such flights apart.
     """
 
     mission: str
@@ -56,6 +57,15 @@ class FlightPlan(msgspec.Struct, frozen=True, kw_only=True):
     flown_as: str = ""
     options: dict[str, Any] = {}
     label: str = ""
+
+    def __post_init__(self) -> None:
+        # The same plan was written with the path that the file had where it was flown.
+        msgspec.structs.force_setattr(self, "flown_as", name_in_repository(self.flown_as))
+
+    @property
+    def flown(self) -> str:
+        """The mission that is flown: its name, or the path of its file."""
+        return str(ROOT / self.flown_as) if self.flown_as else self.mission
 
     @property
     def name(self) -> str:
