@@ -17,12 +17,12 @@ from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.settling import NoteSwitch
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.missions.mapping import (
-    AT_HOME,
     DEPTH_MAP_WAIT,
     LEG_FLOWN,
     NO_DEPTH_MAP,
     MappingMission,
     MappingOptions,
+    fly_home,
 )
 from skillwing.bt_missions.planning.waypoints import Route, WaypointWriter
 from skillwing.bt_missions.running.mission import MissionTrees
@@ -59,8 +59,6 @@ class MappingOtherwise(MappingMission):
 
 
 def _branch(context: MissionContext, route: Route, options: OtherwiseOptions) -> Behaviour:
-    way_home = {"height": options.return_height, "speed": options.speed}
-    come_home = SkillAction("return_home", context, "return_home", way_home, outcomes=AT_HOME)
     if options.instead == "home":
         # The way home is watched as on every other flight of this mission.
         return in_order(
@@ -72,7 +70,7 @@ def _branch(context: MissionContext, route: Route, options: OtherwiseOptions) ->
                 until=in_order(
                     "home",
                     ResourceIs("looking along", context, "depthmap_source", "LIDAR", wait=DEPTH_MAP_WAIT),
-                    come_home,
+                    fly_home(context, options),
                 ),
             ),
         )
@@ -89,7 +87,7 @@ def _branch(context: MissionContext, route: Route, options: OtherwiseOptions) ->
         "fly on",
         NoteSwitch("why", context, "navigation", "ZED", "flying blind"),
         Until("until the route is done", route.is_done, leg),
-        come_home,
+        fly_home(context, options),
     )
 
 

@@ -175,7 +175,7 @@ def _by_camera(context: MissionContext, route: Route, options: MappingOptions) -
                 "fly route and home",
                 ResourceIs("looking ahead", context, "depthmap_source", "ZED", wait=DEPTH_MAP_WAIT),
                 _route_or_turn_back(context, route, leg),
-                _home(context, options),
+                fly_home(context, options),
             ),
         ),
     )
@@ -215,7 +215,7 @@ def _by_lidar(context: MissionContext, route: Route, options: MappingOptions) ->
                 "fly route and home",
                 ResourceIs("looking along", context, "depthmap_source", "LIDAR", wait=DEPTH_MAP_WAIT),
                 _route_or_turn_back(context, route, leg),
-                _home(context, options),
+                fly_home(context, options),
             ),
         ),
     )
@@ -241,7 +241,8 @@ def _route_or_turn_back(context: MissionContext, route: Route, leg: Behaviour) -
     )
 
 
-def _home(context: MissionContext, options: MappingOptions) -> Behaviour:
+def fly_home(context: MissionContext, options: MappingOptions) -> Behaviour:
+    """Over what stands in the way, and no landing."""
     inputs = {"height": options.return_height, "speed": options.speed}
     return SkillAction("return_home", context, "return_home", inputs, outcomes=AT_HOME)
 
