@@ -12,23 +12,22 @@ import typer
 from rich.console import Console, RenderableType
 
 from skillwing.bt_missions.running.library import find_draft, find_mission, installed_missions
+from skillwing.bt_missions.running.misfit import FaultyMissionError
 from skillwing.bt_missions.running.option_values import written
 from skillwing.bt_missions.running.option_words import parse_options
 from skillwing.bt_missions.running.phase import Phase
-from skillwing.bt_missions.running.rehearsal import grounded_context, rehearse
+from skillwing.bt_missions.running.rehearsal import grounded_context, rehearse, require_fit
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.bt_missions.running.tree_text import render
 from skillwing.bt_missions.templates.template import write_template
 from skillwing.bt_missions.watching import MissionWatch, status_line, stay
-from skillwing.bt_missions.xml.mission import XmlMission
-from skillwing.bt_missions.xml.problems import TreeFileError
 from skillwing.bt_missions.xml.writer import write_mission, write_models
 from skillwing.dsl import load
 from skillwing.services.bus import Bus
 from skillwing.services.commands.briefing import briefing
 from skillwing.services.commands.completion import missions
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
-from skillwing.services.commands.exit_codes import FAILED, OK, USAGE
+from skillwing.services.commands.exit_codes import FAILED, OK
 from skillwing.services.commands.output import make_console, print_json, print_table
 from skillwing.services.errors import RefusedError, SkillwingError, UnansweredError
 from skillwing.services.protocol import AbortMission, ErrorCode, Keys, MissionStatus, PauseMission, ResumeMission
@@ -97,10 +96,10 @@ def run(
     Where the system runs in a chosen world (`up --world KIND`) the mission knows its site, as a planner would tell it;
     options that are given count first.
 
-    Exit codes: 0 it succeeded, 1 it failed or was aborted, 2 unknown name or malformed value, 3 no system is running,
-    4 another mission flies.
+    Exit codes: 0 it succeeded, 1 it failed or was aborted, 2 it was not flown: unknown name, malformed value, or it
+    does not fit the robot; 3 no system is running, 4 another mission flies.
     """
-    chosen = find_mission(name)
+    chosen = find_draft(name)
     asked = parse_options(options or [])
     chosen.read_options(asked)
     console = None if as_json else make_console()
@@ -109,6 +108,7 @@ def run(
         known = briefing(system.target, chosen.name)
         told = {key: value for key, value in known.items() if key in chosen.describe() and key not in asked}
         given = chosen.read_options(told | asked)
+        require_fit(chosen, system.skillset, given)
         if console is not None and told:
             site = "  ".join(f"{key}={written(value)}" for key, value in told.items())
             console.print(f"Known of the site: {site}", highlight=False)
@@ -184,19 +184,18 @@ def check(
 ) -> None:
     """List everything in a mission that does not fit the robot. Nothing has to run for that.
 
-    With --json a list of `text` and `place`, also of a file that cannot be used.
+    With --json a list of `text` and `place`.
 
-    Exit codes: 0 it fits, 1 it does not, 2 unknown name, malformed value, or a file that is no mission.
+    Exit codes: 0 it fits, 1 there are problems, 2 it was not checked: unknown name, malformed value, or a file that is
+    not there or no text.
     """
     model = load(skillset or find_robot(robot).skillset)
     try:
         chosen = find_draft(name)
         misfits = rehearse(chosen, model, chosen.read_options(parse_options(options or [])))
-        code, called = (FAILED if misfits else OK), chosen.name
-        if isinstance(chosen, XmlMission) and chosen.problems:
-            code = USAGE
-    except TreeFileError as error:
-        misfits, code, called = list(error.misfits), USAGE, name
+        called = chosen.name
+    except FaultyMissionError as error:
+        misfits, called = list(error.misfits), name
     if as_json:
         print_json(misfits)
     else:
@@ -205,7 +204,7 @@ def check(
             console.print(str(misfit), soft_wrap=True, markup=False)
         verdict = f"{len(misfits)} problem{'s' * (len(misfits) != 1)}" if misfits else f"fits {model.name}"
         console.print(f"{called}: {verdict}", markup=False)
-    raise typer.Exit(code)
+    raise typer.Exit(FAILED if misfits else OK)
 
 
 @mission.command()

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import sys
 from importlib.metadata import EntryPoint, entry_points
-from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
 from skillwing.bt_missions.running.mission import Mission
+from skillwing.bt_missions.running.python_file import load_python_mission
 from skillwing.bt_missions.xml.mission import XmlMission, load_mission
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.errors import InvalidOptionError
+from skillwing.services.options import import_failure
 
 ENTRY_POINTS = "skillwing.missions"
-ATTRIBUTE = "MISSION"
-"""What a Python file of a mission calls it."""
 
 
 class UnknownMissionError(UnknownNameError):
@@ -35,8 +33,8 @@ def installed_missions() -> dict[str, EntryPoint]:
 def find_mission(name: str) -> Mission:
     """The mission of that name; that of a tree file, where the name ends with `.xml`; or `MISSION` of a `.py` file.
 
-    Raises UnknownMissionError, TreeFileError for a tree file that cannot be used, and InvalidOptionError for a Python
-    file that cannot be loaded.
+    Raises UnknownMissionError, InvalidOptionError for a file that cannot be read, and FaultyMissionError for one that
+    cannot be used for what is written in it.
     """
     mission = find_draft(name)
     if isinstance(mission, XmlMission):
@@ -45,35 +43,18 @@ def find_mission(name: str) -> Mission:
 
 
 def find_draft(name: str) -> Mission:
-    """The same for who only checks it: of tree files only those are refused that cannot be read at all."""
+    """The same for who lists what is wrong with it: of tree files only those are refused that cannot be read at all."""
     file = Path(name)
     if file.suffix == ".xml":
         return load_mission(file)
     if file.suffix == ".py":
-        return _loaded(file)
+        return load_python_mission(file)
     found = installed_missions()
     if name not in found:
         raise UnknownMissionError(name)
-    return found[name].load()
-
-
-def _loaded(file: Path) -> Mission:
-    if not file.is_file():
-        raise InvalidOptionError("mission", f"There is no file `{file}`. Name one that defines `{ATTRIBUTE}`.")
-    name = f"mission_file_{file.stem}"
-    spec = spec_from_file_location(name, file)
-    assert spec is not None, "a name that ends with .py has a loader"
-    assert spec.loader is not None
-    module = module_from_spec(spec)
-    # Options find their types by the name of their module.
-    sys.modules[name] = module
     try:
-        spec.loader.exec_module(module)
-    except Exception as error:  # what somebody else writes may fail in any way
-        sentence = f"The mission `{file}` cannot be loaded: {type(error).__name__}: {error}. Mend its module."
+        return found[name].load()
+    except Exception as error:  # what somebody else installs may fail in any way
+        told = import_failure(error) if isinstance(error, ImportError) else f"{type(error).__name__}: {error}."
+        sentence = f"The installed mission `{name}` ({found[name].value}) cannot be loaded. {told}"
         raise InvalidOptionError("mission", sentence) from error
-    mission = getattr(module, ATTRIBUTE, None)
-    if not isinstance(mission, Mission):
-        sentence = f"`{file}` defines no mission. Write `{ATTRIBUTE} = ...` with an instance of your Mission."
-        raise InvalidOptionError("mission", sentence)
-    return mission

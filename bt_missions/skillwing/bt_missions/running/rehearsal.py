@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any, NoReturn
 
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skills import Goal
-from skillwing.bt_missions.running.misfit import Misfit
+from skillwing.bt_missions.running.misfit import FaultyMissionError, Misfit
 from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees
 from skillwing.bt_missions.running.preflight import preflight
+from skillwing.bt_missions.running.python_file import failure_in
 from skillwing.dsl.model import Skillset
 from skillwing.services.protocol import DataReading
 
@@ -52,13 +55,29 @@ def drafted(mission: Mission, context: MissionContext, options: MissionOptions) 
     """The trees of a mission, and everything in it that does not fit the robot of this context, by place. It is the
     same list before a flight and at its start."""
     trees, misfits = mission.draft(context, options)
-    misfits += preflight(mission, trees, context.skillset)
-    return trees, sorted(dict.fromkeys(misfits), key=_where)
+    return trees, _all_misfits(mission, trees, misfits, context.skillset)
 
 
 def rehearse(mission: Mission, skillset: Skillset, options: MissionOptions) -> list[Misfit]:
     """Everything in a mission that does not fit this skillset with these options, with its place where it is known."""
-    return drafted(mission, grounded_context(skillset), options)[1]
+    context = grounded_context(skillset)
+    try:
+        trees, misfits = mission.draft(context, options)
+    except Exception as error:  # noqa: BLE001 - what somebody else writes may fail in any way
+        return [failure_in(Path(inspect.getfile(type(mission))), error, "while it is built")]
+    return _all_misfits(mission, trees, misfits, skillset)
+
+
+def require_fit(mission: Mission, skillset: Skillset, options: MissionOptions) -> None:
+    """Raises FaultyMissionError with everything that does not fit, if anything does not."""
+    misfits = rehearse(mission, skillset, options)
+    if misfits:
+        raise FaultyMissionError(misfits)
+
+
+def _all_misfits(mission: Mission, trees: MissionTrees, found: list[Misfit], skillset: Skillset) -> list[Misfit]:
+    """found: what the draft of these trees has told."""
+    return sorted(dict.fromkeys([*found, *preflight(mission, trees, skillset)]), key=_where)
 
 
 def _where(misfit: Misfit) -> tuple[str, int]:

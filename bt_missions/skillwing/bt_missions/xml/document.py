@@ -6,7 +6,20 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from xml.parsers import expat
 
+from skillwing.bt_missions.running.source_file import read_source, refuse_if_not_utf8
 from skillwing.bt_missions.xml.problems import Problem, TreeFileError
+
+_XML = expat.errors
+_REASONS = {
+    _XML.XML_ERROR_NO_ELEMENTS: 'There is no tag in this file. Begin with `<root BTCPP_format="4">`.',
+    _XML.XML_ERROR_JUNK_AFTER_DOC_ELEMENT: "The root tag was closed before this. Put everything into one.",
+    _XML.XML_ERROR_DUPLICATE_ATTRIBUTE: "This tag has an attribute twice. Take one of them out.",
+    _XML.XML_ERROR_UNDEFINED_ENTITY: "What this `&` begins is not known. Write `&amp;` for the character itself.",
+    _XML.XML_ERROR_UNCLOSED_TOKEN: "What begins here is not closed. Add what is missing: a quote or a `>`.",
+    _XML.XML_ERROR_UNKNOWN_ENCODING: "The encoding that is declared here is not known. Save the file in UTF-8.",
+}
+"""What is wrong with a file that is no XML, by what the parser says."""
+_NO_XML = "This is no XML from here on. Look for a `<`, a quote, a `=` or a `>` that is missing or too many."
 
 
 @dataclass(slots=True)
@@ -20,16 +33,15 @@ class Element:
 
 
 def read_document(file: Path) -> Element:
-    """The root element of a file. Raises TreeFileError where it cannot be read, or is no XML."""
-    try:
-        content = file.read_bytes()
-    except OSError as error:
-        raise TreeFileError(file, [Problem(0, f"It cannot be read: {error.strerror or error}.")]) from error
-    return parse_document(content, file)
+    """The root element of a file.
+
+    Raises InvalidOptionError where it cannot be read, TreeFileError where it is no XML.
+    """
+    return parse_document(read_source(file), file)
 
 
 def parse_document(content: bytes, file: Path) -> Element:
-    """The root element of a file's content; `file` is only named. Raises TreeFileError."""
+    """The root element of a file's content; `file` is only named. Raises as `read_document` does."""
     reader = expat.ParserCreate()
     outside = Element("", {}, 0)
     open_elements = [outside]
@@ -49,6 +61,18 @@ def parse_document(content: bytes, file: Path) -> Element:
     try:
         reader.Parse(content, True)
     except expat.ExpatError as error:
-        reason = expat.ErrorString(error.code)
-        raise TreeFileError(file, [Problem(error.lineno, f"This is no XML: {reason}.")]) from error
+        refuse_if_not_utf8(content, file)
+        text = _reason(expat.ErrorString(error.code), open_elements[1:])
+        raise TreeFileError(file, [Problem(error.lineno, text, error.offset + 1)]) from error
+    except (LookupError, ValueError) as error:  # an encoding that Python does not know, or not here
+        text = _REASONS[_XML.XML_ERROR_UNKNOWN_ENCODING]
+        raise TreeFileError(file, [Problem(reader.CurrentLineNumber, text)]) from error
     return outside.children[0]
+
+
+def _reason(told: str, open_elements: list[Element]) -> str:
+    """What is wrong, in our own words. open_elements: those that were open there, the innermost last."""
+    if open_elements and told in (_XML.XML_ERROR_TAG_MISMATCH, _XML.XML_ERROR_NO_ELEMENTS):
+        unclosed = open_elements[-1]
+        return f"`<{unclosed.tag}>` of line {unclosed.line} is not closed before this. Write `</{unclosed.tag}>`."
+    return _REASONS.get(told, _NO_XML)

@@ -6,26 +6,26 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from skillwing.bt_missions.running.misfit import Misfit
-from skillwing.services.errors import InvalidOptionError
+from skillwing.bt_missions.running.misfit import FaultyMissionError, Misfit
 
 
 @dataclass(frozen=True, slots=True, order=True)
 class Problem:
-    """line: counted from 1, 0 for the file as a whole; text: what is wrong and what to do."""
+    """line, column: counted from 1, 0 for the file, or the line, as a whole; text: what is wrong and what to do."""
 
     line: int
     text: str
+    column: int = 0
 
     def of(self, file: Path) -> Misfit:
         """The same with its place."""
-        return Misfit(self.text, f"{file}:{self.line}" if self.line else str(file))
+        place = ":".join(str(part) for part in (file, self.line, self.column) if part)
+        return Misfit(self.text, place)
 
 
-class TreeFileError(InvalidOptionError):
+class TreeFileError(FaultyMissionError):
     """A tree file that cannot be flown. file: which; misfits: all that was found, by line."""
 
     def __init__(self, file: Path, problems: Iterable[Problem]) -> None:
         self.file = file
-        self.misfits = tuple(problem.of(file) for problem in sorted(set(problems)))
-        super().__init__("mission", "\n".join(map(str, self.misfits)))
+        super().__init__(problem.of(file) for problem in sorted(set(problems)))

@@ -1,0 +1,145 @@
+"""What is wrong in a mission is told in our words and with its place; what was not looked at is another thing."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from click.testing import Result
+from typer.testing import CliRunner
+
+from skillwing.bt_missions import commands
+from skillwing.bt_missions.running.misfit import FaultyMissionError
+from skillwing.bt_missions.templates.template import write_template
+from skillwing.dsl import load
+from skillwing.dsl.model import UnknownNameError
+from skillwing.services.commands.exit_codes import FAILED, OK, USAGE, exit_code_of
+from skillwing.services.errors import InvalidOptionError
+
+ROOT = next(folder for folder in Path(__file__).parents if (folder / "pyproject.toml").exists())
+M600 = load(ROOT / "services/skillwing/m600/m600.skillset")
+
+
+def check(name: Path | str, *words: str) -> Result:
+    return CliRunner().invoke(commands.mission, ["check", str(name), *words])
+
+
+def file_of(folder: Path, suffix: str, content: bytes | str) -> Path:
+    file = folder / f"mission{suffix}"
+    file.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return file
+
+
+def template(folder: Path, suffix: str, old: str = "", new: str = "") -> Path:
+    """The mission to begin with, changed."""
+    file = folder / f"patrol{suffix}"
+    write_template(file)
+    text = file.read_text()
+    assert old in text
+    file.write_text(text.replace(old, new, 1))
+    return file
+
+
+@pytest.mark.parametrize(
+    ("suffix", "content", "place", "told"),
+    [
+        (".xml", "", ":1:1", "There is no tag in this file"),
+        (".xml", "<root>\n<a>\n</root>", ":3:3", "`<a>` of line 2 is not closed before this. Write `</a>`."),
+        (".xml", "<root>\n<a>\n", ":3:1", "`<a>` of line 2 is not closed before this."),
+        (".xml", "<root>\n<a b=1/></root>", ":2:6", "This is no XML from here on."),
+        (".xml", '<root a="1"\n a="2"/>', ":2:2", "This tag has an attribute twice."),
+        (".xml", "<root>&auml;</root>", ":1:7", "What this `&` begins is not known."),
+        (".xml", "<root/><root/>", ":1:8", "The root tag was closed before this."),
+        (".xml", '<?xml version="1.0" encoding="klingon"?><root/>', ":1", "The encoding that is declared here"),
+        (".xml", "<tree/>", ":1", "Begin with `<root"),
+        (".py", "x = (\n1", ":1:5", "This is no Python: "),
+        (".py", b"x = 1\0", "", "This is no Python: "),
+        (".py", "\nimport nothing_like_it", ":2", "It imports `nothing_like_it`, and there is no such module."),
+        (".py", "from math import tao", ":1", "It imports from `math` what that cannot give"),
+        (".py", "def f():\n    return 1 / 0\n\nf()", ":2", "It raises ZeroDivisionError while it is loaded"),
+        (".py", "raise SystemExit(3)", ":1", "It ends Python while it is loaded."),
+        (".py", "MISSION = 3", "", "It defines no mission."),
+    ],
+)
+def test_what_is_wrong_in_a_file_is_a_problem_with_its_place(
+    tmp_path: Path, suffix: str, content: bytes | str, place: str, told: str
+) -> None:
+    file = file_of(tmp_path, suffix, content)
+    result = check(file, "--json")
+    assert result.exit_code == FAILED, result.output
+    (found,) = json.loads(result.stdout)
+    assert found["place"] == f"{file}{place}"
+    assert found["text"].startswith(told)
+
+
+@pytest.mark.parametrize("suffix", [".xml", ".py"])
+def test_what_fits_and_what_does_not_is_told_alike_for_both_kinds_of_files(tmp_path: Path, suffix: str) -> None:
+    file = template(tmp_path, suffix)
+    assert check(file).exit_code == OK
+    file.write_text(file.read_text().replace("zed_status", "zed_staus"))
+    result = check(file)
+    assert result.exit_code == FAILED
+    assert "There is no resource `zed_staus`; did you mean `zed_status`?" in result.output
+    assert "patrol: 1 problem\n" in result.output
+
+
+def test_a_tree_that_cannot_be_built_is_told_with_its_line(tmp_path: Path) -> None:
+    file = template(tmp_path, ".py", "        takeoff = ", "        1 / 0\n        takeoff = ")
+    line = file.read_text()[: file.read_text().index("1 / 0")].count("\n") + 1
+    result = check(file)
+    assert result.exit_code == FAILED
+    assert (
+        f"{file}:{line}: It raises ZeroDivisionError while it is built: division by zero. Mend it.\n" in result.output
+    )
+
+
+@pytest.mark.parametrize("suffix", [".xml", ".py"])
+@pytest.mark.parametrize("what", ["missing", "a folder", "no text"])
+def test_what_cannot_be_looked_at_is_a_wrong_use(tmp_path: Path, suffix: str, what: str) -> None:
+    file = tmp_path / f"mission{suffix}"
+    if what == "a folder":
+        file.mkdir()
+    elif what == "no text":
+        file.write_bytes(b"<root>\xff\xfe</root>")
+    error = check(file).exception
+    assert isinstance(error, InvalidOptionError)
+    assert not isinstance(error, FaultyMissionError)
+    assert exit_code_of(error) == USAGE
+    assert str(file) in str(error)
+    assert {"missing": "There is no file", "a folder": "is a directory", "no text": "is not a text file in UTF-8"}[
+        what
+    ] in str(error)
+
+
+@pytest.mark.parametrize("words", [["mapin"], ["mapping", "sped=1"], ["mapping", "speed=fast"]])
+def test_what_nobody_knows_is_a_wrong_use(words: list[str]) -> None:
+    error = check(*words).exception
+    assert isinstance(error, UnknownNameError | InvalidOptionError)
+    assert exit_code_of(error) == USAGE
+
+
+@pytest.mark.parametrize(("suffix", "skill"), [(".xml", "<return_home"), (".py", '"return_home", height')])
+def test_a_mission_that_does_not_fit_is_not_begun(
+    tmp_path: Path, suffix: str, skill: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The system here has no bus: nobody could be told of a mission, and no run would hold anything of it."""
+
+    @contextmanager
+    def connect(robot: str | None) -> Iterator[SimpleNamespace]:
+        yield SimpleNamespace(skillset=M600, target=None, alive=tuple)
+
+    monkeypatch.setattr(commands, "connect", connect)
+    monkeypatch.setattr(commands, "briefing", lambda target, mission: {})
+    file = template(tmp_path, suffix, skill, skill.replace("home", "hme"))
+    result = CliRunner().invoke(commands.mission, ["run", str(file)])
+    error = result.exception
+    assert isinstance(error, FaultyMissionError)
+    assert exit_code_of(error) == USAGE
+    assert result.output == ""
+    assert [misfit.text for misfit in error.misfits] == [str(each).partition(": ")[2] for each in error.misfits]
+    assert "did you mean `return_home`?" in str(error)
+    assert str(error).count("\n") == 0
