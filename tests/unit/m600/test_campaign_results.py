@@ -42,7 +42,7 @@ RESULTS = st.builds(
 
 def flown(seed: int, end: End = End.HOME, phase: str = "SUCCEEDED", collisions: int = 0) -> FlightResult:
     plan = FlightPlan(mission="mapping", world="courtyard", seed=seed, condition=Condition.NONE)
-    return FlightResult(plan=plan, end=end, phase=phase, collisions=collisions, clearance=2.0, version="1")
+    return FlightResult(plan=plan, end=end, phase=phase, collisions=collisions, clearance=2.0)
 
 
 @given(RESULTS)
