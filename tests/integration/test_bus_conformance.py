@@ -175,7 +175,7 @@ def test_a_busy_node_gets_the_newest_sample_of_each_key(world: World) -> None:
     end = a.advertise("end")
     b.subscribe("end", marker.append)
     settle(world, a, b)
-    end.put(b"")
+    a.every(0.05, lambda: end.put(b""))  # a stream may lose one where the machine is busy
     assert world.run_until(lambda: bool(marker))
     assert {sample.key: sample.payload for sample in samples} == {"x/1": b"99", "x/2": b"99"}
     assert len(samples) < 200

@@ -21,6 +21,18 @@ from skillwing.services.protocol import CLOCK_KEY, ClockTick, ErrorCode, Keys, Q
 PATIENCE = 10.0
 
 
+class NotingClock(LockstepClock):
+    """Tells who has joined."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.joined: set[str] = set()
+
+    def done(self, follower: str, t: float, lag: float) -> None:
+        super().done(follower, t, lag)
+        self.joined.add(follower)
+
+
 class Network:
     def __init__(self) -> None:
         self._router, self._endpoint = start_router()
@@ -40,9 +52,9 @@ class Network:
         """A follower whom the owner of a time in lockstep waits for."""
         return self._add(ZenohBus(name, "r1", self._endpoint, FollowedClock(lag=lag)))
 
-    def leader(self) -> ZenohBus:
+    def leader(self, clock: LockstepClock | None = None) -> ZenohBus:
         """The owner of a time that runs as fast as its followers keep up; each step it asks them something."""
-        bus = self._add(ZenohBus("leader", "r1", self._endpoint, LockstepClock()))
+        bus = self._add(ZenohBus("leader", "r1", self._endpoint, clock or LockstepClock()))
         ticks, questions = bus.advertise(CLOCK_KEY), bus.advertise("question")
 
         def step() -> None:
@@ -210,10 +222,13 @@ def test_in_lockstep_each_question_is_answered_before_time_goes_on(network: Netw
     worker = network.worker("worker", 0.0)
     answers = worker.advertise("answer")
     worker.subscribe("question", lambda sample: answers.put(sample.payload))
-    leader = network.leader()
+    clock = NotingClock()
+    leader = network.leader(clock)
     answered: list[tuple[float, float]] = []
     leader.subscribe("answer", lambda sample: answered.append((leader.now(), float(sample.payload))))
     # Before the worker has joined the leader runs ahead of it; the answers to that come late.
+    assert network.run_until(lambda: worker.name in clock.joined)
+    answered.clear()
     assert network.run_until(lambda: bool(answered) and answered[-1][0] == answered[-1][1])
     answered.clear()
     assert network.run_until(lambda: len(answered) >= 100)
