@@ -37,7 +37,7 @@ class ErrorFilter:
         sigma[ANGLES] = _TILT, _TILT, heading
         sigma[FORCE_BIAS], sigma[RATE_BIAS] = IMU_TURN_ON[:3], IMU_TURN_ON[3:]
         sigma[BAROMETER] = 10.0
-        self.covariance: Matrix = np.diag(sigma**2)
+        self._set(np.diag(sigma**2))
         self._transition = np.eye(SIZE)
         growth = np.zeros(SIZE)
         growth[VELOCITY] = (_SHAKEN * IMU_NOISE[:3]) ** 2 * IMU_PERIOD
@@ -55,7 +55,7 @@ class ErrorFilter:
         transition[VELOCITY, ANGLES] = -lever
         transition[POSITION, FORCE_BIAS] = -0.5 * dt * dt * turn
         transition[VELOCITY, FORCE_BIAS] = transition[ANGLES, RATE_BIAS] = -dt * turn
-        self.covariance = transition @ self.covariance @ transition.T + dt * self._growth
+        self._set(transition @ self.covariance @ transition.T + dt * self._growth)
 
     def update(self, residual: Matrix, design: Matrix, noise: Matrix) -> Matrix:
         """The errors (16,) that explain a residual (n,), given its design matrix (n, 16) and variances (n,)."""
@@ -63,12 +63,17 @@ class ErrorFilter:
         spread = design @ cross + np.diag(noise)
         gain = np.linalg.solve(spread, cross.T).T
         reduced = self.covariance - gain @ cross.T
-        self.covariance = 0.5 * (reduced + reduced.T)
+        self._set(0.5 * (reduced + reduced.T))
         return gain @ residual
 
-    def sigma(self, errors: slice) -> Matrix:
+    def sigma(self, errors: slice) -> list[float]:
         """Standard deviations of some of the errors."""
-        return np.sqrt(np.diagonal(self.covariance)[errors])
+        return self._sigma[errors]
+
+    def _set(self, covariance: Matrix) -> None:
+        self.covariance = covariance
+        # Asked for more often than they change.
+        self._sigma: list[float] = np.sqrt(np.diagonal(covariance)).tolist()
 
 
 def surprise(residual: Matrix, spread: Matrix) -> float:

@@ -161,8 +161,8 @@ class Navigator:
             state.rate,
             self._is_valid,
             self._sigma,
-            math.hypot(float(self._filter.sigma(POSITION)[2]), self._receiver.height),
-            bool(self._filter.sigma(VELOCITY).max() <= _DRIFTING),
+            math.hypot(self._filter.sigma(POSITION)[2], self._receiver.height),
+            max(self._filter.sigma(VELOCITY)) <= _DRIFTING,
         )
 
     def inertial(self, force: Vector, rate: Vector) -> None:
@@ -184,7 +184,7 @@ class Navigator:
             self._take_rest(state)
         state.impulse = state.turn = ZERO
         # What the receiver's fixes wander together the filter cannot see.
-        self._sigma = math.hypot(float(self._filter.sigma(POSITION)[:2].max()), self._receiver.level)
+        self._sigma = math.hypot(max(self._filter.sigma(POSITION)[:2]), self._receiver.level)
         self._past.append(_Past(t, np.array([*state.position, *state.velocity, heading_of(state.quaternion)])))
 
     def fix(self, now: float, t: float, fix: NDArray[np.float32], *, usable: bool) -> str | None:

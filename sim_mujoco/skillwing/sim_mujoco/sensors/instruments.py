@@ -63,9 +63,9 @@ class RangeFinder:
         """Distance (1,) [m] from the sensor; 0 = nothing in reach."""
         origin = np.array(add(motion.position, to_world(motion.quaternion, RANGE_MOUNT)), dtype=np.float32)
         down = np.array([to_world(motion.quaternion, (0.0, 0.0, -1.0))], dtype=np.float32)
-        distance = self._rays.distances(origin, down, RANGE_REACH)
+        distance = self._rays.distances(origin, down, RANGE_REACH)[0]
         noise = np.float32(self._rng.normal(0.0, 0.01))
-        return np.where(distance > 0.0, np.maximum(distance + noise, np.float32(RANGE_NEAREST)), distance)
+        return np.array([max(distance + noise, RANGE_NEAREST) if distance > 0.0 else 0.0], dtype=np.float32)
 
 
 class Barometer:

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-
-import numpy as np
+from statistics import fmean
 
 from skillwing.sim_mujoco.sensors.channel import Measurement
 from skillwing.sim_mujoco.sensors.corruptors import Data
 from skillwing.sim_mujoco.sensors.self_tests import Contradiction
 
-_FORCE_LIMIT, _RATE_LIMIT = 0.35, 0.03
-"""Mean difference between two IMUs on one body that biases and noise do not explain [m/s2], [rad/s]."""
+_LIMITS = (0.35, 0.35, 0.35, 0.03, 0.03, 0.03)
+"""Mean difference between two IMUs on one body that biases and noise do not explain: [m/s2] (3), [rad/s] (3)."""
 _SMOOTHING = 0.04
 """Part that one batch has in the mean: half a second counts."""
 
@@ -21,16 +20,16 @@ class InertialTwin:
     """Compares the computer's IMU with the autopilot's. Both feel the same, but for noise, biases and 2 ms."""
 
     def __init__(self) -> None:
-        self._limits = np.array([_FORCE_LIMIT] * 3 + [_RATE_LIMIT] * 3)
-        self._difference = np.zeros(6)
+        self._difference = [0.0] * len(_LIMITS)
 
     def objection(self, batch: Data, own: Sequence[tuple[float, ...]]) -> str | None:
         """What speaks against a batch (n, 6), given the autopilot's samples of the same time."""
-        apart = np.abs(batch.mean(axis=0) - np.mean(np.array(own), axis=0))
-        # An impact is over in one sample, which only one of the two may have met.
-        self._difference += _SMOOTHING * (np.minimum(apart, 3.0 * self._limits) - self._difference)
-        excess = self._difference / self._limits
-        worst = int(excess.argmax())
+        for k, limit in enumerate(_LIMITS):
+            apart = abs(fmean(batch[:, k].tolist()) - fmean([sample[k] for sample in own]))
+            # An impact is over in one sample, which only one of the two may have met.
+            self._difference[k] += _SMOOTHING * (min(apart, 3.0 * limit) - self._difference[k])
+        excess = [difference / limit for difference, limit in zip(self._difference, _LIMITS, strict=True)]
+        worst = excess.index(max(excess))
         if excess[worst] <= 1.0:
             return None
         what, unit = ("specific force", "m/s2") if worst < 3 else ("angular rate", "rad/s")

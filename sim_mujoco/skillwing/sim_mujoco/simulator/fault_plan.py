@@ -33,6 +33,11 @@ class FaultPlan:
         for fault in self._faults:
             check_fault(fault.sensor, fault.kind)
 
+    @property
+    def is_empty(self) -> bool:
+        """Nothing will ever be switched."""
+        return not self._faults
+
     def switches(self, t: float, position: Vector) -> Iterator[tuple[Fault, bool]]:
         """The faults that have to be switched on (True) or off at `t`, with the drone at `position`."""
         for k, fault in enumerate(self._faults):

@@ -51,7 +51,7 @@ class Physics:
     @property
     def thrust(self) -> float:
         """Total thrust of the rotors now [N]."""
-        return float(self._data.act.sum())
+        return sum(self._data.act.tolist())
 
     @property
     def inertial(self) -> tuple[float, ...]:

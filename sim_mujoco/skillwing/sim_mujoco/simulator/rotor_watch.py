@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from skillwing.sim_mujoco.frames.vectors import Vector
 from skillwing.sim_mujoco.simulator.hexacopter import ARM, ROTOR_LAG, ROTORS, Airframe
 
@@ -79,7 +77,7 @@ class RotorWatch:
         """The rotor that explains the missing torque by itself, if one does."""
         x, y = self._missing
         lost = [(x * a + y * b) / ARM**2 for a, b in zip(self._roll, self._pitch, strict=True)]
-        rotor = int(np.argmax(lost))
+        rotor = lost.index(max(lost))
         stray = abs(x * self._pitch[rotor] - y * self._roll[rotor]) / ARM**2
         found = lost[rotor] > max(LOST_THRUST, LOST_SHARE * given[rotor]) and stray < _STRAY * lost[rotor]
         return rotor if found else None

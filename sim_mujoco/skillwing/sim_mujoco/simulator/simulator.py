@@ -296,8 +296,9 @@ class Simulator:
                 channel.deliver(t, t, self._range.measure(motion))
 
     def _follow_plan(self) -> None:
-        for fault, on in self._plan.switches(self.t, self._physics.motion.position):
-            self.set_fault(fault.sensor, fault.kind, on, fault.magnitude)
+        if not self._plan.is_empty:
+            for fault, on in self._plan.switches(self.t, self._physics.motion.position):
+                self.set_fault(fault.sensor, fault.kind, on, fault.magnitude)
         while self._pilot and self._pilot[0][0] <= self.t + 1e-9:
             _, self.autopilot.authority = self._pilot.pop(0)
 
