@@ -6,14 +6,14 @@ from io import StringIO
 from types import SimpleNamespace
 from typing import Any
 
-from flights import KEYS, Flight
+from flights import KEYS, M600, Flight
 from rich.console import Console
 
 from skillwing.bt_missions.watching import MissionWatch
 
 
 def watched(flight: Flight) -> MissionWatch:
-    system: Any = SimpleNamespace(bus=flight.network.bus("watcher"), keys=KEYS)
+    system: Any = SimpleNamespace(bus=flight.network.bus("watcher"), keys=KEYS, skillset=M600)
     return MissionWatch(system)
 
 
