@@ -108,3 +108,17 @@ def test_what_may_be_declared_in_a_part_that_was_not_read_is_not_called_unknown(
 """
     (missing, unknown) = errors(text, Path("s.skillset"))
     assert (missing.code, unknown.code, unknown.message) == ("SW005", "SW014", "There is no datum or input `wnd`.")
+
+
+def test_a_mistake_right_behind_a_block_hides_nothing_of_that_in_it() -> None:
+    text = """skillset s {
+    resource r { initial A  A -> B  B => A }
+    effect { x: r -> B }
+    skill k { precondition { p: resource=(r == Z) } result { DONE } }
+}
+"""
+    assert [(item.code, item.span.line) for item in errors(text, Path("s.skillset"))] == [
+        ("SW005", 2),
+        ("SW002", 3),
+        ("SW011", 4),
+    ]

@@ -29,11 +29,16 @@ class Block:
 
 
 class Cursor:
-    """A machine between two lexemes of a file. lexemes: the file's, END included; at: index of the next one."""
+    """A machine between two lexemes of a file.
+
+    lexemes: the file's, END included; at: index of the next one; is_balanced: each block, as it is written, has its
+    bracket.
+    """
 
     def __init__(self, dialect: Dialect, lexemes: list[Lexeme]) -> None:
         self.lexemes = lexemes
         self.at = 0
+        self.is_balanced = True
         self.machine = Machine(dialect.tables)
         self._tables: Tables = dialect.tables
         self._words = dialect.vocabulary
@@ -89,8 +94,12 @@ class Cursor:
         return self.lexemes[index].kind if index < len(self.lexemes) else END
 
     def kinds_from(self, offset: int, count: int = _LOOKAHEAD) -> list[str]:
-        """The kinds of the words ahead."""
-        return [lexeme.kind for lexeme in self.lexemes[self.at + offset : self.at + offset + count]]
+        """The kinds of the words ahead; only to the end of the block, if each block has its end.
+
+        What stands behind it may hold a mistake of its own, and says nothing of this one.
+        """
+        kinds = [lexeme.kind for lexeme in self.lexemes[self.at + offset : self.at + offset + count]]
+        return kinds[: kinds.index("CLOSE") + 1] if self.is_balanced and "CLOSE" in kinds else kinds
 
     def outlook(self) -> Outlook:
         return Outlook(self.machine.states)

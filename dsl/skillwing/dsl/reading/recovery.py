@@ -41,7 +41,6 @@ class Recovery:
         read = list(lexemes)
         end = read[-1].end if read else 0
         self._is_empty = not read
-        self._is_balanced = True  # each block of the file, as it is written, has its bracket
         self._cursor = Cursor(dialect, [*read, Lexeme(END, "", end, end, source)])
 
     def run(self) -> object:
@@ -52,7 +51,7 @@ class Recovery:
             return None
         if not cursor.run():
             self._mend_characters()
-            self._is_balanced = self._balance() == 0
+            self._cursor.is_balanced = self._balance() == 0
             self._mend_layout()
         while not cursor.run():
             if len(self.diagnostics) >= _MOST_PROBLEMS or not self._mend(cursor.next):
@@ -123,7 +122,7 @@ class Recovery:
         cursor = self._cursor
         fitting = cursor.machine.actions[cursor.machine.states[-1]]
         follower = cursor.kind_at(1)
-        is_listed = self._is_balanced and follower != "OPEN" and self._words.may_be_listed(lexeme.kind, fitting)
+        is_listed = cursor.is_balanced and follower != "OPEN" and self._words.may_be_listed(lexeme.kind, fitting)
         if not (is_listed or self._words.may_be_name(lexeme.kind, follower, fitting)):
             return False
         if not cursor.reads(["NAME", follower]):
@@ -275,7 +274,9 @@ class Recovery:
     def _missing_sign(self, lexeme: Lexeme) -> bool:
         cursor = self._cursor
         for sign, text in self._words.signs.items():
-            if cursor.last is not None and sign != "CLOSE" and cursor.reads([sign, *cursor.kinds_from(0)]):
+            if sign == "CLOSE" or (sign == "OPEN" and cursor.is_balanced):
+                continue  # a missing `}` was looked for already, and no `{` is missing where none is too few
+            if cursor.last is not None and cursor.reads([sign, *cursor.kinds_from(0)]):
                 message = f"Missing `{text}` {self._before(lexeme)}."
                 self._report("SW005", self._behind(cursor.at), message, f"Write `{text}` here.")
                 self.losses.guessed.append(cursor.last.span)
@@ -285,7 +286,7 @@ class Recovery:
 
     def _wrong_sign(self, lexeme: Lexeme) -> bool:
         cursor = self._cursor
-        if lexeme.kind not in self._words.signs:
+        if lexeme.kind not in self._words.signs or (lexeme.kind == "CLOSE" and cursor.is_balanced):
             return False
         for sign, text in self._words.signs.items():
             if cursor.reads([sign, *cursor.kinds_from(1)]):
