@@ -8,6 +8,7 @@ from typing import Any
 import msgspec
 
 from skillwing.services.errors import InvalidOptionError
+from skillwing.services.robot import UnknownRobotError, find_robot
 
 RUN_FILE = "run.json"
 
@@ -40,10 +41,22 @@ def lacking(run: Path, file: str) -> InvalidOptionError:
 
 
 def read_facts(run_dir: Path) -> RunFacts:
-    """What was run there; raises InvalidOptionError if nobody has written it down."""
+    """What was run there, with the skillset's file as it is here; raises InvalidOptionError if nobody has written it
+    down."""
     try:
-        return msgspec.json.decode((run_dir / RUN_FILE).read_bytes(), type=RunFacts)
+        return _here(msgspec.json.decode((run_dir / RUN_FILE).read_bytes(), type=RunFacts))
     except FileNotFoundError as error:
         raise lacking(run_dir, RUN_FILE) from error
     except msgspec.DecodeError as error:
         raise InvalidOptionError("RUN", f"`{run_dir / RUN_FILE}` cannot be read: {error}.") from error
+
+
+def _here(facts: RunFacts) -> RunFacts:
+    """A run that comes from another machine, or out of a container, names a file that was there: this machine's robot
+    of that name has it, too."""
+    if Path(facts.skillset).exists():
+        return facts
+    try:
+        return msgspec.structs.replace(facts, skillset=str(find_robot(facts.robot).skillset))
+    except UnknownRobotError:
+        return facts
