@@ -51,13 +51,10 @@ COPY --from=code /staged /
 USER skillwing
 
 # --- the other roles -------------------------------------------------------------------------------------------------
-# What the environment has already is not installed again. Nobody runs the packages' own tests here, or compiles
-# against them.
 
 FROM packages AS sim-packages
-COPY locks/sim.lock locks/
-RUN python3 -m pip --python /opt/skillwing/bin/python install --no-warn-script-location --root /staged --require-hashes -r locks/sim.lock \
-    && find /staged -type d \( -name tests -o -name include \) -prune -exec rm -r {} +
+COPY locks/install.sh locks/sim.lock locks/
+RUN sh locks/install.sh locks/sim.lock
 
 FROM runtime AS sim
 COPY --from=sim-packages /staged /
@@ -65,9 +62,8 @@ COPY --from=code /staged /
 USER skillwing
 
 FROM packages AS mission-packages
-COPY locks/mission.lock locks/
-RUN python3 -m pip --python /opt/skillwing/bin/python install --no-warn-script-location --root /staged --require-hashes -r locks/mission.lock \
-    && find /staged -type d \( -name tests -o -name include \) -prune -exec rm -r {} +
+COPY locks/install.sh locks/mission.lock locks/
+RUN sh locks/install.sh locks/mission.lock
 
 FROM runtime AS mission
 COPY --from=mission-packages /staged /
@@ -78,12 +74,11 @@ ENTRYPOINT ["skillwing", "mission", "run"]
 # Rerun comes as a library and a program, of which one image needs the first and one the second. Both would send usage
 # data from their second start on.
 FROM packages AS rerun-packages
-COPY locks/recorder.lock locks/
-RUN python3 -m pip --python /opt/skillwing/bin/python install --no-warn-script-location --root /staged --require-hashes -r locks/recorder.lock \
+COPY locks/install.sh locks/recorder.lock locks/
+RUN sh locks/install.sh locks/recorder.lock \
     && cd /staged && site=$(echo opt/skillwing/lib/python3*/site-packages) \
     && mkdir -p /program/$site && mv $site/rerun_cli /program/$site/ \
-    && HOME=/home/skillwing /program/$site/rerun_cli/rerun analytics disable \
-    && find /staged -type d \( -name tests -o -name include \) -prune -exec rm -r {} +
+    && HOME=/home/skillwing /program/$site/rerun_cli/rerun analytics disable
 
 FROM runtime AS recorder
 COPY --from=rerun-packages /staged /

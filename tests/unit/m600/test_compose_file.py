@@ -56,6 +56,12 @@ def test_what_starts_by_itself_is_the_robot_and_mocks_and_missions_start_when_th
     assert sorted(flown) == sorted(installed_missions())
 
 
+@pytest.mark.parametrize("name", SERVICES)
+def test_no_image_is_looked_for_in_a_registry(name: str) -> None:
+    """Each is built here, and one that is not would be what somebody else has given that name to."""
+    assert SERVICES[name]["pull_policy"] == "never"
+
+
 def test_who_asks_for_the_mocks_gets_all_of_them_and_nothing_else() -> None:
     mocks = {name for name, service in SERVICES.items() if service.get("profiles") == ["mocks"]}
     assert {"mocks", *SERVICES["mocks"]["depends_on"]} == mocks | {"router"}
@@ -74,7 +80,7 @@ def test_a_container_has_bounds_and_no_rights_beyond_its_own(name: str) -> None:
     service = SERVICES[name]
     assert service.keys().isdisjoint({"privileged", "network_mode", "cap_add", "pid", "user"})
     assert service["cap_drop"] == ["ALL"]
-    assert service["security_opt"] == ["no-new-privileges:true"]
+    assert service["security_opt"] == ["no-new-privileges"]
     assert service["mem_limit"] and service["pids_limit"]
     assert service["read_only"] or name in ("resource_manager", "recorder"), "these two write things down"
 
@@ -141,6 +147,8 @@ def test_each_image_is_built_by_one_service_and_runs_as_a_user_without_rights() 
 
 def test_everything_is_installed_by_hash_and_nothing_of_how_stays_in_an_image() -> None:
     """Build arguments, which may hold a password, are in the history of the stage that declares them."""
+    (installed,) = re.findall(r"pip\b.* install .*", (ROOT / "locks" / "install.sh").read_text())
+    assert "--require-hashes" in installed
     for name, stage in stages().items():
         for line in re.findall(r"pip\b.* install .*", stage):
             assert "--require-hashes -r locks/" in line or line.rstrip().endswith("/wheel/*.whl"), line
