@@ -250,7 +250,7 @@ def _follow(
     *robot, mission = flight.processes
     clock = FollowedClock()
     with closing(ZenohBus("demo", ROBOT.name, launcher.endpoint, clock)) as bus:
-        with _busy(console, f"Starting {len(flight.names)} processes ..."):
+        with _busy(console, f"Starting {len(households(flight.processes))} processes ..."):
             launcher.start(robot)
         ending.wait(bus, clock.has_started, CLOCK_TIMEOUT)
         # Robot time began before anybody looked, and nothing has slowed it down by now.

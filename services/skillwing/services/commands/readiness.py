@@ -6,7 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 from math import prod
 
-from skillwing.dsl.expressions import Environment, Expression, evaluate, names_used
+from skillwing.dsl.expressions import Expression, names_used
+from skillwing.dsl.guards import holds, sufficient_changes
 from skillwing.dsl.model import Skill, Skillset
 from skillwing.dsl.suggest import listed
 
@@ -22,7 +23,7 @@ def ways_out(skillset: Skillset, skill: Skill, failing: Sequence[str], states: M
     for check in skill.preconditions.checks:
         if check.name not in failing:
             continue
-        if check.kind == "resource" and evaluate(check.expression, Environment(resources=states)):
+        if check.kind == "resource" and holds(check.expression, states):
             yield f"{check.name}: holds by now. Start it again."
             continue
         wanted = _wanted(skillset, check.expression, states) if check.kind == "resource" else {}
@@ -45,15 +46,11 @@ def _wanted(skillset: Skillset, guard: Expression, states: Mapping[str, str]) ->
     """The states in which a guard would hold, for each resource that could make it so alone; else for all it names."""
     names = sorted(names_used(guard, "resource"))
     every = {name: skillset.resource(name).states for name in names}
-
-    def holds(changed: Mapping[str, str]) -> bool:
-        return evaluate(guard, Environment(resources={**states, **changed}))
-
-    alone = {name: [state for state in every[name] if holds({name: state})] for name in names}
-    if any(alone.values()) or prod(map(len, every.values())) > _MOST_COMBINATIONS:
-        return {name: found for name, found in alone.items() if found}
+    alone = sufficient_changes(guard, skillset, states)
+    if alone or prod(map(len, every.values())) > _MOST_COMBINATIONS:
+        return alone
     together = [dict(zip(names, chosen, strict=True)) for chosen in product(*every.values())]
-    good = [each for each in together if holds(each)]
+    good = [each for each in together if holds(guard, {**states, **each})]
     found = {name: sorted({each[name] for each in good}, key=every[name].index) for name in names}
     return {name: targets for name, targets in found.items() if targets and states[name] not in targets}
 

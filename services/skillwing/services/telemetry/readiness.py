@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import TypeAlias
 
-from skillwing.dsl.expressions import Environment, Expression, evaluate, names_used
+from skillwing.dsl.expressions import Expression, names_used
+from skillwing.dsl.guards import holds, sufficient_changes
 from skillwing.dsl.model import Skill, Skillset
 from skillwing.services.protocol import RecordKind
 
@@ -36,16 +37,10 @@ def _obstacles_of(
     data = names_used(guard, "data")
     if data:
         return frozenset((RecordKind.DATA, name) for name in data.intersection(stale))
-    if names_used(guard, "input") or _holds(guard, states):
+    if names_used(guard, "input") or holds(guard, states):
         return frozenset()
-    names = names_used(guard, "resource")
-    others = {name: skillset.resource(name).states for name in names}
-    alone = [name for name in names if any(_holds(guard, {**states, name: other}) for other in others[name])]
-    return frozenset((RecordKind.RESOURCE, name) for name in alone or names)
-
-
-def _holds(guard: Expression, states: Mapping[str, str]) -> bool:
-    return evaluate(guard, Environment(resources=states))
+    culprits = sufficient_changes(guard, skillset, states) or names_used(guard, "resource")
+    return frozenset((RecordKind.RESOURCE, name) for name in culprits)
 
 
 def _obstacles_of_start(skill: Skill, skillset: Skillset, states: Mapping[str, str]) -> frozenset[Subject]:
