@@ -42,10 +42,17 @@ def test_options_of_a_run_are_read_and_empty_ones_count_for_nothing() -> None:
     assert run_options(ENVIRONMENT) == expected
 
 
-@pytest.mark.parametrize(("name", "text"), [("SEED", "one"), ("LINK", "shadow"), ("FAULTS", "[")])
+@pytest.mark.parametrize(
+    ("name", "text"), [("SEED", "one"), ("LINK", "shadow"), ("FAULTS", "["), ("SPEED", "-1"), ("SPEED", "nan")]
+)
 def test_an_option_that_means_nothing_is_named(name: str, text: str) -> None:
     with pytest.raises(InvalidOptionError, match=f"SKILLWING_{name} is "):
         run_options({f"SKILLWING_{name}": text})
+
+
+@pytest.mark.parametrize(("text", "factor"), [("max", 0.0), ("2", 2.0)])
+def test_a_pace_is_given_as_to_the_command_line(text: str, factor: float) -> None:
+    assert run_options({"SKILLWING_SPEED": text}) == {"speed": factor}
 
 
 def test_a_mission_is_told_what_up_has_left_of_the_place(tmp_path: Path) -> None:

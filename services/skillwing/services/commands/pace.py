@@ -2,32 +2,24 @@
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, TypeAlias
 
 import typer
 
-MAX = "max"
-AS_FAST_AS_POSSIBLE = 0.0
-SLOWEST = 0.05
+from skillwing.services.processes.run_options import MAX_PACE, pace
 
 
 def read_pace(text: str | float) -> float:
     """Robot seconds per second, 0 for as fast as possible. Raises BadParameter."""
-    if str(text).strip().lower() == MAX:
-        return AS_FAST_AS_POSSIBLE
     try:
-        pace = float(text)
-    except ValueError:
-        pace = math.nan
-    if not SLOWEST <= pace < math.inf:
-        raise typer.BadParameter(f"`{text}` is no pace. Give a number of {SLOWEST:g} or more, or `{MAX}`.")
-    return pace
+        return pace(text)
+    except ValueError as error:
+        raise typer.BadParameter(f"`{text}` is no pace: {error}.") from error
 
 
-def written_pace(pace: float) -> str:
+def written_pace(factor: float) -> str:
     """A pace as `read_pace` reads it."""
-    return str(pace) if pace > 0.0 else MAX
+    return str(factor) if factor > 0.0 else MAX_PACE
 
 
 PaceOption: TypeAlias = Annotated[

@@ -7,15 +7,33 @@ file), SKILLWING_RUN_DIR, SKILLWING_DURABLE (1 or 0), SKILLWING_VIEWER_URL. An e
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from typing import Any
 
 from skillwing.services.errors import InvalidOptionError
 
+MAX_PACE = "max"
+SLOWEST = 0.05
+
+
+def pace(text: str | float) -> float:
+    """Robot seconds per second, 0 for as fast as possible. Raises ValueError, whose text says what to give."""
+    if str(text).strip().lower() == MAX_PACE:
+        return 0.0
+    try:
+        found = float(text)
+    except ValueError:
+        found = math.nan
+    if not SLOWEST <= found < math.inf:
+        raise ValueError(f"give a number of {SLOWEST:g} or more, or `{MAX_PACE}`")
+    return found
+
+
 RUN_OPTIONS = {
     "seed": int,
     "world": str,
-    "speed": float,
+    "speed": pace,
     "faults": json.loads,
     "link": json.loads,
     "scenario": str,
