@@ -33,7 +33,9 @@ ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "containers.md"
 BASE = os.environ.get("BASE") or "python:3.11-slim"
 PROJECT = "skillwing-measured"
-COMPOSE = ["--project-name", PROJECT, "--profile", "mapping"]
+COMPOSE = ["--project-name", PROJECT]
+EVERY_IMAGE = ["--profile", "mapping"]
+"""Missions run in one of their own, which without a profile nobody asks for."""
 WITHIN = 300.0
 """Seconds for the system to come up."""
 PACKAGES = "cd /opt/skillwing/lib/python3*/site-packages && du --summarize --block-size=1M *"
@@ -119,8 +121,8 @@ def life() -> str:
         ["every process runs, and the viewer says so, after", f"{complete:.0f} s"],
         [f"containers, of which {codes.count('0')} ended with 0", str(len(codes))],
         ["`docker compose stop` takes", f"{stopped:.1f} s"],
-        ["memory of a skill's manager", f"{min(managers):.0f} to {max(managers):.0f} MiB"],
-        *([f"memory of {name}", f"{size:.0f} MiB"] for name, size in sorted(memory.items(), key=lambda each: -each[1])),
+        ["memory of a skill's manager, at most", f"{max(managers):.0f} MiB"],
+        *([f"memory of `{name}`", f"{size:.0f} MiB"] for name, size in sorted(memory.items(), key=lambda each: -each[1])),
     ]
     return f"The drone stands on its pad. Memory is the median of {LOOKS} looks.\n\n{table(('what', 'seen'), rows)}"
 
@@ -165,7 +167,7 @@ def main() -> None:
     if shutil.which("docker") is None:
         sys.exit("There is no `docker` here. Install a container engine, and start it.")
     engine = _docker("version", "--format", "{{.Server.Version}}").strip()
-    _compose("build", *shlex.split(os.environ.get("SKILLWING_BUILD_ARGS", "")))
+    _compose(*EVERY_IMAGE, "build", *shlex.split(os.environ.get("SKILLWING_BUILD_ARGS", "")))
     with _cleared():
         body = f"{machine()}. Docker {engine}.\n\n"
         body += f"{sizes()}\n\n{life()}"
