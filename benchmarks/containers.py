@@ -32,7 +32,7 @@ from skillwing.services.telemetry.viewer import free_port
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "containers.md"
 BASE = os.environ.get("BASE") or "python:3.11-slim"
-PROJECT = "skillwing-measured"
+PROJECT = f"skillwing-measured-{os.getpid()}"
 COMPOSE = ["--project-name", PROJECT]
 EVERY_IMAGE = ["--profile", "mapping"]
 """Missions run in one of their own, which without a profile nobody asks for."""
@@ -53,7 +53,9 @@ def _run(words: Sequence[str], environment: Mapping[str, str] | None = None) -> 
     """What a command prints. Ends the measurement with its complaint where it fails."""
     done = subprocess.run(words, cwd=ROOT, env=environment, check=False, capture_output=True, text=True)
     if done.returncode != 0:
-        sys.exit(f"`{shlex.join(words)}` failed:\n{done.stderr.strip()}")
+        # Said at once, for clearing away may fail as well.
+        sys.stderr.write(f"`{shlex.join(words)}` failed:\n{done.stderr.strip()}\n")
+        sys.exit(1)
     return done.stdout
 
 
@@ -96,8 +98,7 @@ def _size(image: str) -> int:
 
 
 @contextmanager
-def _cleared() -> Iterator[None]:
-    _compose("down", "--volumes")
+def _cleared_away() -> Iterator[None]:
     try:
         yield
     finally:
@@ -116,13 +117,14 @@ def life() -> str:
     codes = _docker("inspect", *names, "--format", "{{.State.ExitCode}}").split()
     memory = {name: median(look[name] for look in used) for name in used[0]}
     managers = [memory.pop(name) for name in list(memory) if name.startswith("skill_")]
+    others = sorted(memory.items(), key=lambda each: -each[1])
     rows = [
         ["`docker compose up -d` returns after", f"{started:.0f} s"],
         ["every process runs, and the viewer says so, after", f"{complete:.0f} s"],
         [f"containers, of which {codes.count('0')} ended with 0", str(len(codes))],
         ["`docker compose stop` takes", f"{stopped:.1f} s"],
         ["memory of a skill's manager, at most", f"{max(managers):.0f} MiB"],
-        *([f"memory of `{name}`", f"{size:.0f} MiB"] for name, size in sorted(memory.items(), key=lambda each: -each[1])),
+        *([f"memory of `{name}`", f"{size:.0f} MiB"] for name, size in others),
     ]
     return f"The drone stands on its pad. Memory is the median of {LOOKS} looks.\n\n{table(('what', 'seen'), rows)}"
 
@@ -168,10 +170,9 @@ def main() -> None:
         sys.exit("There is no `docker` here. Install a container engine, and start it.")
     engine = _docker("version", "--format", "{{.Server.Version}}").strip()
     _compose(*EVERY_IMAGE, "build", *shlex.split(os.environ.get("SKILLWING_BUILD_ARGS", "")))
-    with _cleared():
-        body = f"{machine()}. Docker {engine}.\n\n"
-        body += f"{sizes()}\n\n{life()}"
-    tell("containers.py", "Measured", body, write=given.write, file=PAGE)
+    with _cleared_away():
+        body = f"{machine()}. Docker {engine}.\n\n{sizes()}\n\n{life()}"
+        tell("containers.py", "Measured", body, write=given.write, file=PAGE)
 
 
 if __name__ == "__main__":
