@@ -28,6 +28,8 @@ import pytest
 from skillwing.m600.mocked import ROBOT as MOCKS
 from skillwing.services.client.connection import Connection, find_target, open_connection
 from skillwing.services.protocol import Keys
+from skillwing.services.telemetry.report_command import write_reports
+from skillwing.services.telemetry.run_facts import read_facts
 
 ROOT = Path(__file__).parents[2]
 PROJECT = f"skillwing-test-{os.getpid()}"
@@ -139,6 +141,12 @@ class Stack:
         states = {each["Config"]["Labels"]["com.docker.compose.service"]: each for each in json.loads(inspected.stdout)}
         assert not [name for name, each in states.items() if each["State"]["Running"]]
         return {name: each["State"]["ExitCode"] for name, each in states.items()}
+
+    def copied_out(self, service: str, path: str, into: Path) -> Path:
+        """What a container that has ended holds, as `docker compose cp` brings it, which docker-compose 1.29 lacks."""
+        (held,) = self.compose("ps", "--all", "--quiet", service).stdout.split()
+        subprocess.run(["docker", "cp", f"{held}:{path}", str(into)], check=True, capture_output=True)
+        return into / Path(path).name
 
     def left(self) -> list[str]:
         """Containers, networks and volumes of this project that are still there."""
@@ -258,7 +266,9 @@ def test_mocks_take_goals_come_back_and_end_well(stack: Stack) -> None:
     assert stack.left() == []
 
 
-def test_the_mapping_mission_flies_tells_where_to_look_and_lands_when_it_is_stopped(stack: Stack) -> None:
+def test_the_mapping_mission_flies_tells_where_to_look_and_lands_when_it_is_stopped(
+    stack: Stack, tmp_path: Path
+) -> None:
     stack.compose("up", "--no-build", "--detach", "mission")
     page = stack.until("viewer", r"Open (http://\S+)")[1]
     with urlopen(page, timeout=WITHIN) as answer:
@@ -272,5 +282,9 @@ def test_the_mapping_mission_flies_tells_where_to_look_and_lands_when_it_is_stop
     assert codes == dict.fromkeys(codes, 0)
     told = stack.compose("logs", "--no-color", "mission").stdout
     assert "S_LANDED" in told, told
+    (run,) = stack.copied_out("recorder", "/home/skillwing/runs", tmp_path).iterdir()
+    ((folder, report),) = write_reports(run, read_facts(run), None)
+    assert (report.mission, report.collisions) == ("mapping", 0)
+    assert (folder / "report.md").exists()
     stack.compose("down", "--volumes", timeout=DOWN_WITHIN)
     assert stack.left() == []
