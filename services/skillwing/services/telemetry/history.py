@@ -7,6 +7,7 @@ messages gives the same history. Times are robot time in seconds.
 from __future__ import annotations
 
 import math
+from bisect import bisect_left, insort
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -102,6 +103,7 @@ class History:
         self._initial = {resource.name: resource.initial for resource in self._skillset.resources}
         self._records: dict[str, Record] = {}
         self._earlier: dict[str, Record] = {}
+        self._changes: dict[Subject, list[Record]] = {}
         self._statuses: dict[str, list[GoalStatus]] = {}
         self._ends: dict[str, Record] = {}
 
@@ -124,9 +126,15 @@ class History:
         if record.id in self._records:
             return False
         self._records[record.id] = record
+        self._note_change(record)
         if record.kind is RecordKind.GOAL and record.goal_id and record.after in _ENDED_BY_OTHERS:
             self._ends[record.goal_id] = record
         return True
+
+    def _note_change(self, record: Record) -> None:
+        """Keep the changes of each resource and datum in order: a refusal must not cost a look at the whole history."""
+        if record.kind in (RecordKind.RESOURCE, RecordKind.DATA):
+            insort(self._changes.setdefault((record.kind, record.subject), []), record, key=_moment)
 
     def add_status(self, status: GoalStatus) -> bool:
         """False if this status was known already."""
@@ -150,6 +158,7 @@ class History:
                 part.add_record(shifted)
             elif record.t < begin:
                 part._earlier[record.id] = shifted
+                part._note_change(shifted)
         for bar in self.bars:
             if bar.t_start <= end and (bar.t_end is None or bar.t_end >= begin):
                 for status in self._statuses[bar.goal_id]:
@@ -250,15 +259,14 @@ class History:
 
     def _latest_changes(self, until: Record) -> tuple[dict[Subject, Record], dict[str, str]]:
         """Of each resource and datum the latest change before a record, and all resources' states then."""
-        states, changes = dict(self._initial), dict[Subject, Record]()
-        for record in sorted((*self._earlier.values(), *self._records.values()), key=_moment):
-            if record.id == until.id:
-                break
-            if record.kind in (RecordKind.RESOURCE, RecordKind.DATA):
-                changes[record.kind, record.subject] = record
-            if record.kind is RecordKind.RESOURCE:
-                states[record.subject] = record.after
-        return changes, states
+        states, latest = dict(self._initial), dict[Subject, Record]()
+        for (kind, name), changes in self._changes.items():
+            before = bisect_left(changes, _moment(until), key=_moment)
+            if before > 0:
+                latest[kind, name] = changes[before - 1]
+                if kind is RecordKind.RESOURCE:
+                    states[name] = changes[before - 1].after
+        return latest, states
 
     @property
     def switches(self) -> tuple[Switch, ...]:
@@ -278,9 +286,9 @@ def _when(status: GoalStatus) -> tuple[float, str, str]:
     return status.t, str(status.state), status.record or ""
 
 
-def _moment(record: Record) -> tuple[float, str, int]:
+def _moment(record: Record) -> tuple[float, str, int, str]:
     process, _, number = record.id.rpartition("#")
-    return record.t, process, int(number) if number.isdecimal() else 0
+    return record.t, process, int(number) if number.isdecimal() else 0, record.id
 
 
 def _spans(initial: str | None, changes: list[Record]) -> tuple[Span, ...]:
