@@ -15,25 +15,26 @@ from rich.console import Console
 
 from skillwing.bt_missions.commands import ABORTING, aborted_by_signals
 from skillwing.bt_missions.running.phase import Phase
+from skillwing.services.processes.ending import ONE_WISH
 
 IN_THE_AIR = 17.0
 INT, TERM, HUP = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
 
 
 @contextmanager
-def told(flight: Flight, signals: Sequence[signal.Signals]) -> Iterator[io.StringIO]:
-    """What is said while a mission flies that gets these signals, one shortly after the other."""
+def told(flight: Flight, signals: Sequence[signal.Signals], apart: float = 0.3 * ONE_WISH) -> Iterator[io.StringIO]:
+    """What is said while a mission flies that gets these signals. apart: wall seconds between two of them."""
     console = Console(file=io.StringIO(), width=200)
     assert isinstance(console.file, io.StringIO)
     for place, number in enumerate(signals):
-        flight.at(IN_THE_AIR + 0.3 * place, lambda number=number: signal.raise_signal(number))
+        flight.at(IN_THE_AIR + apart * place, lambda number=number: signal.raise_signal(number))
     with aborted_by_signals(flight.buses["mission"], flight.node, console):
         yield console.file
 
 
 @pytest.mark.parametrize(
     "signals",
-    [[INT], [TERM], [HUP], [TERM, TERM], [HUP, TERM, HUP], [INT, TERM]],
+    [[INT], [TERM], [HUP], [TERM, TERM], [HUP, TERM, HUP], [INT, TERM], [INT, INT, INT], [TERM, INT]],
     ids=lambda each: "+".join(number.name for number in each),
 )
 def test_the_mission_is_aborted_once_and_lands(signals: list[signal.Signals]) -> None:
@@ -54,9 +55,16 @@ def test_the_mission_is_aborted_once_and_lands(signals: list[signal.Signals]) ->
 @pytest.mark.parametrize("first", [INT, TERM, HUP])
 def test_ctrl_c_after_that_leaves_the_drone_to_itself(first: signal.Signals) -> None:
     flight = Flight()
-    with pytest.raises(KeyboardInterrupt), told(flight, [first, INT]):
+    with pytest.raises(KeyboardInterrupt), told(flight, [first, INT], apart=1.1 * ONE_WISH):
         flight.fly()
     assert not flight.on_ground
+
+
+def test_what_no_person_sends_never_leaves_the_drone_to_itself() -> None:
+    flight = Flight()
+    with told(flight, [INT, TERM, HUP], apart=1.1 * ONE_WISH):
+        flight.fly()
+    assert flight.on_ground
 
 
 def test_what_a_process_was_started_to_ignore_aborts_nothing() -> None:

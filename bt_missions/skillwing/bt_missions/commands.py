@@ -30,6 +30,7 @@ from skillwing.services.commands.connection import JsonOption, RobotOption, Syst
 from skillwing.services.commands.exit_codes import FAILED, OK
 from skillwing.services.commands.output import make_console, print_json, print_table
 from skillwing.services.errors import RefusedError, SkillwingError, UnansweredError
+from skillwing.services.processes.ending import Ending
 from skillwing.services.protocol import AbortMission, ErrorCode, Keys, MissionStatus, PauseMission, ResumeMission
 from skillwing.services.robot import find_robot
 
@@ -303,18 +304,17 @@ def _fly(system: System, node: MissionNode, console: Console | None) -> None:
 def aborted_by_signals(bus: Bus, node: MissionNode, console: Console | None) -> Iterator[None]:
     """Let Ctrl-C, `kill` and a closed terminal abort the mission, so that it lands; the body runs the bus until then.
 
-    After that only another Ctrl-C, which a person presses, raises KeyboardInterrupt and leaves the drone to itself:
-    `timeout` and shells send theirs twice. Under `nohup` a closed terminal aborts nothing.
+    After that only another Ctrl-C, which a person presses, raises KeyboardInterrupt and leaves the drone to itself;
+    what repeats the first signal does not. Under `nohup` a closed terminal aborts nothing.
     """
-    told = False
+    ending = Ending(bus.wall)
 
     def on_signal(number: int, frame: object) -> None:
-        nonlocal told
-        if not told:
-            told = True
+        if not ending.told:
             bus.post(lambda: abort(signal.Signals(number)))
+            ending.note()
         elif number == signal.SIGINT:
-            raise KeyboardInterrupt
+            ending.note()
 
     def abort(number: signal.Signals) -> None:
         again = " again" if number is signal.SIGINT else ""

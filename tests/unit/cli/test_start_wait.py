@@ -1,16 +1,19 @@
-"""What `skillwing start` says while a manager says nothing."""
+"""What `skillwing start` says while a manager says nothing, and what Ctrl-C does to the goal that it follows."""
 
 from __future__ import annotations
 
 import io
+import signal
+from contextlib import nullcontext
 
 import pytest
 from rich.console import Console
 
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.client.goal_handle import GoalHandle
-from skillwing.services.commands.start import SILENCE, wait_for
-from skillwing.services.protocol import GoalStatus, State
+from skillwing.services.commands.start import SILENCE, follow_to_end, wait_for
+from skillwing.services.processes.ending import ONE_WISH
+from skillwing.services.protocol import Ending, GoalStatus, State, Terminal
 
 
 @pytest.mark.parametrize(("answers_after", "told"), [(0.1, False), (SILENCE + 5.0, True)])
@@ -30,3 +33,24 @@ def test_nothing_is_printed_among_json() -> None:
     bus, goal = InProcessNetwork().bus("cli"), GoalHandle("1", "park")
     wait_for(bus, goal, lambda: goal.done, None)
     assert bus.now() >= SILENCE
+
+
+@pytest.mark.parametrize(("apart", "left"), [(0.0, False), (0.9 * ONE_WISH, False), (1.1 * ONE_WISH, True)])
+def test_ctrl_c_interrupts_the_goal_once_and_another_wish_leaves_it(apart: float, left: bool) -> None:
+    bus, goal, output = InProcessNetwork().bus("cli"), GoalHandle("1", "park"), io.StringIO()
+    interrupted: list[GoalHandle] = []
+
+    def end() -> None:
+        terminal = Terminal(ending=Ending.INTERRUPTED, reason="As was asked.")
+        goal.advance(GoalStatus(goal_id="1", skill="park", state=State.TERMINATED, t=bus.now(), terminal=terminal))
+
+    for t in (1.0, 1.0 + apart):
+        bus.after(t, lambda: signal.raise_signal(signal.SIGINT))
+    bus.after(5.0, end)
+    before = signal.getsignal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt) if left else nullcontext():
+        follow_to_end(bus, goal, interrupted.append, Console(file=output, width=200))
+    assert interrupted == [goal]
+    assert goal.done is not left
+    assert output.getvalue().count("Interrupting;") == 1
+    assert signal.getsignal(signal.SIGINT) == before

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import signal
-import time
 from collections.abc import Callable
 from typing import Annotated
 
@@ -12,7 +11,6 @@ from rich.console import Console
 
 from skillwing.services.bus import Bus
 from skillwing.services.client.goal_handle import GoalHandle
-from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.commands import completion
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.commands.exit_codes import OK, exit_code_of_end
@@ -21,10 +19,10 @@ from skillwing.services.commands.output import end_text, make_console, print_jso
 from skillwing.services.commands.readiness import ways_out
 from skillwing.services.errors import RefusedError, SkillwingError, UnansweredError
 from skillwing.services.names import skill_process
-from skillwing.services.protocol import Ending, QueryStates, ResourceStates, State, Terminal
+from skillwing.services.processes.ending import Ending
+from skillwing.services.protocol import Ending as GoalEnding
+from skillwing.services.protocol import QueryStates, ResourceStates, State, Terminal
 
-DOUBLE_TIME = 0.5
-"""Seconds in which a second Ctrl-C is taken for the first: `make` and `timeout` pass it on to us, too."""
 SILENCE = 2.0
 """Seconds without a word from a manager that seems to live, after which the user is told why nothing happens."""
 ACCEPTED = (State.RUNNING, State.INTERRUPTING, State.TERMINATED)
@@ -63,7 +61,7 @@ def start(
         goal = interface.start(skill, values)
         console = make_console()
         if follow:
-            _follow(system, interface, goal, None if as_json else console)
+            follow_to_end(system.bus, goal, interface.interrupt, None if as_json else console)
         else:
             wait_for(system.bus, goal, lambda: goal.state in ACCEPTED, None if as_json else console)
         advice = [] if as_json or goal.terminal is None else _advice(system, skill, goal.terminal)
@@ -80,7 +78,7 @@ def start(
 
 def _advice(system: System, skill: str, terminal: Terminal) -> list[str]:
     """Who can make the skill ready, if it was not; nothing where nobody tells how the resources are."""
-    if terminal.ending is not Ending.NOT_READY:
+    if terminal.ending is not GoalEnding.NOT_READY:
         return []
     try:
         states = system.ask(system.keys.resource_states, QueryStates(), ResourceStates).states
@@ -96,34 +94,33 @@ def wait_for(bus: Bus, goal: GoalHandle, condition: Callable[[], bool], console:
     bus.run_until(condition)
 
 
-def _follow(system: System, interface: SkillsetInterface, goal: GoalHandle, console: Console | None) -> None:
-    """Show what a goal does until it is over. The first Ctrl-C interrupts the goal, the second leaves it alone."""
+def follow_to_end(
+    bus: Bus, goal: GoalHandle, interrupt: Callable[[GoalHandle], object], console: Console | None
+) -> None:
+    """Show what a goal does until it is over. The first Ctrl-C interrupts the goal.
 
-    interrupted_at: float | None = None
+    Another one, which is no repetition of the first, raises KeyboardInterrupt and leaves the goal alone.
+    """
+    ending = Ending(bus.wall)
 
     def on_signal(number: int, frame: object) -> None:
-        nonlocal interrupted_at
-        if interrupted_at is None:
-            interrupted_at = time.monotonic()
-            system.bus.post(interrupt)
-        elif time.monotonic() - interrupted_at > DOUBLE_TIME:
-            raise KeyboardInterrupt
+        if not ending.told:
+            bus.post(stop)
+        ending.note()
 
-    def interrupt() -> None:
+    def stop() -> None:
         if console is not None:
             console.print("Interrupting; Ctrl-C again leaves the goal to itself.")
-        interface.interrupt(goal)
+        interrupt(goal)
 
     def show(goal: GoalHandle) -> None:
         if console is not None and goal.terminal is None:
-            console.print(
-                f"{system.bus.now() - begun:6.1f} s  {goal.state}  {value_text(goal.progress or {})}".rstrip()
-            )
+            console.print(f"{bus.now() - begun:6.1f} s  {goal.state}  {value_text(goal.progress or {})}".rstrip())
 
-    begun = system.bus.now()
+    begun = bus.now()
     previous = signal.signal(signal.SIGINT, on_signal)
     goal.on_change(show)
     try:
-        wait_for(system.bus, goal, lambda: goal.done, console)
+        wait_for(bus, goal, lambda: goal.done, console)
     finally:
         signal.signal(signal.SIGINT, previous)

@@ -17,7 +17,7 @@ LOOK_PERIOD = 0.2
 """Wall seconds between two looks while something is waited for."""
 ONE_WISH = 1.0
 """Wall seconds in which further signals say the same as the first: `timeout` sends its own to us and to our group, and
-a shell in a pipe passes on what the terminal has sent already."""
+`make` and a shell in a pipe pass on what the terminal has sent already."""
 
 
 class Ending:
