@@ -84,6 +84,32 @@ def test_words_become_values_of_their_types(words: list[str], values: dict[str, 
             "and as JSON it is wrong at `}`.",
         ),
         ("target=[1, NaN]", "`target` is `[1, NaN]`; it takes finite numbers only, and `NaN` is none."),
+        ("target=[1e999]", "`target` is `[1e999]`; it takes finite numbers only, and `1e999` is none."),
+        (
+            f'target={{"x": {"1" * 5000}}}',
+            f'`target` is `{{"x": {"1" * 74}...`; it takes finite numbers only, and `{"1" * 80}...` is none.',
+        ),
+        (
+            f"numbers=[1,]{'2' * 5000}",
+            f"`numbers` is `[1,]{'2' * 76}...`; it takes a list of any length: each a whole number (int32), "
+            f"and as JSON it is wrong at `]{'2' * 79}...`.",
+        ),
+        (
+            f"numbers={'[' * 100_000}",
+            f"`numbers` is `{'[' * 80}...`; it takes a list of any length: each a whole number (int32), "
+            "and as JSON it is nested too deeply.",
+        ),
+        (
+            'numbers=["\\ud800"]',
+            '`numbers` is `["\\ud800"]`; it takes a list of any length: each a whole number (int32), '
+            "and as JSON it has half a character in a text: one of a surrogate pair without the other.",
+        ),
+        (
+            'numbers=["\udcff"]',
+            '`numbers` is `["\udcff"]`; it takes a list of any length: each a whole number (int32), '
+            "and as JSON it has half a character in a text: one of a surrogate pair without the other.",
+        ),
+        (f"laps={'1' * 400}", f"`laps` is `{'1' * 80}...`; it takes a whole number (int32)."),
         ("target.w=1", "`target` has no field `w`; it is a structure with the fields `x`, `y` and `z`."),
         ("height.x=1", "`height` has no field `x`; it is a finite number."),
     ],

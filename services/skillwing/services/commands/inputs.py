@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
-from typing import Any, NoReturn, cast
+from typing import Any, cast
+
+import msgspec
 
 from skillwing.dsl.model import ArrayType, EnumType, Field, ScalarType, Skill, StructType, Type
 from skillwing.dsl.suggest import listed
@@ -13,6 +15,8 @@ from skillwing.services.core.values import type_text
 from skillwing.services.errors import InvalidInputError
 
 TRUTHS = {"true": True, "false": False}
+MOST_SHOWN = 80
+"""Letters of what was typed that are shown again."""
 
 
 class MalformedValueError(Exception):
@@ -41,7 +45,7 @@ def parse_inputs(skill: Skill, words: Sequence[str]) -> dict[str, Any]:
         try:
             value = read_value(text, kind, path)
         except MalformedValueError as error:
-            problems[path] = f"`{path}` is `{text}`; it takes {error}."
+            problems[path] = f"`{path}` is `{_shown(text)}`; it takes {error}."
             continue
         if not _put(values, [name, *rest], value):
             problems[path] = f"`{path}` is given twice; give it once."
@@ -106,24 +110,41 @@ def _read_scalar(text: str, kind: ScalarType) -> bool | int | float | str:
         return TRUTHS[text.lower()]
     try:
         number = int(text) if kind.is_integer else float(text)
-    except ValueError:
-        raise MalformedValueError(type_text(kind)) from None
-    if not math.isfinite(number):
-        raise MalformedValueError(type_text(kind))
-    return number
+        if math.isfinite(number):
+            return number
+    except (ValueError, OverflowError):
+        pass
+    raise MalformedValueError(type_text(kind))
 
 
 def _read_json(text: str, kind: Type) -> Any:
     try:
-        return json.loads(text, parse_constant=_not_json)
+        return msgspec.json.decode(text)
+    except (ValueError, RecursionError) as error:
+        raise MalformedValueError(f"{type_text(kind)}, and as JSON it {_wrong_in(text)}") from error
+
+
+def _wrong_in(text: str) -> str:
+    """What is wrong in a text that is no JSON; Python's own reader takes more, and tells the place."""
+    try:
+        json.loads(text, parse_int=_finite, parse_float=_finite, parse_constant=_finite)
     except json.JSONDecodeError as error:
-        place = "its end" if error.pos >= len(text) else f"`{text[error.pos :]}`"
-        raise MalformedValueError(f"{type_text(kind)}, and as JSON it is wrong at {place}") from error
+        return "is wrong at its end" if error.pos >= len(text) else f"is wrong at `{_shown(text[error.pos :])}`"
+    except RecursionError:
+        return "is nested too deeply"
+    return "has half a character in a text: one of a surrogate pair without the other"
 
 
-def _not_json(constant: str) -> NoReturn:
-    """`NaN` and `Infinity`, which Python writes."""
-    raise MalformedValueError(f"finite numbers only, and `{constant}` is none")
+def _finite(number: str) -> float:
+    """Also of `NaN` and `Infinity`, which Python writes, and of numbers that are too large for a computer's."""
+    value = float(number)
+    if not math.isfinite(value):
+        raise MalformedValueError(f"finite numbers only, and `{_shown(number)}` is none")
+    return value
+
+
+def _shown(text: str) -> str:
+    return text if len(text) <= MOST_SHOWN else f"{text[:MOST_SHOWN]}..."
 
 
 def _names(fields: Sequence[Field]) -> str:
