@@ -28,6 +28,13 @@ from skillwing.services.errors import InvalidOptionError
             "mission chek",
             "There is no command `chek` of `skillwing mission`; did you mean `check`? What exists: `list`",
         ),
+        ("mission it's", "There is no command `it's` of `skillwing mission`. What exists: `list`"),
+        ("mission a`b", "There is no command `a`b` of `skillwing mission`. What exists: `list`"),
+        (
+            "up --viewer it's",
+            "`--viewer` of `skillwing up` does not fit: `it's` is not one of `none`, `native`, `web`.",
+        ),
+        ("up --speed it's", "`--speed` of `skillwing up` does not fit: `it's` is no pace: give a number"),
     ],
 )
 def test_it_is_a_sentence_and_a_way_out(line: str, sentence: str) -> None:
@@ -35,6 +42,11 @@ def test_it_is_a_sentence_and_a_way_out(line: str, sentence: str) -> None:
         CliRunner().invoke(cli.app, line.split(), prog_name="skillwing", catch_exceptions=False)
     assert str(caught.value).startswith(sentence)
     assert exit_code_of(caught.value) == USAGE
+
+
+def test_an_apostrophe_is_no_quote() -> None:
+    with pytest.raises(InvalidOptionError, match=r"\(it's isn't\)"):
+        CliRunner().invoke(cli.app, ["replay", "a", "it's", "isn't"], prog_name="skillwing", catch_exceptions=False)
 
 
 def test_a_number_is_asked_for_in_plain_words() -> None:

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 from skillwing.dsl.suggest import closest, listed
 from skillwing.services.errors import InvalidOptionError
+
+_QUOTED = r"""'(?:[^'\\]|\\.)*'|"(?:[^"\\]|\\.)*\""""
+"""A word as the parser quotes it: as Python writes it, in whichever quotes the word itself does not have."""
+_NO_COMMAND = re.compile(f"No such command ({_QUOTED})")
+_QUOTED_PLACE = re.compile(rf"`[^`]*`|(?<!\w)({_QUOTED})(?!\w)")
+"""A quoted word; what stands in backticks stays, and an apostrophe within a word is no quote."""
 
 
 def told(error: Exception, command: str) -> Exception:
@@ -21,7 +28,8 @@ def told(error: Exception, command: str) -> Exception:
     parameter: Any = getattr(error, "param", None)
     command = command if context is None else context.command_path
     option = str(getattr(error, "option_name", ""))
-    said = _plain(str(getattr(error, "message", "")))
+    message = str(getattr(error, "message", ""))
+    said = _plain(message)
     if kind == "MissingParameter" and parameter is not None:
         text = f"`{command}` lacks {_described(parameter)}."
     elif kind == "BadParameter" and parameter is not None:
@@ -30,8 +38,8 @@ def told(error: Exception, command: str) -> Exception:
         text = f"`{command}` has no option `{option}`{_guess(option, _options(context))}"
     elif kind == "BadOptionUsage":
         text = f"`{option}` of `{command}` does not fit: {said}."
-    elif said.startswith("No such command") and context is not None:
-        word, known = said.split("`")[1], context.command.list_commands(context)
+    elif (unknown := _NO_COMMAND.match(message)) and context is not None:
+        word, known = unknown[1][1:-1], context.command.list_commands(context)
         exists = f"What exists: {listed(known, limit=len(known))}."
         text = f"There is no command `{word}` of `{command}`{_guess(word, known)} {exists}"
     else:
@@ -41,7 +49,8 @@ def told(error: Exception, command: str) -> Exception:
 
 def _plain(said: str) -> str:
     """What the parser says, without what only its developers care for."""
-    return said.removeprefix("Value error, ").partition(", unable to parse")[0].replace("'", "`").rstrip(".")
+    said = said.removeprefix("Value error, ").partition(", unable to parse")[0]
+    return _QUOTED_PLACE.sub(lambda found: f"`{found[1][1:-1]}`" if found[1] else found[0], said).rstrip(".")
 
 
 def _described(parameter: Any) -> str:
