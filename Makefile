@@ -21,7 +21,7 @@ $(READY): requirements.lock pyproject.toml
 demo: setup
 	$(BIN)/skillwing demo $(DEMO_ARGS)
 
-# One worker a core; what starts processes stays with two of them (tests/conftest.py), and begins first: files of few long
+# One worker a core; what starts processes stays with two of them (tests/scheduling.py), and begins first: files of few long
 # flights would come last if they were sorted by how many tests they have, and keep one worker while others are idle.
 # What Python has compiled is kept, also where the environment says otherwise: hundreds of processes start twice as fast.
 PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses auto --dist loadfile --no-loadscope-reorder

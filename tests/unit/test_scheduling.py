@@ -1,0 +1,43 @@
+"""A test that starts processes is in a group, and a group names files that are there."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from scheduling import GROUP_OF, GROUPS, scope_of
+
+TESTS = Path(__file__).parents[1]
+FOLDERS = ("chaos", "fuzz", "history", "integration")
+"""Those whose tests may start whole systems."""
+STARTS = re.compile(r"\b(Launcher|SkillsetProcesses|Popen)\b")
+IMPORTED = re.compile(r"^(?:from|import) (\w+)", re.MULTILINE)
+
+
+def starts_processes(file: Path, seen: set[Path]) -> bool:
+    """Whether it does so itself, or has a module of its folder do it."""
+    if file in seen or not file.exists():
+        return False
+    seen.add(file)
+    text = file.read_text()
+    return bool(STARTS.search(text)) or any(
+        starts_processes(file.with_name(f"{name}.py"), seen) for name in IMPORTED.findall(text)
+    )
+
+
+def test_whoever_starts_processes_is_in_a_group() -> None:
+    files = [file for folder in FOLDERS for file in (TESTS / folder).glob("test_*.py")]
+    starting = {str(file.relative_to(TESTS)) for file in files if starts_processes(file, set())}
+    assert starting, "the words to look for are not those of today"
+    assert starting <= GROUP_OF.keys(), "name them in tests/scheduling.py"
+
+
+def test_every_file_of_a_group_is_there_and_in_no_other() -> None:
+    assert [file for file in GROUP_OF if not (TESTS / file).is_file()] == []
+    assert len(GROUP_OF) == sum(len(files) for files in GROUPS.values())
+
+
+def test_a_group_stays_together_and_every_other_file_by_itself() -> None:
+    group, (first, second, *_) = next(iter(GROUPS.items()))
+    assert scope_of(f"tests/{first}::test_this") == scope_of(f"tests/{second}::test_that[1]") == group
+    assert scope_of("tests/unit/test_scheduling.py::test_this") == "unit/test_scheduling.py"
