@@ -54,6 +54,26 @@ def test_a_name_that_another_module_does_not_have_is_told_with_the_line_that_wan
     assert "Mend the import." in told
 
 
+@pytest.mark.parametrize(
+    ("name", "line", "told"),
+    [
+        ("hooks_that_err", "math.nope", "raises AttributeError: module 'math' has no attribute 'nope'. Mend it."),
+        ("hooks_that_call", "math.sqrt(-1)", "raises ValueError: math domain error. Mend it."),
+        ("hooks_in_a_library", "json.loads('')", "raises JSONDecodeError: Expecting value: line 1 column 1 (char 0)."),
+        ("hooks_in_silence", "assert not math", "raises AssertionError. Mend it."),
+        ("hooks_that_end", "raise SystemExit(4)", "ends Python. Take that out."),
+        ("hooks_in_no_python", "class Manager", "is no Python: expected ':'. Mend it."),
+    ],
+)
+def test_a_module_that_fails_while_it_is_loaded_is_told_with_the_line(
+    write: Write, tmp_path: Path, name: str, line: str, told: str
+) -> None:
+    broken = write(name, "import json, math", "", line)
+    user = write(f"{name}_behind_another", f"import {broken}")
+    for path in (broken, user):
+        assert f"its module cannot be loaded. `{tmp_path}/{broken}.py:3` {told}" in refusal(f"{path}:Manager")
+
+
 def test_what_a_module_does_not_define_is_told() -> None:
     assert "`math` has no `Manager`" in refusal("math:Manager")
 
