@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -11,9 +13,11 @@ from typer.main import get_command
 
 from skillwing.m600.robot import SKILLSET
 from skillwing.services import cli
-from skillwing.services.commands.exit_codes import USAGE
-from skillwing.services.commands.running import how_many_run
+from skillwing.services.commands.exit_codes import FAILED, OK, USAGE
+from skillwing.services.commands.running import how_many_run, run_detached
 from skillwing.services.processes.process_state import ProcessState
+from skillwing.services.processes.run_state import announced
+from skillwing.services.robot import Robot
 
 
 class LaunchedError(Exception):
@@ -42,6 +46,38 @@ def test_up_counts_what_lives() -> None:
     states = [ProcessState(name=name) for name in ("router", "data_manager", "skill/go")]
     assert how_many_run(states) == "2"
     assert how_many_run([*states, ProcessState(name="skill/refill", life="waits")]) == "2 of 3"
+
+
+@pytest.mark.parametrize(
+    ("processes", "code", "told"),
+    [
+        ((ProcessState(name="skill/go"),), OK, []),
+        (
+            (
+                ProcessState(name="skill/go"),
+                ProcessState(name="skill/wave", life="given up", last_words="It is broken."),
+            ),
+            FAILED,
+            ["1 of 2 processes run.", "It is broken."],
+        ),
+    ],
+)
+def test_what_runs_detached_tells_what_is_down_as_it_does_in_the_foreground(
+    processes: tuple[ProcessState, ...],
+    code: int,
+    told: list[str],
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.setattr(subprocess, "Popen", lambda *_, **__: SimpleNamespace(pid=os.getpid()))
+    robot = Robot("rover", SKILLSET, {}, clock="wall")
+    with announced(robot, "tcp/127.0.0.1:1", tmp_path, processes=processes):
+        assert run_detached("rover", ["up"], tmp_path) == code
+    said = capsys.readouterr()
+    assert "rover runs as process" in said.out
+    assert said.err.splitlines() == told
 
 
 def up_options(words: list[str]) -> dict[str, Any]:

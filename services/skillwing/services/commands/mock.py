@@ -62,7 +62,8 @@ def mock(
     `start`, `interrupt`, `trigger`, `data` and the other commands work as on a robot; `script` shows and changes what
     the mocks do. docs/mocks.md tells what a script can say.
 
-    Exit codes: 0 it was told to stop, 1 it did not start or lost a process it cannot do without, 2 broken file.
+    Exit codes: 0 it was told to stop, 1 it did not start or lost a process it cannot do without, 2 broken file. With
+    --detach: 0 it runs, 1 it did not start or runs without one of its processes.
     """
     skillset = load(file)
     scripts = scripts_for(file, script)
@@ -78,8 +79,7 @@ def mock(
         words += [] if seed is None else ["--seed", str(seed)]
         words += layout_words(topology=topology, colocate=colocate, router=router)
         words += journal_words(resume=resume, durable=durable) + observing_words(record=record, viewer=viewer)
-        run_detached(name, words, directory)
-        return
+        raise typer.Exit(run_detached(name, words, directory))
     make_room_for_journal(directory, resume=resume)
     robot = Robot(name=name, skillset=file.absolute(), hooks={}, clock="wall")
     played = ", ".join(map(str, scripts)) or "no script: each skill ends with its first success, if it has one"

@@ -19,7 +19,7 @@ import typer
 
 from skillwing.services.bus import Topology
 from skillwing.services.commands.attendance import Attendance
-from skillwing.services.commands.exit_codes import OK
+from skillwing.services.commands.exit_codes import FAILED, OK
 from skillwing.services.commands.flight_reports import FlightReports
 from skillwing.services.commands.observing import opened_viewer
 from skillwing.services.commands.output import make_console
@@ -192,10 +192,11 @@ def how_many_run(states: Sequence[ProcessState]) -> str:
     return f"{len(lives)}" if all(lives) else f"{sum(lives)} of {len(lives)}"
 
 
-def run_detached(robot: str, words: Sequence[str], run_dir: Path) -> None:
+def run_detached(robot: str, words: Sequence[str], run_dir: Path) -> int:
     """Run a command line, which must not detach itself, in a session of its own; return when its system is up.
 
-    robot: the name under which the system makes itself known. Raises SkillwingError with what the command said if it
+    robot: the name under which the system makes itself known. Returns the exit code: that of a failure where a process
+    is down that the system can do without, with what is known of it on standard error. Raises SkillwingError with what the command said if it
     ends before, or with where to look if it does not come up in time.
     """
     log = run_dir / "logs" / "up.log"
@@ -215,9 +216,19 @@ def run_detached(robot: str, words: Sequence[str], run_dir: Path) -> None:
             typer.echo(f"{robot} runs as process {process.pid}, logs in {run_dir}/logs. `skillwing down` stops it.")
             if state.viewer is not None:
                 typer.echo(f"Watch it in a browser: {state.viewer}")
-            return
+            return _tell_what_is_down(state.processes)
         with contextlib.suppress(subprocess.TimeoutExpired):
             process.wait(0.05)
             raise SkillwingError(log.read_text(encoding="utf-8", errors="replace").strip())
     process.terminate()
     raise SkillwingError(f"`{robot}` did not come up in time. Look at {log}.")
+
+
+def _tell_what_is_down(processes: Sequence[ProcessState]) -> int:
+    down = [process for process in processes if process.life != "lives"]
+    if not down:
+        return OK
+    typer.echo(f"{how_many_run(processes)} processes run.", err=True)
+    for process in down:
+        typer.echo(process.last_words, err=True)
+    return FAILED

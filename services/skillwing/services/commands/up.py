@@ -102,7 +102,8 @@ def up(
     With --resume the resource manager goes on from the journal of an earlier run: states, goals and tokens are those
     of then. That makes sense where the robot has lived on meanwhile; a simulated one has not.
 
-    Exit codes: 0 it was told to stop, 1 it did not start or lost a process it cannot do without, 2 unknown robot.
+    Exit codes: 0 it was told to stop, 1 it did not start or lost a process it cannot do without, 2 unknown robot. With
+    --detach: 0 it runs, 1 it did not start or runs without one of its processes.
     """
     table = _called(find_robot(robot), robot_name)
     skills = tuple(dict.fromkeys(mocked or ()))
@@ -128,8 +129,7 @@ def up(
         words += [] if scenario is None else ["--scenario", str(scenario.absolute())]
         words += layout_words(topology=topology, colocate=colocate, router=router)
         words += journal_words(resume=resume, durable=durable) + observing_words(record=record, viewer=viewer)
-        run_detached(table.name, words, directory)
-        return
+        raise typer.Exit(run_detached(table.name, words, directory))
     make_room_for_journal(directory, resume=resume)
     run["run_dir"] = str(directory)
     layer = () if everything else table.functional_layer(run)
