@@ -102,7 +102,7 @@ def test_who_runs_already_is_named_with_what_stops_it() -> None:
 
 def test_a_robot_is_run_by_one_process_at_a_time() -> None:
     with reserved("m600"):
-        with pytest.raises(SkillwingError, match="runs already"), reserved("m600"):
+        with pytest.raises(SkillwingError, match="`skillwing down --robot m600`"), reserved("m600"):
             pass
         with reserved("another"):
             pass

@@ -91,7 +91,7 @@ def reserved(robot: str) -> Iterator[None]:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError as error:
             raise SkillwingError(
-                f"A system of `{robot}` runs already. Stop it first: `down --robot {robot}`."
+                f"A system of `{robot}` runs already. Stop it first with `skillwing down --robot {robot}`."
             ) from error
         yield
 
