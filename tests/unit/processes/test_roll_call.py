@@ -43,7 +43,7 @@ def test_how_a_process_is(state: ProcessState, used: Usage | None, alive: set[st
 
 
 def test_heads_are_counted() -> None:
-    assert headcount([Condition.RUNS, Condition.DOWN, Condition.RUNS]) == "2 of 3 processes run."
+    assert headcount([Condition.RUNS, Condition.DOWN, Condition.RUNS]) == "2 of 3 processes run, besides the router."
 
 
 class Calls:

@@ -69,6 +69,6 @@ def condition(state: ProcessState, used: Usage | None, alive: Collection[str] | 
 
 
 def headcount(conditions: Iterable[Condition]) -> str:
-    """`19 of 20 processes run.`; the router, at which they meet, is none of them."""
+    """`19 of 20 processes run, besides the router.`, at which they meet."""
     found = list(conditions)
-    return f"{found.count(Condition.RUNS)} of {len(found)} processes run."
+    return f"{found.count(Condition.RUNS)} of {len(found)} processes run, besides the router."
