@@ -13,6 +13,7 @@ from rich.console import Console, RenderableType
 
 from skillwing.bt_missions.running.library import find_draft, find_mission, installed_missions
 from skillwing.bt_missions.running.misfit import FaultyMissionError
+from skillwing.bt_missions.running.mission import Mission
 from skillwing.bt_missions.running.option_values import written
 from skillwing.bt_missions.running.option_words import parse_options
 from skillwing.bt_missions.running.phase import Phase
@@ -29,7 +30,7 @@ from skillwing.services.commands.completion import missions
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.commands.exit_codes import FAILED, OK
 from skillwing.services.commands.output import make_console, print_json, print_table
-from skillwing.services.errors import RefusedError, SkillwingError, UnansweredError
+from skillwing.services.errors import NoSystemError, RefusedError, SkillwingError, UnansweredError
 from skillwing.services.processes.ending import Ending
 from skillwing.services.protocol import AbortMission, ErrorCode, Keys, MissionStatus, PauseMission, ResumeMission
 from skillwing.services.robot import find_robot
@@ -104,7 +105,7 @@ def run(
     asked = parse_options(options or [])
     chosen.read_options(asked)
     console = None if as_json else make_console()
-    with connect(robot) as system:
+    with _connected_to_fly(chosen, robot) as system:
         _refuse_beside_another(system)
         known = briefing(system.target, chosen.name)
         told = {key: value for key, value in known.items() if key in chosen.describe() and key not in asked}
@@ -273,6 +274,17 @@ def _put(text: str, output: Path | None) -> None:
         typer.echo(text, nl=False)
     else:
         output.write_text(text, encoding="utf-8")
+
+
+@contextmanager
+def _connected_to_fly(chosen: Mission, robot: str | None) -> Iterator[System]:
+    """The system that is to fly a mission. Where none runs, what is wrong with its file anyway is told rather."""
+    try:
+        with connect(robot) as system:
+            yield system
+    except NoSystemError:
+        chosen.require_usable()
+        raise
 
 
 def _refuse_beside_another(system: System) -> None:

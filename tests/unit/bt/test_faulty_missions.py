@@ -7,18 +7,19 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import SimpleNamespace
+from typing import NoReturn
 
 import pytest
-from click.testing import Result
-from typer.testing import CliRunner
+from typer.testing import CliRunner, Result
 
 from skillwing.bt_missions import commands
 from skillwing.bt_missions.running.misfit import FaultyMissionError
 from skillwing.bt_missions.templates.template import write_template
 from skillwing.dsl import load
 from skillwing.dsl.model import UnknownNameError
+from skillwing.services.commands import connection
 from skillwing.services.commands.exit_codes import FAILED, OK, USAGE, exit_code_of
-from skillwing.services.errors import InvalidOptionError
+from skillwing.services.errors import InvalidOptionError, NoSystemError
 
 ROOT = next(folder for folder in Path(__file__).parents if (folder / "pyproject.toml").exists())
 M600 = load(ROOT / "services/skillwing/m600/m600.skillset")
@@ -120,6 +121,24 @@ def test_what_nobody_knows_is_a_wrong_use(words: list[str]) -> None:
     error = check(*words).exception
     assert isinstance(error, UnknownNameError | InvalidOptionError)
     assert exit_code_of(error) == USAGE
+
+
+def test_what_is_wrong_with_the_file_is_told_where_no_system_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def find_target(robot: str | None) -> NoReturn:
+        raise NoSystemError("No system is running.")
+
+    monkeypatch.setattr(connection, "find_target", find_target)
+    file = template(tmp_path, ".xml")
+    assert isinstance(CliRunner().invoke(commands.mission, ["run", str(file)]).exception, NoSystemError)
+    faulty = tmp_path / "faulty"
+    faulty.mkdir()
+    file = template(faulty, ".xml", '<BehaviorTree ID="rescue">', '<BehaviorTree ID="help">')
+    error = CliRunner().invoke(commands.mission, ["run", str(file)]).exception
+    assert isinstance(error, FaultyMissionError)
+    assert exit_code_of(error) == USAGE
+    assert 'Add a `<BehaviorTree ID="rescue">`' in str(error)
 
 
 @pytest.mark.parametrize(("suffix", "skill"), [(".xml", "<return_home"), (".py", '"return_home", height')])

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from skillwing.bt_missions.running.mission import Mission
 from skillwing.bt_missions.running.python_file import load_python_mission
-from skillwing.bt_missions.xml.mission import XmlMission, load_mission
+from skillwing.bt_missions.xml.mission import load_mission
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.options import import_failure
@@ -37,8 +37,7 @@ def find_mission(name: str) -> Mission:
     cannot be used for what is written in it.
     """
     mission = find_draft(name)
-    if isinstance(mission, XmlMission):
-        mission.require_usable()
+    mission.require_usable()
     return mission
 
 

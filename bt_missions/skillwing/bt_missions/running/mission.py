@@ -71,6 +71,9 @@ class Mission(ABC):
         except (OSError, TypeError):  # made where there is no file
             return None
 
+    def require_usable(self) -> None:  # noqa: B027 - what is read from no file is usable
+        """Raises FaultyMissionError where it cannot be flown for what is written in its file, on whatever robot."""
+
     @abstractmethod
     def build(self, context: MissionContext, options: Any) -> MissionTrees:
         """Build the trees. Called once, before the robot is known to be ready: look at nothing yet."""
