@@ -2,31 +2,37 @@
 
 from __future__ import annotations
 
+import os
 from io import StringIO
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import msgspec
 from flights import KEYS, M600, Flight
 from rich.console import Console
 
 from skillwing.bt_missions.watching import MissionWatch
+from skillwing.services.telemetry.history import History
+from skillwing.services.telemetry.report import make_report, write_report
 
 
-def watched(flight: Flight) -> MissionWatch:
-    system: Any = SimpleNamespace(bus=flight.network.bus("watcher"), keys=KEYS, skillset=M600)
+def watched(flight: Flight, run_dir: Path | None = None) -> MissionWatch:
+    target = SimpleNamespace(run_dir=run_dir)
+    system: Any = SimpleNamespace(bus=flight.network.bus("watcher"), keys=KEYS, skillset=M600, target=target)
     return MissionWatch(system)
 
 
 def seen(watch: MissionWatch, height: int | None = None) -> str:
-    console = Console(width=140, file=StringIO(), color_system=None)
-    console.print(watch.picture(height))
-    return console.file.getvalue()
+    text = StringIO()
+    Console(width=140, file=text, color_system=None).print(watch.picture(height))
+    return text.getvalue()
 
 
 def test_the_picture_shows_status_tree_skills_and_why_branches_were_changed() -> None:
     flight = Flight()
     watch = watched(flight)
-    assert "No mission has flown here yet" in seen(watch)
+    assert "No mission flies now, and none has left a report here." in seen(watch)
     flight.at(17.0, lambda: flight.drone.set("zed_status", "FAILED"))
     flight.network.run_for(22.0)
     picture = seen(watch)
@@ -61,3 +67,14 @@ def test_one_who_comes_late_sees_the_same() -> None:
     assert late.complete
     assert "SUCCEEDED" in seen(late)
     assert "S_LANDED" in seen(late)
+
+
+def test_where_none_flies_the_last_one_and_its_report_are_named(tmp_path: Path) -> None:
+    history = History(M600)
+    for place, (name, result) in enumerate({"1-mapping": "success", "2-patrol": "aborted"}.items()):
+        report = msgspec.structs.replace(make_report(history, mission=name[2:]), result=result)
+        write_report(report, history, tmp_path / name)
+        os.utime(tmp_path / name / "report.json", (place, place))
+    told = " ".join(seen(watched(Flight(), tmp_path)).split())
+    assert "The last one, `patrol`, was aborted" in told
+    assert told.replace(" ", "").endswith(f"itsreportisin{tmp_path}/2-patrol.")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from rich.console import Console, Group, RenderableType
 from rich.live import Live
 from rich.text import Text
@@ -11,6 +13,7 @@ from skillwing.bt_missions.running.tree_text import render
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.commands.connection import System
 from skillwing.services.commands.keyboard import when_pressed
+from skillwing.services.commands.observing import shown
 from skillwing.services.commands.output import make_table, value_text
 from skillwing.services.commands.records import clock_text
 from skillwing.services.protocol import (
@@ -24,6 +27,7 @@ from skillwing.services.protocol import (
 )
 from skillwing.services.telemetry.history import History, Outcome, SkillBar
 from skillwing.services.telemetry.present import Present
+from skillwing.services.telemetry.report import REPORT_FILE, read_report
 from skillwing.services.telemetry.wording import in_words
 
 PERIOD = 0.25
@@ -35,6 +39,8 @@ WIDTH = 40
 """Letters of the timeline."""
 FRAME, FEWEST = 8, 6
 """Lines that are neither tree nor bars, and lines of the tree on the smallest screen."""
+RESULTS = {"success": "succeeded", "failure": "failed", "aborted": "was aborted", "unfinished": "was cut short"}
+"""What became of a mission, by the result in its report."""
 PHASE_COLOURS = {
     Phase.SUCCEEDED: "bold green",
     Phase.FAILED: "bold red",
@@ -82,7 +88,7 @@ class MissionWatch:
 
     def picture(self, height: int | None = None) -> RenderableType:
         if self.status is None:
-            return Text("No mission has flown here yet. Fly one with `skillwing mission run`.")
+            return Text(_last_flown(self._system.target.run_dir), overflow="fold")
         parts: list[RenderableType] = [status_line(self.status), Text()]
         if self.tree is not None:
             parts += [_drawn(self.tree, height), Text()]
@@ -144,6 +150,17 @@ def stay(system: System, watch: MissionWatch, console: Console) -> None:
             system.bus.run_until(lambda: QUIT in pressed or watch.over, PERIOD)
             live.update(watch.picture(console.height), refresh=True)
     console.print(watch.picture())
+
+
+def _last_flown(run_dir: Path | None) -> str:
+    """What to say where no mission is there: nothing but its report tells of one that has ended."""
+    reports = [] if run_dir is None else sorted(run_dir.glob(f"*/{REPORT_FILE}"), key=lambda file: file.stat().st_mtime)
+    if not reports:
+        return "No mission flies now, and none has left a report here. Fly one with `skillwing mission run`."
+    folder = reports[-1].parent
+    report = read_report(folder)
+    became = RESULTS.get(report.result, report.result)
+    return f"No mission flies now. The last one, `{report.mission}`, {became}; its report is in {shown(folder)}."
 
 
 def status_line(status: MissionStatus) -> Text:
