@@ -59,6 +59,7 @@ def template(folder: Path, suffix: str, old: str = "", new: str = "") -> Path:
         (".xml", "<tree/>", ":1", "Begin with `<root"),
         (".py", "x = (\n1", ":1:5", "This is no Python: "),
         (".py", b"x = 1\0", "", "This is no Python: "),
+        (".py", "# coding: klingon\n", "", "This is no Python: unknown encoding: klingon"),
         (".py", "\nimport nothing_like_it", ":2", "It imports `nothing_like_it`, and there is no such module."),
         (".py", "from math import tao", ":1", "It imports from `math` what that cannot give"),
         (".py", "def f():\n    return 1 / 0\n\nf()", ":2", "It raises ZeroDivisionError while it is loaded"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import traceback
+from itertools import takewhile
 from pathlib import Path
 from types import CodeType, ModuleType
 
@@ -59,7 +60,9 @@ def _compiled(file: Path) -> CodeType:
         return compile(content, str(file), "exec", dont_inherit=True)
     except SyntaxError as error:
         refuse_if_not_utf8(content, file)
-        place = ":".join(str(part) for part in (file, error.lineno, error.offset) if part)
+        # Of a file as a whole some Pythons tell line -1.
+        known = takewhile(lambda number: number is not None and number > 0, (error.lineno, error.offset))
+        place = ":".join(map(str, (file, *known)))
         raise FaultyMissionError([Misfit(f"This is no Python: {error.msg}. Mend it.", place)]) from error
     except ValueError as error:
         refuse_if_not_utf8(content, file)

@@ -18,9 +18,14 @@ DOES_NOT_ANSWER = "its manager does not answer: one of its hooks blocks it, or i
 
 
 def make_console() -> Console:
-    """Standard output, without colours and line breaks of our own if nobody looks at it."""
-    console = Console(highlight=False)
-    return console if console.is_terminal else Console(highlight=False, width=WIDTH_OF_A_PIPE, no_color=True)
+    """Standard output, without colours and line breaks of our own if nobody looks at it.
+
+    `:100:` stays what it is, the place in a file; rich would make a picture of it.
+    """
+    console = Console(highlight=False, emoji=False)
+    if console.is_terminal:
+        return console
+    return Console(highlight=False, emoji=False, width=WIDTH_OF_A_PIPE, no_color=True)
 
 
 def print_json(value: Any) -> None:
