@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
 
 from skillwing.m600.robot import ROBOT
+from skillwing.services import robot as robots
+from skillwing.services.processes import node_host
 from skillwing.services.processes.lifetime import EXIT_CONFIGURATION, EXIT_CRASHED, EXIT_OK
-from skillwing.services.telemetry import recorded_life
+from skillwing.services.robot import Robot
 from skillwing.services.telemetry.recorded_life import MARK, RUNS, begin_or_go_on, main
 from skillwing.services.telemetry.run_facts import RunFacts, read_facts, write_facts
 
@@ -17,12 +23,15 @@ NOW = datetime(2026, 11, 21, 23, 11, 17, tzinfo=UTC)
 
 
 @pytest.fixture
-def container(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
+def container(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[pytest.MonkeyPatch]:
     """What a container gives to its process: a directory, and the environment."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("SKILLWING_ROBOT", ROBOT.name)
     monkeypatch.setenv("SKILLWING_RUN_DIR", "")
-    return monkeypatch
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGINT)}
+    yield monkeypatch
+    for number, handler in handlers.items():
+        signal.signal(number, handler)
 
 
 def test_one_that_died_goes_on_in_its_own_directory(tmp_path: Path) -> None:
@@ -44,9 +53,47 @@ def test_only_what_was_told_to_end_is_over(container: pytest.MonkeyPatch, code: 
     def host(_arguments: list[str]) -> int:
         return code
 
-    container.setattr(recorded_life, "host", host)
+    container.setattr(node_host, "main", host)
     assert main(["--process", "recorder"]) == code
     assert MARK.exists() is goes_on
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_one_that_is_told_to_end_before_it_records_is_over(container: pytest.MonkeyPatch, number: int) -> None:
+    """What begins after it is another flight, also where this one had died before."""
+
+    def find(_name: str) -> Robot:
+        signal.raise_signal(number)
+        return ROBOT
+
+    container.setattr(robots, "find_robot", find)
+    MARK.write_text("20261121-231117-up")
+    assert main(["--process", "recorder"]) == EXIT_OK
+    assert not MARK.exists()
+
+
+def test_little_is_read_in_before_it_can_be_told_to_end() -> None:
+    code = "import sys; import skillwing.services.telemetry.recorded_life; print(*sys.modules)"
+    modules = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert not {"zenoh", "msgspec", "skillwing.dsl"} & set(modules)
+
+
+@pytest.mark.parametrize("value", [None, ""])
+def test_where_no_robot_is_named_nothing_begins(
+    container: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], value: str | None
+) -> None:
+    container.delenv("SKILLWING_ROBOT") if value is None else container.setenv("SKILLWING_ROBOT", value)
+    assert main(["--process", "recorder"]) == EXIT_CONFIGURATION
+    assert "No robot is named." in capsys.readouterr().err
+    assert not MARK.exists()
+
+
+def test_the_robot_of_the_command_line_counts_as_it_does_for_the_host(container: pytest.MonkeyPatch) -> None:
+    container.delenv("SKILLWING_ROBOT")
+    container.setattr(node_host, "main", lambda _arguments: EXIT_OK)
+    assert main(["--process", "recorder", "--robot", ROBOT.name]) == EXIT_OK
+    (run,) = RUNS.iterdir()
+    assert read_facts(run).robot == ROBOT.name
 
 
 def test_a_run_tells_what_was_run(container: pytest.MonkeyPatch) -> None:
@@ -56,7 +103,7 @@ def test_a_run_tells_what_was_run(container: pytest.MonkeyPatch) -> None:
         seen.extend(RUNS.iterdir())
         return EXIT_OK
 
-    container.setattr(recorded_life, "host", host)
+    container.setattr(node_host, "main", host)
     container.setenv("SKILLWING_WORLD", "inspection")
     container.setenv("SKILLWING_SEED", "3")
     assert main(["--process", "recorder"]) == EXIT_OK
