@@ -6,15 +6,29 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 from skillwing.sim_mujoco.frames.motion import Motion
 from skillwing.sim_mujoco.frames.poses import rotations
 from skillwing.sim_mujoco.frames.vectors import add, to_world
-from skillwing.sim_mujoco.sensors.depth_camera import REACH, ZED_MOUNT, DepthCamera, depth_header
+from skillwing.sim_mujoco.sensors.depth_camera import (
+    REACH,
+    ZED_MOUNT,
+    DepthCamera,
+    _least_of_next,
+    _unmatchable,
+    depth_header,
+)
 from skillwing.sim_mujoco.sensors.directions import depth_directions
 from skillwing.sim_mujoco.sensors.infill import Infill, Pixels
 from skillwing.sim_mujoco.sensors.rays import RayScene
 from skillwing.sim_mujoco.world.world import make_world
+
+DISPARITIES = arrays(
+    np.float32, st.tuples(st.integers(2, 4), st.integers(3, 12)), elements=st.sampled_from([0.0, 0.5, 1.0, 1.75, 2.5])
+)
 
 
 @pytest.mark.parametrize("heading", [0.0, 0.8, 1.6, 3.0])
@@ -51,3 +65,33 @@ def test_an_edge_between_two_planes_takes_one_ray_a_row(edge: int) -> None:
     assert np.allclose(computed, picture, atol=1e-6)
     last = columns == len(row) - 1  # of these there is no neighbour on the right
     assert np.array_equal(np.flatnonzero(asked[0] & ~last), [(edge - 1) // 2 * 2 + 1])
+
+
+def test_a_wall_seen_slantwise_is_matched_up_to_the_end_of_each_row() -> None:
+    ramp = np.tile(np.linspace(0.0, 39.0, 320, dtype=np.float32), (4, 1))
+    assert not _unmatchable(ramp).any()
+
+
+@given(DISPARITIES)
+def test_a_pixel_is_lost_where_it_is_hidden_or_disparity_changes_steeply(disparity: np.ndarray) -> None:
+    height, width = disparity.shape
+
+    def lost(row: int, column: int) -> bool:
+        own = disparity[row, column]
+        seen_at = column - own
+        if seen_at < 0.0 or any(right - disparity[row, right] < seen_at for right in range(column + 1, width)):
+            return True
+        around = ((row, column - 1), (row, column + 1), (row - 1, column), (row + 1, column))
+        return any(0 <= r < height and 0 <= c < width and abs(disparity[r, c] - own) > 1.0 for r, c in around)
+
+    expected = [[lost(row, column) for column in range(width)] for row in range(height)]
+    assert _unmatchable(disparity).tolist() == expected
+
+
+@given(DISPARITIES, st.floats(0.0, 20.0))
+def test_the_least_of_the_next_is_one_of_the_same_row(rows: np.ndarray, count: float) -> None:
+    least = _least_of_next(rows, count)
+    for row, found in zip(rows, least, strict=True):
+        for column, value in enumerate(found):
+            right = row[column + 1 :]
+            assert min(right, default=math.inf) <= value <= min(right[: math.ceil(count)], default=math.inf)
