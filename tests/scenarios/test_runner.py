@@ -236,7 +236,8 @@ def test_an_abort_is_answered_and_a_malformed_one_refused() -> None:
     answers = call_off(flight)
     flight.network.run_for(0.1)
     assert isinstance(answers[0], Answered)
-    assert decode(answers[0].payload, MissionStatus).mission == "hop"
+    told = decode(answers[0].payload, MissionStatus)
+    assert (told.mission, told.phase, told.text) == ("hop", "RUNNING", "the wind gets up; landing")
     assert flight.fly().text == "the wind gets up; the drone is on the ground"
 
 
@@ -244,7 +245,9 @@ def test_an_abort_before_the_flight_starts_nothing() -> None:
     flight = Flight()
     flight.drone.truth["SDK_authority"] = "UNAVAILABLE"
     flight.network.run_for(1.0)
-    call_off(flight)
+    answers = call_off(flight)
+    flight.network.run_for(0.1)
+    assert decode(answers[0].payload, MissionStatus).text == "the wind gets up"
     assert flight.fly().phase == "ABORTED"
     assert flight.started == []
 

@@ -157,6 +157,7 @@ class MissionNode:
         if self._stage in (Stage.WAITING, Stage.FLYING):
             self._abort_reason = reason
             self._end(Phase.ABORTED, reason, rescue=self._stage is Stage.FLYING)
+            self._tell_abort()
             self._wake()
         return None
 
@@ -363,11 +364,22 @@ class MissionNode:
     def _write_record(self, subject: str, before: str | None, after: str, text: str, cause: str | None) -> str:
         return self._timeline.record(RecordKind.MISSION, subject, before, after, text=text, cause=cause)
 
+    def _tell_abort(self) -> None:
+        """At once: whoever asked is answered with it."""
+        if self._stage is Stage.RESCUING:
+            self._publish_status(Phase.RUNNING, self._rescue_text)
+        else:
+            self._publish_status(Phase.IDLE, self._outcome[1])
+
+    @property
+    def _rescue_text(self) -> str:
+        return f"{self._outcome[1]}; landing"
+
     def _publish_progress(self) -> None:
         running = [leaf.name for leaf in self._tree.iterate() if _is_flying(leaf)]
         text = ", ".join(running) or "deciding"
         if self._stage is Stage.RESCUING:
-            text = f"{self._outcome[1]}; landing"
+            text = self._rescue_text
         progress = self._trees.progress()
         phase = Phase.RUNNING
         if self._stage is Stage.FLYING:
