@@ -84,4 +84,9 @@ ROBOT = Robot(
     briefing="skillwing.m600.briefing:brief",
     judge="skillwing.m600.judge.evaluation:judge",
     hooks=HOOKS,
+    published_by={
+        "obstacle_distance": ("zed_depthmap", "lidar_depthmap"),
+        "map_statistics": ("lidar_mapping",),
+        "video_quality": ("stream",),
+    },
 )

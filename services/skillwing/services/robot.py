@@ -77,6 +77,7 @@ class Robot:
     (`telemetry/flight_report.py`); None if nobody does.
     briefing: `package.module:function`, from run options to what is known beforehand of the place where the robot is:
     options of missions, by mission. It is named, for what it needs managers do without; None where nothing is known.
+    published_by: of each datum that is published only while one of some skills runs, those skills.
     """
 
     name: str
@@ -87,6 +88,7 @@ class Robot:
     recorder: Callable[[dict[str, Any]], dict[str, Any]] = _plain
     briefing: str | None = None
     judge: str | None = None
+    published_by: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
 
     def load_skillset(self) -> Skillset:
         """Read the skillset file; raises `SkillsetError` with everything that is wrong in it."""

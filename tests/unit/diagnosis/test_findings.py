@@ -158,6 +158,23 @@ def test_a_system_that_is_well_is_left_in_peace(seen: SystemSeen) -> None:
     assert diagnose(Evidence(system=seen)) == []
 
 
+STALE = replace(
+    WELL,
+    data=(
+        DataReading(name="quality", value=None, t=None, age=None, stale=True),
+        DataReading(name="distance", value=1.0, t=1.0, age=9.0, stale=True),
+    ),
+    published_by={"quality": ("stream",), "distance": ("see", "goto")},
+)
+
+
+def test_a_datum_is_missed_only_while_a_skill_runs_that_publishes_it() -> None:
+    (finding,) = diagnose(Evidence(system=STALE))
+    assert "`distance` is stale" in finding.what
+    ended = GoalStatus(goal_id="g", skill="goto", state=State.TERMINATED, t=1.0)
+    assert diagnose(Evidence(system=replace(STALE, goals=(ended,)))) == []
+
+
 def test_the_serious_comes_first() -> None:
     found = diagnose(Evidence(system=replace(process(Condition.DOWN), clients=frozenset()), load=9.0, cores=1))
     assert [finding.serious for finding in found] == [True, False, False]

@@ -34,6 +34,11 @@ def test_every_skill_has_a_manager() -> None:
     assert {skill.name for skill in SKILLSET.skills} == set(ROBOT.hooks)
 
 
+def test_what_publishes_data_are_skills_and_data_of_the_skillset() -> None:
+    assert set(ROBOT.published_by) <= {item.name for item in SKILLSET.data}
+    assert {skill for skills in ROBOT.published_by.values() for skill in skills} <= set(ROBOT.hooks)
+
+
 @pytest.mark.parametrize("skill", sorted(ROBOT.hooks))
 def test_the_hooks_are_those_of_their_skill(skill: str) -> None:
     hooks = imported({"hooks": ROBOT.hooks[skill]}, "hooks")

@@ -64,6 +64,7 @@ class SystemSeen:
     local: it runs on this machine, and is known by its run state. router: somebody answered there as a router does;
     listener: who has its port, None if nobody or unknown. The rest is empty where there is no router.
     states: of the resources, None if nobody told; resources: their names in the skillset file. clients: who owns goals.
+    published_by: of data that are published only while one of some skills runs, those skills.
     """
 
     robot: str
@@ -82,6 +83,7 @@ class SystemSeen:
     goals: tuple[GoalStatus, ...] = ()
     clients: frozenset[str] = frozenset()
     disk: Disk | None = None
+    published_by: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
 
 
 @dataclass(frozen=True)

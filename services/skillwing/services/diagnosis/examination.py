@@ -36,7 +36,7 @@ from skillwing.services.protocol import (
     StartGoal,
     decode,
 )
-from skillwing.services.robot import find_robot
+from skillwing.services.robot import Robot, find_robot
 
 M = TypeVar("M", bound=Message)
 
@@ -113,6 +113,7 @@ def examine_system(target: Target) -> SystemSeen:
         goals=tuple(_messages(goals, GoalStatus)),
         clients=frozenset(name for name in held if name.startswith(CLIENT)),
         disk=disk,
+        published_by={} if (table := _table(target)) is None else table.published_by,
     )
 
 
@@ -162,11 +163,18 @@ def _messages(probes: Iterable[Probe], kind: type[M]) -> Iterable[M]:
 
 def _expected(target: Target) -> tuple[ProcessState, ...]:
     """The processes of the robot's table, where nobody has written down which were started."""
-    try:
-        table = find_robot(target.robot)
-    except UnknownNameError:
+    table = _table(target)
+    if table is None:
         return ()
     return tuple(ProcessState(name=spec.name) for spec in (*table.functional_layer({}), *table.managers()))
+
+
+def _table(target: Target) -> Robot | None:
+    """What is known of the robot beforehand; None for one that is not installed under its name."""
+    try:
+        return find_robot(target.robot)
+    except UnknownNameError:
+        return None
 
 
 def _stranger(port: int, target: Target) -> Listener | None:

@@ -243,8 +243,11 @@ def clock(system: SystemSeen) -> Iterator[Finding]:
 
 
 def stale_data(system: SystemSeen) -> Iterator[Finding]:
-    """Notes only: some data flow only while a skill needs them, and nobody but the robot knows which."""
-    never = [reading.name for reading in system.data if reading.t is None]
+    """Notes only: some data flow only while a skill needs them, and not every robot says which."""
+    running = {goal.skill for goal in system.goals if goal.state is not State.TERMINATED}
+    at_rest = {name for name, skills in system.published_by.items() if running.isdisjoint(skills)}
+    expected = [reading for reading in system.data if reading.name not in at_rest]
+    never = [reading.name for reading in expected if reading.t is None]
     if never:
         yield Finding(
             about="no_data",
@@ -252,7 +255,7 @@ def stale_data(system: SystemSeen) -> Iterator[Finding]:
             remedy="If it should be there by now, see whether the robot's bridge runs, and the sensors behind it.",
             serious=False,
         )
-    for reading in system.data:
+    for reading in expected:
         if reading.stale and reading.age is not None:
             yield Finding(
                 about="stale_data",
