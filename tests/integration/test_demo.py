@@ -14,7 +14,7 @@ import psutil
 import pytest
 
 from skillwing.services import cli
-from skillwing.services.commands.exit_codes import FAILED, USAGE
+from skillwing.services.commands.exit_codes import FAILED, INTERRUPTED, USAGE
 from skillwing.services.telemetry.journal import TIMELINE_FILE
 from skillwing.services.telemetry.report import read_report
 
@@ -109,7 +109,7 @@ def test_without_its_simulator_the_flight_ends_and_the_report_says_why(demo: Dem
 def test_called_off_while_it_starts_it_leaves_a_report_and_no_process(demo: Demo, number: signal.Signals) -> None:
     demo.until("Starting")
     demo.process.send_signal(number)
-    assert demo.end() == FAILED
+    assert demo.end() == INTERRUPTED
     assert demo.processes() == []
     assert "Called off by Ctrl-C or a signal." in demo.output
     report = read_report(demo.run_dir)

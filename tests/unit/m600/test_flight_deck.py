@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
+from skillwing.m600.demo.command import CALLED_OFF, IN_AIR, Flight, _ending_well
 from skillwing.m600.demo.flight_deck import FlightDeck
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus.inprocess import InProcessNetwork
@@ -91,6 +92,16 @@ def fly(*, width: int = 100, height: int = 30, terminal: bool = True) -> tuple[F
     with console.capture() as captured:
         console.print(deck.picture())
     return deck, captured.get()
+
+
+def test_a_flight_that_is_called_off_says_whether_the_drone_was_in_the_air() -> None:
+    deck, _ = fly()
+    flying, waiting = Flight((), deck=deck), Flight(())
+    for flight in (flying, waiting):
+        with _ending_well(flight):
+            raise KeyboardInterrupt
+    assert flying.ended_by == f"{CALLED_OFF} {IN_AIR}"
+    assert waiting.ended_by == CALLED_OFF
 
 
 @pytest.mark.parametrize(("width", "height"), [(100, 30), (80, 24), (50, 16), (200, 80)])

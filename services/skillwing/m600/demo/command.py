@@ -26,7 +26,7 @@ from skillwing.m600.robot import ROBOT
 from skillwing.services.bus import Topology
 from skillwing.services.bus.clock import FollowedClock
 from skillwing.services.bus.zenoh_bus import ZenohBus
-from skillwing.services.commands.exit_codes import FAILED, OK
+from skillwing.services.commands.exit_codes import FAILED, INTERRUPTED, OK
 from skillwing.services.commands.flight_reports import LAST_WORDS
 from skillwing.services.commands.observing import VIEWER_HELP, opened_viewer, shown
 from skillwing.services.commands.output import make_console
@@ -51,6 +51,7 @@ FEWER_LAST_WORDS = 0.5
 """Wall seconds that the recorder gets for the last records of a flight that was cut short."""
 TABLE_WIDTH = 100
 CALLED_OFF = "Called off by Ctrl-C or a signal."
+IN_AIR = "The drone was in the air; a simulated one vanishes with its simulator."
 UNREAD = "Called off, for nobody reads what it prints."
 
 
@@ -142,7 +143,7 @@ def demo(
     the radio link narrows until there is no video any more, and the drone lands.
 
     Writes recording, timeline, map and report to the run directory. Exit codes: 0 the mission succeeded, 1 it did
-    not or was cut short, 2 it cannot be flown with these options.
+    not or could not go on, 2 it cannot be flown with these options, 130 it was called off by Ctrl-C or a signal.
     """
     console = make_console()
     story = tell(mission, seed, fault=not no_fault, fault_at=fault_at, scenario=scenario)
@@ -163,6 +164,7 @@ def demo(
                 _fly(flight, options["speed"], directory, console, title, topology, ending)
                 with ending.at_once():
                     code = _judge(flight, story, directory, seed, console)
+                code = INTERRUPTED if ending.told else code
                 goes_on = not flight.ended_by and not ending.told
                 if window is not None and window.is_open and sys.stdin.isatty() and goes_on:
                     close = "Press Ctrl-C" if window.page else "Close the viewer's window, or press Ctrl-C,"
@@ -170,7 +172,7 @@ def demo(
                     _wait_for(window, ending)
         except KeyboardInterrupt:
             console.print(f"{CALLED_OFF} There is no report; what was recorded is in {shown(directory)}.", style="red")
-            code = FAILED
+            code = INTERRUPTED
         raise typer.Exit(code)
 
 
@@ -271,7 +273,8 @@ def _ending_well(flight: Flight) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        flight.ended_by = CALLED_OFF
+        in_air = flight.deck is not None and flight.deck.in_air
+        flight.ended_by = f"{CALLED_OFF} {IN_AIR}" if in_air else CALLED_OFF
     except SystemExit:
         # Rich raises it where standard output is closed, and from then on prints nowhere.
         flight.ended_by = UNREAD
@@ -289,6 +292,8 @@ def _judge(flight: Flight, story: Story, run_dir: Path, seed: int, console: Cons
     from skillwing.services.telemetry.flight_report import UNRECORDED  # noqa: PLC0415 - loads pictures
 
     notes = [flight.ended_by] if flight.ended_by else []
+    for note in notes:
+        console.print(Text(note, "red"))
     with _busy(console, "Judging the flight against the true world ..."):
         try:
             if flight.deck is not None:
@@ -310,9 +315,7 @@ def _judge(flight: Flight, story: Story, run_dir: Path, seed: int, console: Cons
         if death.final and death.exit_code is not None and death.log:
             console.print(Text.assemble((f"The last lines of {death.process}:", "red"), *_indented(death.log)))
     if any(death.process == RECORDER and death.final for death in flight.deaths):
-        notes.append(UNRECORDED)
-    for note in notes:
-        console.print(Text(note, "red"))
+        console.print(Text(UNRECORDED, "red"))
     console.print(summary_table(report), width=min(console.width, TABLE_WIDTH))
     console.print(f"Recording, pictures, report and logs: {shown(run_dir)}")
     return OK if report.result == "success" and not flight.ended_by else FAILED

@@ -69,6 +69,11 @@ class FlightDeck:
             self._live.update(self.picture(), refresh=True)
             self._live.stop()
 
+    @property
+    def in_air(self) -> bool:
+        """Whether the drone flew when it was heard of last."""
+        return self._states["flight_status"] == "IN_AIR"
+
     def tell(self, text: str, style: str = "", t: float | None = None) -> None:
         """Add an event of robot time `t`, by default of now. Call it on the bus's thread."""
         t = self._bus.now() if t is None else t

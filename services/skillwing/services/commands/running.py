@@ -196,8 +196,8 @@ def run_detached(robot: str, words: Sequence[str], run_dir: Path) -> int:
     """Run a command line, which must not detach itself, in a session of its own; return when its system is up.
 
     robot: the name under which the system makes itself known. Returns the exit code: that of a failure where a process
-    is down that the system can do without, with what is known of it on standard error. Raises SkillwingError with what the command said if it
-    ends before, or with where to look if it does not come up in time.
+    is down that the system can do without, with what is known of it on standard error. Raises SkillwingError with what
+    the command said if it ends before, or with where to look if it does not come up in time.
     """
     log = run_dir / "logs" / "up.log"
     log.parent.mkdir(parents=True, exist_ok=True)
