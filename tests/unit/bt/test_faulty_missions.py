@@ -15,6 +15,7 @@ from typer.testing import CliRunner, Result
 from skillwing.bt_missions import commands
 from skillwing.bt_missions.running.misfit import FaultyMissionError
 from skillwing.bt_missions.templates.template import write_template
+from skillwing.bt_missions.xml import mission as xml_mission
 from skillwing.dsl import load
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.commands import connection
@@ -97,6 +98,55 @@ def test_a_tree_that_cannot_be_built_is_told_with_its_line(tmp_path: Path) -> No
     assert (
         f"{file}:{line}: It raises ZeroDivisionError while it is built: division by zero. Mend it.\n" in result.output
     )
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "is_placed", "told"),
+    [
+        (
+            "        takeoff = ",
+            "        raise SystemExit(4)\n        takeoff = ",
+            True,
+            "It ends Python while it is built.",
+        ),
+        (
+            "        return MissionTrees(",
+            "        MissionTrees(",
+            False,
+            "It raises TypeError while it is built: `build` returns NoneType instead of MissionTrees. Mend it.",
+        ),
+        (
+            "return MissionTrees(root,",
+            "return MissionTrees(7,",
+            False,
+            "It raises AttributeError while it is checked: ",
+        ),
+    ],
+)
+def test_whatever_a_mission_does_while_it_is_built_and_checked_is_a_problem_of_its_file(
+    tmp_path: Path, old: str, new: str, is_placed: bool, told: str
+) -> None:
+    file = template(tmp_path, ".py", old, new)
+    line = file.read_text()[: file.read_text().index(new)].count("\n") + 1
+    result = check(file, "--json")
+    assert result.exit_code == FAILED, result.output
+    (found,) = json.loads(result.stdout)
+    assert found["place"] == (f"{file}:{line}" if is_placed else str(file))
+    assert found["text"].startswith(told)
+
+
+def test_what_fails_within_is_told_of_the_tree_file_that_brought_it_about(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def node_types(skillset: object) -> NoReturn:
+        raise KeyError("from within")
+
+    monkeypatch.setattr(xml_mission, "node_types", node_types)
+    file = template(tmp_path, ".xml")
+    result = check(file, "--json")
+    assert result.exit_code == FAILED, result.output
+    (found,) = json.loads(result.stdout)
+    assert found == {"place": str(file), "text": "It raises KeyError while it is built: 'from within'. Mend it."}
 
 
 @pytest.mark.parametrize("suffix", [".xml", ".py"])

@@ -6,6 +6,7 @@ import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
@@ -64,6 +65,14 @@ class Mission(ABC):
     Options: type[MissionOptions] = MissionOptions
 
     @property
+    def file(self) -> Path | None:
+        """Where it is written: for a mission in Python the file of its class."""
+        try:
+            return Path(inspect.getfile(type(self)))
+        except (OSError, TypeError):  # made where there is no file
+            return None
+
+    @property
     def place_of_needs(self) -> str | None:
         """`file:line` where `needs` are written: for a mission in Python that of its class."""
         try:
@@ -80,7 +89,10 @@ class Mission(ABC):
 
     def draft(self, context: MissionContext, options: Any) -> tuple[MissionTrees, list[Misfit]]:
         """Build the trees as far as that goes, and list what keeps them from being flown."""
-        return self.build(context, options), []
+        trees: object = self.build(context, options)
+        if not isinstance(trees, MissionTrees):
+            raise TypeError(f"`build` returns {type(trees).__name__} instead of MissionTrees")
+        return trees, []
 
     def describe(self) -> dict[str, Any]:
         """Every option with its default, as plain values: text, numbers, lists."""

@@ -39,13 +39,14 @@ def load_python_mission(file: Path) -> Mission:
     return mission
 
 
-def failure_in(file: Path, error: BaseException, when: str) -> Misfit:
-    """What went wrong in the code of a mission, with the last line of its file that took part."""
+def failure_in(file: Path | None, error: BaseException, when: str) -> Misfit:
+    """What went wrong in the code of a mission, with the last line of its file that took part. file: None where the
+    mission was written in none."""
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(file)]
-    place = f"{file}:{frames[-1].lineno}" if frames else str(file)
+    place = f"{file}:{frames[-1].lineno}" if frames else file and str(file)
     match error:
         case ImportError():
-            text = import_failure(error, told_at=place)
+            text = import_failure(error, told_at=place or "")
         case SystemExit():
             text = f"It ends Python {when}. Take that out."
         case _:

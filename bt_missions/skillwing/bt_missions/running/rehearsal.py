@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any, NoReturn
 
 from skillwing.bt_missions.leaves.context import MissionContext
@@ -61,11 +59,13 @@ def drafted(mission: Mission, context: MissionContext, options: MissionOptions) 
 def rehearse(mission: Mission, skillset: Skillset, options: MissionOptions) -> list[Misfit]:
     """Everything in a mission that does not fit this skillset with these options, with its place where it is known."""
     context = grounded_context(skillset)
+    when = "while it is built"
     try:
         trees, misfits = mission.draft(context, options)
-    except Exception as error:  # noqa: BLE001 - what somebody else writes may fail in any way
-        return [failure_in(Path(inspect.getfile(type(mission))), error, "while it is built")]
-    return _all_misfits(mission, trees, misfits, skillset)
+        when = "while it is checked"
+        return _all_misfits(mission, trees, misfits, skillset)
+    except (Exception, SystemExit) as error:  # noqa: BLE001 - what somebody else writes may fail in any way
+        return [failure_in(mission.file, error, when)]
 
 
 def require_fit(mission: Mission, skillset: Skillset, options: MissionOptions) -> None:

@@ -64,8 +64,12 @@ class XmlMission(Mission):
         self.Options = cast(type[MissionOptions], options)
 
     @property
+    def file(self) -> Path:
+        return self._source.file
+
+    @property
     def place_of_needs(self) -> str | None:
-        return f"{self._source.file}:{self._source.main_model.lines.get(NEEDS, 0)}"
+        return f"{self.file}:{self._source.main_model.lines.get(NEEDS, 0)}"
 
     def require_usable(self) -> None:
         """Raises TreeFileError with the problems of the file, if there are any."""
