@@ -89,8 +89,8 @@ def live(tenant: Tenant, place: Place, lifetime: Lifetime, heartbeat: Heartbeat 
     lifetime.on_end(lambda: bus.post(lambda: None))
     try:
         tenant.node.attach(bus)
-        if tenant.alive is not None and not getattr(tenant.node, "tells_when_ready", False):
-            bus.declare_alive(tenant.alive)
+        if tenant.alive is not None:
+            appear(tenant.node, bus, tenant.alive)
         if heartbeat is not None:
             heartbeat.keep(bus)
         logger.info("%s runs", bus.name)
@@ -146,6 +146,12 @@ def live_together(
         logging.shutdown()
         os._exit(result or EXIT_CRASHED)
     return result
+
+
+def appear(node: Node, bus: Bus, alive: str) -> None:
+    """Declare the liveliness token of a node that has been attached, unless it is one that `tells_when_ready`."""
+    if not getattr(node, "tells_when_ready", False):
+        bus.declare_alive(alive)
 
 
 def give_up(error: Exception, code: int, who: str = "") -> int:

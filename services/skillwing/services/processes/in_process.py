@@ -11,6 +11,7 @@ from skillwing.dsl.model import UnknownNameError
 from skillwing.services.bus import Bus, Node
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.names import RESOURCE_MANAGER
+from skillwing.services.processes.hosting import appear
 from skillwing.services.processes.node_host import make_node
 from skillwing.services.protocol import Keys
 from skillwing.services.robot import ProcessSpec, Robot
@@ -35,11 +36,10 @@ class RobotInProcess:
             self.attach(make_node(_uncontended(spec)))
 
     def attach(self, node: Node) -> Bus:
-        """Have a node live among the others, with the liveliness token of a process."""
+        """Have a node live among the others, with the liveliness token of a process as soon as it is ready."""
         bus = self.network.bus(node.name, self._robot.name)
         node.attach(bus)
-        if not getattr(node, "tells_when_ready", False):
-            bus.declare_alive(self._keys.alive(node.name))
+        appear(node, bus, self._keys.alive(node.name))
         self._running[node.name] = node, bus
         return bus
 
