@@ -342,6 +342,13 @@ def test_options_and_needs_are_checked(name: str, kind: str, rest: str, needs: s
     assert problem is None or problem in found[0]
 
 
+@pytest.mark.parametrize("name", ["laps-x", "1st", "", "a b", "__laps", "_laps"])
+def test_what_is_no_name_cannot_be_that_of_an_option(name: str) -> None:
+    model = MODEL.format(name=name, kind="double", rest='default="2"', needs="")
+    (found,) = problems_of(with_tree(f'<go speed="{{{name}}}"/>' if name.isidentifier() else "<go/>", model))
+    assert found.startswith(f"5: `{name}` cannot name an option; write a letter,")
+
+
 @pytest.mark.parametrize(
     ("call", "inside", "speed"),
     [

@@ -110,7 +110,10 @@ def _progress(root: Behaviour) -> Progress:
 
 def _options(source: TreeFile, problems: list[Problem]) -> Iterator[tuple[str, Any, Any]]:
     for port in source.main_model.ports:
-        if port.kind not in OPTION_TYPES:
+        if not port.name.isidentifier() or port.name.startswith("_"):
+            text = f"`{port.name}` cannot name an option; write a letter, then letters, digits or `_`."
+            problems.append(Problem(port.line, text))
+        elif port.kind not in OPTION_TYPES:
             text = f"Option `{port.name}` is of type `{port.kind}`; it may be {listed(OPTION_TYPES)}."
             problems.append(Problem(port.line, text))
         elif port.default is None:
