@@ -9,7 +9,8 @@ import pytest
 from flight_rig import Rig
 
 from skillwing.sim_mujoco.frames.vectors import heading_of, wrap
-from skillwing.sim_mujoco.navigation.navigator import FixSteps, Solution
+from skillwing.sim_mujoco.navigation.error_filter import POSITION, VELOCITY
+from skillwing.sim_mujoco.navigation.navigator import EPOCH, FixSteps, Navigator, Solution
 from skillwing.sim_mujoco.sensors.gnss import RECEIVERS
 from skillwing.sim_mujoco.sensors.health import Condition
 from skillwing.sim_mujoco.topics import FlyTo, MotionState, Nose
@@ -114,3 +115,35 @@ def test_steps_that_follow_the_speed_are_no_jumps_and_jumps_add_up() -> None:
     same = np.array([1.0] * 7, dtype=np.float32)
     assert steps.take(5.0, same)
     assert not steps.take(5.1, same), "nothing new was measured"
+
+
+@pytest.mark.parametrize("part", range(7))
+def test_a_fix_that_is_no_number_is_refused_and_leaves_no_trace(part: int) -> None:
+    navigator, good = Navigator(RTK), np.zeros(7, dtype=np.float32)
+    bad = good.copy()
+    bad[part] = math.nan
+    for _ in range(50):
+        navigator.inertial((0.0, 0.0, 9.81), (0.0, 0.0, 0.0))
+    assert "no finite" in (navigator.fix(0.2, 0.1, bad, usable=True) or "")
+    assert not navigator.aligned
+    assert navigator.fix(0.3, 0.2, good, usable=True) is None
+    navigator.epoch(0.4, 0.0, standing=True)
+    solution = navigator.solution(0.4)
+    assert solution is not None
+    assert np.allclose(solution.position, 0.0, atol=0.01)
+
+
+@pytest.mark.parametrize("axis", range(2))
+def test_an_uncertainty_that_cannot_be_computed_is_not_vouched_for(axis: int) -> None:
+    for errors in (POSITION, VELOCITY):
+        navigator = Navigator(RTK)
+        navigator.place((0.0, 0.0, 0.0), 0.0)
+        broken = navigator._filter.covariance.copy()
+        which = errors.start + axis
+        broken[which, which] = -1.0  # as rounding may leave it; its root is not a number
+        with np.errstate(invalid="ignore"):
+            navigator._filter._set(broken)
+            navigator.epoch(EPOCH, 0.0, standing=False)
+        solution = navigator.solution(EPOCH)
+        assert solution is not None
+        assert not (solution.valid if errors is POSITION else solution.velocity_valid)

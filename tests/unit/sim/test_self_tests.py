@@ -119,6 +119,19 @@ def test_two_imus_on_one_body_agree_until_one_is_wrong() -> None:
     assert [compare(0.0) for _ in range(100)][-1] is None
 
 
+@pytest.mark.parametrize("wrong", [(math.nan,), (math.inf,), (math.inf, -math.inf)])
+@pytest.mark.parametrize("axis", range(6))
+def test_an_imu_is_blamed_for_what_is_no_number_at_once_and_judged_as_before_afterwards(
+    axis: int, wrong: tuple[float, ...]
+) -> None:
+    twin, good, own = InertialTwin(), np.zeros((5, 6), dtype=np.float32), [(0.0,) * 6] * 5
+    bad, off = good.copy(), good.copy()
+    bad[: len(wrong), axis], off[:, axis] = wrong, 5.0
+    assert "no finite" in (twin.objection(bad, own) or "")
+    assert twin.objection(good, own) is None
+    assert "off the autopilot's" in ([twin.objection(off, own) for _ in range(50)][-1] or "")
+
+
 def test_the_range_finder_is_held_against_the_lidar_and_the_ground() -> None:
     twin, scan = GroundTwin(standing=0.145), np.full((1024, 16), 4.0, dtype=np.float32)
 

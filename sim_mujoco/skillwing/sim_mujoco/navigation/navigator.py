@@ -33,6 +33,7 @@ from skillwing.sim_mujoco.navigation.error_filter import (
 from skillwing.sim_mujoco.navigation.strapdown import ZERO, Strapdown
 from skillwing.sim_mujoco.sensors.gnss import Receiver
 from skillwing.sim_mujoco.sensors.instruments import BAROMETER_NOISE, IMU_PERIOD
+from skillwing.sim_mujoco.sensors.self_tests import NOT_FINITE
 
 EPOCH = 0.1
 """Between two aiding measurements, and between two records of the past [s]."""
@@ -162,7 +163,7 @@ class Navigator:
             self._is_valid,
             self._sigma,
             math.hypot(self._filter.sigma(POSITION)[2], self._receiver.height),
-            max(self._filter.sigma(VELOCITY)) <= _DRIFTING,
+            all(sigma <= _DRIFTING for sigma in self._filter.sigma(VELOCITY)),
         )
 
     def inertial(self, force: Vector, rate: Vector) -> None:
@@ -183,8 +184,8 @@ class Navigator:
         if standing:
             self._take_rest(state)
         state.impulse = state.turn = ZERO
-        # What the receiver's fixes wander together the filter cannot see.
-        self._sigma = math.hypot(max(self._filter.sigma(POSITION)[:2]), self._receiver.level)
+        # What the receiver's fixes wander together the filter cannot see. Unlike max, np.max overlooks no NaN.
+        self._sigma = math.hypot(float(np.max(self._filter.sigma(POSITION)[:2])), self._receiver.level)
         self._past.append(_Past(t, np.array([*state.position, *state.velocity, heading_of(state.quaternion)])))
 
     def fix(self, now: float, t: float, fix: NDArray[np.float32], *, usable: bool) -> str | None:
@@ -192,6 +193,8 @@ class Navigator:
 
         It is used unless it cannot be true, or is not `usable` for reasons of others. The first one ends alignment.
         """
+        if not np.isfinite(fix).all():
+            return NOT_FINITE  # Neither alignment nor the filter would ever get rid of it.
         if not self._steps.take(t, fix):
             return None  # Nothing new was measured.
         if self._state is None:

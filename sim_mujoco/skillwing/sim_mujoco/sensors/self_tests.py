@@ -10,6 +10,8 @@ import numpy as np
 
 from skillwing.sim_mujoco.sensors.corruptors import Data
 
+NOT_FINITE = "some of its values are no finite numbers"
+"""What witnesses say of a measurement that they cannot compute with."""
 _ENOUGH = 100
 """With fewer values in view nothing is concluded."""
 

@@ -6,9 +6,11 @@ from collections import deque
 from collections.abc import Sequence
 from statistics import fmean
 
+import numpy as np
+
 from skillwing.sim_mujoco.sensors.channel import Measurement
 from skillwing.sim_mujoco.sensors.corruptors import Data
-from skillwing.sim_mujoco.sensors.self_tests import Contradiction
+from skillwing.sim_mujoco.sensors.self_tests import NOT_FINITE, Contradiction
 
 _LIMITS = (0.35, 0.35, 0.35, 0.03, 0.03, 0.03)
 """Mean difference between two IMUs on one body that biases and noise do not explain: [m/s2] (3), [rad/s] (3)."""
@@ -24,6 +26,8 @@ class InertialTwin:
 
     def objection(self, batch: Data, own: Sequence[tuple[float, ...]]) -> str | None:
         """What speaks against a batch (n, 6), given the autopilot's samples of the same time."""
+        if not np.isfinite(batch).all():
+            return NOT_FINITE  # A mean with it in would tell nothing, now or later.
         for k, limit in enumerate(_LIMITS):
             apart = abs(fmean(batch[:, k].tolist()) - fmean([sample[k] for sample in own]))
             # An impact is over in one sample, which only one of the two may have met.
