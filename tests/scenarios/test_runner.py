@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, ClassVar, TypeAlias
 
 import pytest
@@ -20,11 +22,15 @@ from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.running import runner
 from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
 from skillwing.bt_missions.running.runner import MissionNode, make_mission
+from skillwing.bt_missions.running.stopped_system import when_stopped
 from skillwing.bt_missions.subtrees.composites import alongside, first_that_works, guarded, in_order
 from skillwing.bt_missions.subtrees.landing import land_where_it_is
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.bus import Answer, Answered, Bus, Handle, Refused
+from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.client.connection import Target
 from skillwing.services.errors import InvalidOptionError
+from skillwing.services.processes.run_state import announced
 from skillwing.services.protocol import (
     AbortMission,
     MissionStatus,
@@ -34,6 +40,7 @@ from skillwing.services.protocol import (
     decode,
     encode,
 )
+from skillwing.services.robot import find_robot
 
 TIDY = {"max_examples": 8, "deadline": None}
 
@@ -258,6 +265,38 @@ def test_a_process_that_is_stopped_says_its_last_words_and_interrupts() -> None:
     flight.node.detach()
     assert flight.fly().phase == "ABORTED"
     assert flight.ends("lidar_mapping") == ["IT"]
+
+
+@pytest.mark.parametrize(("moment", "where"), [(0.05, ""), (10.0, ", with the drone in the air")])
+def test_a_mission_ends_at_once_when_the_system_under_it_is_stopped(moment: float, where: str) -> None:
+    flight = hop(hold)
+    flight.network.run_for(moment)
+    flight.node.leave()
+    assert flight.node.over
+    assert flight.node.status.phase == "ABORTED"
+    assert flight.node.status.text == f"the system was stopped under it{where}"
+    assert not flight.node.tree_tells
+
+
+def test_what_brought_a_mission_down_before_its_system_was_stopped_is_told_too() -> None:
+    flight = hop(hold)
+    flight.network.run_for(10.0)
+    call_off(flight)
+    flight.network.run_for(0.1)
+    flight.node.leave()
+    assert flight.node.status.text.endswith("; before that: the wind gets up")
+
+
+def test_it_is_noticed_that_a_system_is_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    network, stopped = InProcessNetwork(seed=0), []
+    target = Target("m600", "tcp/127.0.0.1:1", M600_FILE, "robot", pid=os.getpid())
+    with announced(find_robot("m600"), target.endpoint, tmp_path):
+        when_stopped(network.bus("mission"), target, lambda: stopped.append(network.now()))
+        network.run_for(3.0)
+        assert stopped == []
+    network.run_for(3.0)
+    assert len(stopped) == 1
 
 
 # --- pausing it ------------------------------------------------------------------------------------------------------

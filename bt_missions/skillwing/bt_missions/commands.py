@@ -19,6 +19,7 @@ from skillwing.bt_missions.running.option_words import parse_options
 from skillwing.bt_missions.running.phase import Phase
 from skillwing.bt_missions.running.rehearsal import grounded_context, rehearse, require_fit
 from skillwing.bt_missions.running.runner import MissionNode
+from skillwing.bt_missions.running.stopped_system import when_stopped
 from skillwing.bt_missions.running.tree_text import render
 from skillwing.bt_missions.templates.template import write_template
 from skillwing.bt_missions.watching import MissionWatch, status_line, stay
@@ -122,7 +123,7 @@ def run(
         _fly(system, node, console)
     if console is None:
         print_json(node.status)
-    elif node.status.phase != Phase.SUCCEEDED:
+    elif node.status.phase != Phase.SUCCEEDED and node.tree_tells:
         say(console, render(node.snapshot))
     raise typer.Exit(OK if node.status.phase == Phase.SUCCEEDED else FAILED)
 
@@ -306,6 +307,7 @@ def _fly(system: System, node: MissionNode, console: Console | None) -> None:
     """Run the mission to its end, whoever calls it off."""
     try:
         node.attach(system.bus)
+        when_stopped(system.bus, system.target, node.leave)
         with aborted_by_signals(system.bus, node, console):
             system.bus.run_until(lambda: node.over)
     finally:

@@ -17,13 +17,14 @@ class LandingGear:
 
     def begin(self) -> None:
         """The mission begins: it may leave the drone in the air if it is there now."""
-        self._began_in_air = self._is_in_air
+        self._began_in_air = self.is_in_air
 
     @property
     def leaves_drone_in_air(self) -> bool:
         """Whether the mission has brought the drone up and not down again, and could: no safety pilot has it."""
-        return self._is_in_air and not self._began_in_air and may_land(self._skillset, self._interface.states)
+        return self.is_in_air and not self._began_in_air and may_land(self._skillset, self._interface.states)
 
     @property
-    def _is_in_air(self) -> bool:
+    def is_in_air(self) -> bool:
+        """As far as is known here."""
         return flies(self._skillset) and self._interface.state(FLIGHT_STATUS) == IN_AIR

@@ -109,6 +109,8 @@ class MissionNode:
         self._abort_reason: str | None = None
         self._knows_time = False
         self._awake = False
+        self._has_flown = False
+        self._system_is_there = True
         self._ended_at = 0.0
         self._handles: list[Handle] = []
         self._clock_watch: StillClock | None = None
@@ -116,6 +118,11 @@ class MissionNode:
     @property
     def over(self) -> bool:
         return self._stage is Stage.OVER
+
+    @property
+    def tree_tells(self) -> bool:
+        """Whether the tree shows why the mission ended: it was flown, and the robot was there to its end."""
+        return self._has_flown and self._system_is_there
 
     @property
     def snapshot(self) -> TreeSnapshot:
@@ -182,6 +189,19 @@ class MissionNode:
             self._wake()
         return against
 
+    def leave(self) -> None:
+        """End at once: the system was stopped, and nobody is there to stop or to land anything."""
+        if self.over:
+            return
+        phase, before = self._outcome
+        where = ", with the drone in the air" if self._landing_gear.is_in_air else ""
+        after = f"; before that: {before}" if before else ""
+        self._system_is_there = False
+        self._stop_tree(
+            Phase.ABORTED if phase is Phase.IDLE else phase, f"the system was stopped under it{where}{after}"
+        )
+        self._conclude(*self._outcome)
+
     # --- ticking ---------------------------------------------------------------------------------------------------
 
     def _wake(self) -> None:
@@ -218,6 +238,7 @@ class MissionNode:
         missing = self._missing()
         if not missing:
             self._stage = Stage.FLYING
+            self._has_flown = True
             self._landing_gear.begin()
             self._enter(Phase.RUNNING, "the robot is ready")
             self._clock_watch = StillClock(self._bus, self._give_up_for_clock)
@@ -332,6 +353,9 @@ class MissionNode:
         running = self._context.reaper.unfinished
         if running:
             text = f"{text}; these did not stop: " + ", ".join(sorted({goal.skill for goal in running}))
+        self._conclude(phase, text)
+
+    def _conclude(self, phase: Phase, text: str) -> None:
         self._stage = Stage.OVER
         self._enter(phase, text)
         for handle in (*self._handles, self._clock_watch):
