@@ -25,7 +25,7 @@ from skillwing.m600.campaign.witness import Witness
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader
-from skillwing.services.commands.pace import AS_FAST_AS_POSSIBLE
+from skillwing.services.processes.run_options import AS_FAST_AS_POSSIBLE
 from skillwing.sim_mujoco.topics import TRUTH, Truth
 
 FLOOR = 1.0

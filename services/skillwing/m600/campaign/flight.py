@@ -17,7 +17,7 @@ from skillwing.m600.campaign.result import FlightResult
 from skillwing.m600.campaign.witness import Witness
 from skillwing.m600.judge.map_coverage import judge_map
 from skillwing.m600.robot import ROBOT
-from skillwing.services.commands.pace import AS_FAST_AS_POSSIBLE
+from skillwing.services.processes.run_options import AS_FAST_AS_POSSIBLE
 from skillwing.services.robot import ProcessSpec
 from skillwing.sim_mujoco.world.world import make_world
 

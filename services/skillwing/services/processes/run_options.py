@@ -14,13 +14,14 @@ from typing import Any
 from skillwing.services.errors import InvalidOptionError
 
 MAX_PACE = "max"
+AS_FAST_AS_POSSIBLE = 0.0
 SLOWEST = 0.05
 
 
 def pace(text: str | float) -> float:
-    """Robot seconds per second, 0 for as fast as possible. Raises ValueError, whose text says what to give."""
+    """Robot seconds per second, or AS_FAST_AS_POSSIBLE. Raises ValueError, whose text says what to give."""
     if str(text).strip().lower() == MAX_PACE:
-        return 0.0
+        return AS_FAST_AS_POSSIBLE
     try:
         found = float(text)
     except ValueError:
