@@ -108,6 +108,16 @@ def test_without_router_nobody_lives(lifetime: Lifetime, monkeypatch: pytest.Mon
     assert host("tcp/127.0.0.1:1", lifetime, Guest("a"), Guest("b")) == EXIT_UNREACHABLE
 
 
+def test_one_that_is_told_to_end_before_there_is_a_router_ends_well(
+    lifetime: Lifetime, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Where all are told to end the router may be gone first, and nobody has to hear of it."""
+    monkeypatch.setattr(hosting, "ZenohBus", partial(hosting.ZenohBus, connect_timeout=0.2))
+    lifetime.end()
+    assert host("tcp/127.0.0.1:1", lifetime, Guest("a"), Guest("b")) == EXIT_OK
+    assert capsys.readouterr().err == ""
+
+
 def test_a_node_that_does_not_end_keeps_nobody_alive(
     endpoint: str, lifetime: Lifetime, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
