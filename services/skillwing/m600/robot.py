@@ -89,4 +89,5 @@ ROBOT = Robot(
         "map_statistics": ("lidar_mapping",),
         "video_quality": ("stream",),
     },
+    not_to_be_left={"flight_status": {"IN_AIR": "The drone was in the air."}},
 )

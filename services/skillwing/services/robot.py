@@ -78,6 +78,8 @@ class Robot:
     briefing: `package.module:function`, from run options to what is known beforehand of the place where the robot is:
     options of missions, by mission. It is named, for what it needs managers do without; None where nothing is known.
     published_by: of each datum that is published only while one of some skills runs, those skills.
+    not_to_be_left: of resources, the states in which nobody should leave the robot alone, with a sentence in the past
+    that says so.
     """
 
     name: str
@@ -89,6 +91,7 @@ class Robot:
     briefing: str | None = None
     judge: str | None = None
     published_by: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
+    not_to_be_left: Mapping[str, Mapping[str, str]] = field(default_factory=dict[str, Mapping[str, str]])
 
     def load_skillset(self) -> Skillset:
         """Read the skillset file; raises `SkillsetError` with everything that is wrong in it."""

@@ -16,6 +16,7 @@ from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.commands.exit_codes import FAILED
 from skillwing.services.commands.flight_reports import FlightReports
 from skillwing.services.commands.process_table import process_table
+from skillwing.services.commands.unfinished import Unfinished
 from skillwing.services.processes.ending import Ending
 from skillwing.services.processes.launcher import Death, Launcher
 from skillwing.services.processes.roll_call import Entry, RollCall, entries_of
@@ -30,7 +31,7 @@ class Attendance:
     """Watches a launcher's processes, tells what happens to them, and makes it known to other commands.
 
     deaths: filled by the launcher; ending: when to stop with KeyboardInterrupt; reports: of the missions that are flown
-    meanwhile. To be used as a context manager, in which the table is shown.
+    meanwhile; unfinished: what is under way. To be used as a context manager, in which the table is shown.
     """
 
     def __init__(
@@ -42,6 +43,7 @@ class Attendance:
         skillset: str,
         ending: Ending,
         reports: FlightReports | None = None,
+        unfinished: Unfinished | None = None,
     ) -> None:
         self._console = console
         self._launcher = launcher
@@ -49,6 +51,7 @@ class Attendance:
         self._deaths = deaths
         self._ending = ending
         self._reports = reports
+        self._unfinished = unfinished
         self._prefix = Keys(skillset).alive("")
         self._roll_call = RollCall()
         self._alive: set[str] = set()
@@ -63,6 +66,8 @@ class Attendance:
             self._bus.watch_alive(f"{self._prefix}**", self._on_alive)
             if self._reports is not None:
                 self._reports.attach(self._bus, self._tell)
+            if self._unfinished is not None:
+                self._unfinished.attach(self._bus)
             self._launcher.on_change = lambda: self._bus.post(_nothing)
             if self._live is not None:
                 undoing.enter_context(self._live)
@@ -98,7 +103,7 @@ class Attendance:
 
     def _look(self) -> None:
         states = self._launcher.states
-        self._announcement.update(states)
+        self._announcement.update(states, "" if self._unfinished is None else self._unfinished.words)
         # Cut off from the router, nobody's silence means anything.
         alive = self._alive if self._bus.connected else None
         entries = entries_of(states, alive)

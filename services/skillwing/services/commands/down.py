@@ -21,7 +21,7 @@ REPORT_PATIENCE = 60.0
 
 
 def down(robot: RobotOption = None) -> None:
-    """Stop the running system: all of its processes, in order."""
+    """Stop the running system: all of its processes, in order. Says what that cuts short."""
     target = find_target(robot)
     state = read_run_state(target.robot)
     if state is None:
@@ -37,6 +37,8 @@ def down(robot: RobotOption = None) -> None:
         _wait_for_end(state.pid, state.pid_started)
     remove_run_state(state.robot)
     typer.echo(f"{state.robot} has stopped.")
+    if state.unfinished:
+        typer.echo(state.unfinished)
 
 
 def _wait_for_end(pid: int, pid_started: str, patience: float = PATIENCE) -> bool:

@@ -23,6 +23,7 @@ from skillwing.services.commands.exit_codes import FAILED, OK
 from skillwing.services.commands.flight_reports import FlightReports
 from skillwing.services.commands.observing import opened_viewer
 from skillwing.services.commands.output import make_console
+from skillwing.services.commands.unfinished import Unfinished
 from skillwing.services.errors import InvalidOptionError, SkillwingError
 from skillwing.services.processes.colocation import colocated, households
 from skillwing.services.processes.ending import Ending, ended_by_signals
@@ -126,10 +127,11 @@ def run_system(robot: Robot, specs: Sequence[ProcessSpec], run_dir: Path, settin
 def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, setting: Setting, ending: Ending) -> int:
     console = make_console()
     deaths: SimpleQueue[Death] = SimpleQueue()
-    skillset = robot.load_skillset().name
+    skillset = robot.load_skillset()
+    unfinished = Unfinished(skillset, robot.not_to_be_left, simulated=setting.clock == "robot")
     launcher = Launcher(
         robot.name,
-        skillset,
+        skillset.name,
         run_dir,
         clock=setting.clock,
         topology=setting.topology,
@@ -165,12 +167,17 @@ def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, setting: S
                 console.print(f"{robot.name} runs: {count} processes, up in {seconds:.1f} s.")
                 console.print(f"Router at {launcher.endpoint}, {'recording' if observers else 'logs'} in {run_dir}.")
                 console.print("Start a skill with `skillwing start SKILL`; stop with Ctrl-C or `skillwing down`.")
-                reports = FlightReports(run_dir, skillset, lambda: launcher.states) if observers else None
-                with Attendance(console, launcher, announcement, deaths, skillset, ending, reports) as attendance:
+                reports = FlightReports(run_dir, skillset.name, lambda: launcher.states) if observers else None
+                attendance = Attendance(
+                    console, launcher, announcement, deaths, skillset.name, ending, reports, unfinished
+                )
+                with attendance:
                     code = attendance.follow()
     except KeyboardInterrupt:
         code = OK
     console.print(f"{robot.name} has stopped.")
+    if unfinished.words:
+        console.print(unfinished.words, style="red", highlight=False)
     if reports is not None:
         with ending.at_once():
             reports.finish(console)

@@ -32,7 +32,8 @@ class RunState(msgspec.Struct, frozen=True, kw_only=True):
     robot: its name and namespace; endpoint: of the router; skillset: path of the `.skillset` file; clock: who tells
     robot time; pid and pid_started: of the process that runs it; run_dir: where its logs are; mock: nothing in it is
     real; topology: how its processes meet; processes: those that were started, and what has become of them; briefing:
-    what missions are told of the place, by mission; viewer: the page on which browsers see it, None for none.
+    what missions are told of the place, by mission; viewer: the page on which browsers see it, None for none;
+    unfinished: what to say of what it would cut short if it ended now, empty if nothing.
     """
 
     robot: str
@@ -47,6 +48,7 @@ class RunState(msgspec.Struct, frozen=True, kw_only=True):
     processes: tuple[ProcessState, ...] = ()
     briefing: dict[str, dict[str, Any]] = {}
     viewer: str | None = None
+    unfinished: str = ""
 
 
 def runtime_dir() -> Path:
@@ -105,11 +107,12 @@ class Announcement:
         self._lock = threading.Lock()
         write_run_state(state)
 
-    def update(self, processes: Iterable[ProcessState]) -> None:
-        """Make known what has become of the processes."""
+    def update(self, processes: Iterable[ProcessState], unfinished: str = "") -> None:
+        """Make known what has become of the processes, and what is under way."""
         with self._lock:
-            if not self._over and self._state.processes != (found := tuple(processes)):
-                self._state = msgspec.structs.replace(self._state, processes=found)
+            state = msgspec.structs.replace(self._state, processes=tuple(processes), unfinished=unfinished)
+            if not self._over and self._state != state:
+                self._state = state
                 with contextlib.suppress(OSError):  # a full disk must not end the system
                     write_run_state(self._state)
 
