@@ -24,9 +24,11 @@ from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.running.library import find_mission
 from skillwing.bt_missions.running.mission import MissionTrees
 from skillwing.bt_missions.running.rehearsal import grounded_context, rehearse
+from skillwing.m600.campaign.besides import BESIDES, ROOT
 from skillwing.m600.campaign.conditions import Condition
 from skillwing.m600.campaign.crew import Crew
 from skillwing.m600.campaign.flight_code import FlightCode
+from skillwing.m600.campaign.ledger import LEDGER_FILE, read_results
 from skillwing.m600.campaign.plan import FlightPlan, planned_circle
 from skillwing.m600.campaign.price import AWAY, LIVE_FOR, Price, PriceMeter
 from skillwing.m600.campaign.result import End, FlightResult
@@ -406,20 +408,33 @@ def test_the_way_is_drawn_in_the_colours_of_its_link(tmp_path: Path) -> None:
     assert pixels("LOST") > 3 * legend
 
 
-@pytest.mark.parametrize("root", ["/work", "/tmp/a checkout/of it", "/home/somebody/benchmarks/paper"])
-def test_a_plan_is_the_same_wherever_the_repository_lay_when_it_was_flown(root: str) -> None:
+@pytest.mark.parametrize("root", ["/work", "/tmp/a checkout/of it", "/home/somebody/benchmarks/paper", str(ROOT)])
+def test_a_plan_is_the_same_wherever_the_repository_lay_when_it_was_flown(root: str, tmp_path: Path) -> None:
     """What was flown there is not flown again: lines of before, with the whole path, are read as the same plan."""
+    lines: list[bytes] = []
     for plan in PLANS:
         written = msgspec.to_builtins(plan)
         assert not Path(written["flown_as"]).is_absolute()
         if plan.flown_as:
-            elsewhere = written | {"flown_as": f"{root}/{plan.flown_as}"}
-            line = msgspec.json.encode({"plan": elsewhere, "end": End.HOME, "version": "0.1.0-abc"})
-            assert msgspec.json.decode(line, type=FlightResult).plan == plan
             assert Path(plan.flown) == PAPER / Path(plan.flown_as).name
+            written["flown_as"] = f"{root}/{plan.flown_as}"
+        lines.append(msgspec.json.encode({"plan": written, "end": End.HOME, "version": "0.1.0-abc"}) + b"\n")
+    ledger = tmp_path / LEDGER_FILE
+    ledger.write_bytes(b"".join(lines))
+    assert [each.plan for each in read_results(ledger)] == PLANS
 
 
-def test_a_mission_file_of_somebody_else_keeps_its_path() -> None:
-    plan = FlightPlan(mission="mapping", world="street", seed=1, condition=Condition.NONE, flown_as="/home/me/mine.py")
-    assert (plan.flown_as, plan.flown) == ("/home/me/mine.py", "/home/me/mine.py")
+@pytest.mark.parametrize("name", ["mine.py", *BESIDES])
+def test_the_file_that_is_named_is_flown_though_the_repository_has_one_of_that_name(name: str, tmp_path: Path) -> None:
+    plan = replace(PLANS[0], flown_as=str(tmp_path / name))
+    assert plan.flown == str(tmp_path / name)
+    ledger = tmp_path / LEDGER_FILE
+    ledger.write_bytes(msgspec.json.encode({"plan": plan, "end": End.HOME}) + b"\n")
+    assert [each.plan.flown for each in read_results(ledger)] == [plan.flown]
+
+
+def test_a_mission_file_is_looked_for_where_it_was_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    plan = FlightPlan(mission="mapping", world="street", seed=1, condition=Condition.NONE, flown_as="mine.py")
+    assert plan.flown == plan.flown_as == str(tmp_path / "mine.py")
     assert replace(plan, flown_as="").flown == "mapping"

@@ -10,5 +10,14 @@ BESIDES = ("benchmarks/paper/mapping_otherwise.py", "benchmarks/paper/inspection
 
 
 def name_in_repository(file: str) -> str:
-    """How such a file is called wherever the repository lies; any other file as it is given."""
+    """How such a file is called wherever the repository lies; any other file by its whole path, also one of another
+    checkout that has the same name there. A name in the repository, and none at all, stay as they are."""
+    if file in ("", *BESIDES):
+        return file
+    path = Path(file).resolve()
+    return next((name for name in BESIDES if path == (ROOT / name).resolve()), str(Path(file).absolute()))
+
+
+def name_wherever_it_lay(file: str) -> str:
+    """The same of a file that has been flown already, in a repository that may have lain elsewhere or be gone."""
     return next((name for name in BESIDES if file.endswith(f"/{name}")), file)

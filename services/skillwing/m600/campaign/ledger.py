@@ -9,7 +9,9 @@ import os
 from pathlib import Path
 
 import msgspec
+from msgspec.structs import replace
 
+from skillwing.m600.campaign.besides import name_wherever_it_lay
 from skillwing.m600.campaign.result import FlightResult
 from skillwing.services.errors import InvalidOptionError
 
@@ -57,10 +59,24 @@ def read_results(path: Path) -> list[FlightResult]:
     """
     *lines, _ = path.read_bytes().split(b"\n")
     try:
-        return [msgspec.json.decode(line, type=FlightResult) for line in lines]
+        return [_result(line) for line in lines]
     except msgspec.DecodeError as error:
         text = f"{path} is not a campaign's: {error}. Choose another folder."
         raise InvalidOptionError("output", text) from error
+
+
+class _Before(msgspec.Struct):
+    """Lines had a version as long as files of the repository were written in them with their whole paths."""
+
+    version: str = ""
+
+
+def _result(line: bytes) -> FlightResult:
+    result = msgspec.json.decode(line, type=FlightResult)
+    if not msgspec.json.decode(line, type=_Before).version:
+        return result
+    name = name_wherever_it_lay(result.plan.flown_as)
+    return replace(result, plan=replace(result.plan, flown_as=name))
 
 
 def _line(result: FlightResult) -> bytes:

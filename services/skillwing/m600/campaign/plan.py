@@ -59,7 +59,7 @@ class FlightPlan(msgspec.Struct, frozen=True, kw_only=True):
     label: str = ""
 
     def __post_init__(self) -> None:
-        # The same plan was written with the path that the file had where it was flown.
+        # The same flight has the same plan wherever the repository lies, and any other file is flown from anywhere.
         msgspec.structs.force_setattr(self, "flown_as", name_in_repository(self.flown_as))
 
     @property
