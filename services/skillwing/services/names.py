@@ -5,6 +5,8 @@ from __future__ import annotations
 RESOURCE_MANAGER = "resource_manager"
 DATA_MANAGER = "data_manager"
 MOCKED_WORLD = "mocked_world"
+MISSION = "mission"
+"""Process whose alive token tells that a mission is there, and the client that asks for its goals."""
 CLIENT = "client/"
 """What the names of clients that own goals begin with."""
 

@@ -18,6 +18,7 @@ from skillwing.services.bus import Bus, Handle
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.commands.exit_codes import OK
 from skillwing.services.commands.observing import shown
+from skillwing.services.names import MISSION
 from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.protocol import Keys, MissionStatus
 from skillwing.services.telemetry.report import ProcessEntry, Witnessed
@@ -26,8 +27,6 @@ LAST_WORDS = 5.0
 """Wall seconds that the recorder gets for the map and the last records."""
 LATE_WORD = 1.0
 """Wall seconds by which the last word of a mission may come after the end of its process: they take different ways."""
-MISSION = "mission"
-"""Process whose alive token tells that a mission is there."""
 Tell = Callable[[str, str], None]
 """Says a sentence in a style, on the bus's thread."""
 

@@ -5,32 +5,37 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 from math import prod
+from typing import TYPE_CHECKING
 
 from skillwing.dsl.expressions import Expression, names_used
 from skillwing.dsl.guards import holds, sufficient_changes
-from skillwing.dsl.model import Skill, Skillset
+from skillwing.dsl.model import Result, Skill, Skillset
 from skillwing.dsl.suggest import listed
+from skillwing.services.commands.situation import Situation
+
+if TYPE_CHECKING:
+    from skillwing.services.mocking.script import When
 
 _MOST_COMBINATIONS = 4096
 
 
-def ways_out(skillset: Skillset, skill: Skill, failing: Sequence[str], states: Mapping[str, str]) -> Iterator[str]:
+def ways_out(skillset: Skillset, skill: Skill, failing: Sequence[str], now: Situation) -> Iterator[str]:
     """For each failing precondition, who can make it hold, in sentences that begin with its name.
 
-    failing: as in the terminal answer, where `effect take` is a start effect that cannot be applied. states: of the
-    resources, as they are now; a precondition that holds meanwhile is told, too.
+    failing: as in the terminal answer, where `effect take` is a start effect that cannot be applied. A precondition
+    that holds meanwhile is told, too.
     """
     for check in skill.preconditions.checks:
         if check.name not in failing:
             continue
-        if check.kind == "resource" and holds(check.expression, states):
+        if check.kind == "resource" and holds(check.expression, now.states):
             yield f"{check.name}: holds by now. Start it again."
             continue
-        wanted = _wanted(skillset, check.expression, states) if check.kind == "resource" else {}
+        wanted = _wanted(skillset, check.expression, now.states) if check.kind == "resource" else {}
         for resource, targets in wanted.items():
-            yield f"{check.name}: {_who_moves(skillset, resource, states[resource], targets)}"
+            yield f"{check.name}: {_who_moves(skillset, resource, targets, now)}"
         for name in sorted(names_used(check.expression, "data")):
-            yield f"{check.name}: `{name}` is for the robot to tell; see it with `skillwing data {name}`."
+            yield f"{check.name}: {_who_tells(name, now)}"
         for name in sorted(names_used(check.expression, "input")):
             yield f"{check.name}: `{name}` is an input of the start; give another one."
     for effect in skill.effects:
@@ -38,8 +43,13 @@ def ways_out(skillset: Skillset, skill: Skill, failing: Sequence[str], states: M
             for resource, target in effect.transitions:
                 edges = skillset.resource(resource).transitions
                 sources = [edge.source for edge in edges if edge.target == target and not edge.extern]
-                if states[resource] not in (*sources, target):
-                    yield f"{name}: {_who_moves(skillset, resource, states[resource], sources)}"
+                if now.states[resource] not in (*sources, target):
+                    yield f"{name}: {_who_moves(skillset, resource, sources, now)}"
+
+
+def way_out_of_busy(skill: str, mission: str | None) -> str:
+    """What to do about a goal of the same skill. mission: which has started it, as in `Situation.running`."""
+    return f"`{skill}` runs{_started_by(mission)}; {_way_to_end(skill, mission)}"
 
 
 def _wanted(skillset: Skillset, guard: Expression, states: Mapping[str, str]) -> dict[str, list[str]]:
@@ -55,23 +65,89 @@ def _wanted(skillset: Skillset, guard: Expression, states: Mapping[str, str]) ->
     return {name: targets for name, targets in found.items() if targets and states[name] not in targets}
 
 
-def _who_moves(skillset: Skillset, resource: str, present: str, targets: Sequence[str]) -> str:
+def _who_moves(skillset: Skillset, resource: str, targets: Sequence[str], now: Situation) -> str:
+    """Who holds a resource that a skill needs in another state, or who brings it there."""
+    for name, mission in now.running.items():
+        skill = skillset.skill(name)
+        taken = dict(skill.transitions(skill.preconditions.success))
+        if resource in taken and _leads(skill, resource, targets):
+            return f"`{name}` holds `{resource}`{_started_by(mission)}; {_way_to_end(name, mission)}"
+    present = now.states[resource]
     edges = skillset.resource(resource).transitions
     reported = [edge.target for edge in edges if edge.extern and edge.source == present and edge.target in targets]
-    skills = [
-        skill.name
-        for skill in skillset.skills
-        if any(
-            name == resource and target in targets for effect in skill.effects for name, target in effect.transitions
-        )
-    ]
     aim = f"`{resource}` has to become {' or '.join(targets)}"
     ways: list[str] = []
     if reported:
-        by_hand = f"`skillwing trigger {resource} {reported[0]}`"
-        ways.append(f"the robot reports that, or {by_hand} does in its place")
-    if skills:
+        ways.append(_who_reports(skillset, resource, reported, now))
+    if skills := [skill.name for skill in skillset.skills if _leads(skill, resource, targets)]:
         ways.append(f"so it does by {'an effect' if len(skills) == 1 else 'effects'} of {listed(skills)}")
     if not ways:
         return f"{aim}; nothing leads there from {present} at once."
     return f"{aim}; {'; '.join(ways)}."
+
+
+def _started_by(mission: str | None) -> str:
+    return "" if mission is None else f" for mission `{mission}`"
+
+
+def _way_to_end(skill: str, mission: str | None) -> str:
+    if mission is None:
+        return f"`skillwing interrupt {skill}` ends it."
+    return "`skillwing mission abort` calls it off, which lands a drone."
+
+
+def _leads(skill: Skill, resource: str, targets: Sequence[str]) -> bool:
+    return any(
+        name == resource and target in targets for effect in skill.effects for name, target in effect.transitions
+    )
+
+
+def _who_reports(skillset: Skillset, resource: str, targets: Sequence[str], now: Situation) -> str:
+    """Who brings a resource to a state that skills do not give it. By hand only where no robot would contradict."""
+    starts = " or ".join(f"`skillwing start {name}`" for name in _causes(skillset, resource, targets, now))
+    by_hand = f"`skillwing trigger {resource} {targets[0]}`"
+    match now.reporter:
+        case "robot":
+            return f"the robot reports that after {starts}" if starts else "only the robot can report that"
+        case "mock":
+            return f"the mocked world does that after {starts}, or {by_hand}" if starts else f"here {by_hand} does that"
+        case "nobody":
+            return f"no bridge is there to report that (docs/robots.md), {by_hand} does in its place"
+
+
+def _causes(skillset: Skillset, resource: str, targets: Sequence[str], now: Situation) -> list[str]:
+    """The skills of which the model says that the robot has come there when they succeed, or its mock that it will."""
+    moments = [each.when for each in now.reactions if each.when and each.trigger.get(resource) in targets]
+    return [
+        skill.name
+        for skill in skillset.skills
+        if any(_is_begin_or_success(skill, moment) for moment in moments)
+        or any(_promises(skillset, result, resource, targets, now.states) for result in skill.results)
+    ]
+
+
+def _is_begin_or_success(skill: Skill, moment: When) -> bool:
+    if moment.starts == skill.name:
+        return True
+    endings = {moment.ending} if isinstance(moment.ending, str) else set(moment.ending)
+    successes = {result.name for result in skill.results if result.success}
+    return moment.ends == skill.name and (not moment.ending or not successes.isdisjoint(endings))
+
+
+def _promises(
+    skillset: Skillset, result: Result, resource: str, targets: Sequence[str], states: Mapping[str, str]
+) -> bool:
+    """Whether a success has this resource in one of these states, by its postcondition."""
+    if not result.success or result.post is None or names_used(result.post, "data") | names_used(result.post, "input"):
+        return False
+    promised = _wanted(skillset, result.post, states).get(resource, [])
+    return bool(promised) and set(promised) <= set(targets)
+
+
+def _who_tells(datum: str, now: Situation) -> str:
+    if datum not in now.unheard:
+        return f"`{datum}` is for the robot to tell; see it with `skillwing data {datum}`."
+    if now.reporter == "nobody":
+        mocks = f"or mock it: `skillwing down`, then `skillwing up --robot {now.robot} --mock`"
+        return f"`{datum}` was never received: no bridge runs. Write one (docs/robots.md), {mocks}."
+    return f"`{datum}` was never received; `skillwing doctor` tells whether all runs that should publish it."

@@ -16,12 +16,13 @@ from skillwing.services.commands.connection import JsonOption, RobotOption, Syst
 from skillwing.services.commands.exit_codes import OK, exit_code_of_end
 from skillwing.services.commands.inputs import parse_inputs
 from skillwing.services.commands.output import end_text, make_console, print_json, value_text
-from skillwing.services.commands.readiness import ways_out
+from skillwing.services.commands.readiness import way_out_of_busy, ways_out
+from skillwing.services.commands.situation import running_skills, situation
 from skillwing.services.errors import RefusedError, SkillwingError, UnansweredError
 from skillwing.services.names import skill_process
 from skillwing.services.processes.ending import Ending
 from skillwing.services.protocol import Ending as GoalEnding
-from skillwing.services.protocol import QueryStates, ResourceStates, State, Terminal
+from skillwing.services.protocol import State, Terminal
 
 SILENCE = 2.0
 """Seconds without a word from a manager that seems to live, after which the user is told why nothing happens."""
@@ -77,14 +78,16 @@ def start(
 
 
 def _advice(system: System, skill: str, terminal: Terminal) -> list[str]:
-    """Who can make the skill ready, if it was not; nothing where nobody tells how the resources are."""
-    if terminal.ending is not GoalEnding.NOT_READY:
-        return []
+    """How a skill that was refused can be made to start; nothing where nobody tells how the resources are."""
     try:
-        states = system.ask(system.keys.resource_states, QueryStates(), ResourceStates).states
+        if terminal.ending is GoalEnding.NOT_READY:
+            return list(ways_out(system.skillset, system.skillset.skill(skill), terminal.failing, situation(system)))
+        if terminal.ending is GoalEnding.BUSY:
+            running = running_skills(system, system.alive())
+            return [way_out_of_busy(skill, running[skill])] if skill in running else []
     except (UnansweredError, RefusedError):
-        return []
-    return list(ways_out(system.skillset, system.skillset.skill(skill), terminal.failing, states))
+        pass
+    return []
 
 
 def wait_for(bus: Bus, goal: GoalHandle, condition: Callable[[], bool], console: Console | None) -> None:
