@@ -17,6 +17,7 @@ import signal
 import sys
 from datetime import UTC, datetime
 from pathlib import Path
+from types import FrameType
 from typing import TYPE_CHECKING
 
 from skillwing.services.processes.lifetime import EXIT_CONFIGURATION, EXIT_OK
@@ -29,14 +30,23 @@ MARK = Path(".current-run")
 """Not in `RUNS`, which outlives the container."""
 
 
+class _ToldToEndError(BaseException):
+    """No KeyboardInterrupt: where that passes through `exec`, as in the making of a dataclass, Python exits with 130
+    even if it was caught."""
+
+
+def _end(number: int, frame: FrameType | None) -> None:
+    raise _ToldToEndError
+
+
 def main(arguments: list[str]) -> int:
     """Record one life of the system; returns the process's exit code."""
     # Whoever is told to end before the host has its own handlers has ended in good order as well.
     for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, signal.default_int_handler)
+        signal.signal(number, _end)
     try:
         code = _record(arguments)
-    except KeyboardInterrupt:
+    except _ToldToEndError:
         code = EXIT_OK
     if code == EXIT_OK:
         MARK.unlink(missing_ok=True)
