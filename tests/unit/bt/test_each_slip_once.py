@@ -43,37 +43,46 @@ FREE = {"name", "default", "root", "Metadata", "MetadataFields"}
 
 @dataclass(frozen=True)
 class Slot:
-    """A name in a file, from `start` to before `end`."""
+    """A name in a file, from `start` to before `end`. again: where it starts in the end tag, of a tag that has one."""
 
     start: int
     end: int
+    again: int | None = None
 
 
 def slots(text: str) -> list[list[Slot]]:
     """All names in which a slip shows, tag by tag."""
-    return [list(_slots_in(tag, text)) for tag in re.finditer(r"<(\w+)((?:[^<>\"]|\"[^\"]*\")*)>", text)]
+    found: list[list[Slot]] = []
+    unclosed: list[tuple[re.Match[str], list[Slot]]] = []
+    for tag in re.finditer(r"<(/?)(\w+)((?:[^<>\"]|\"[^\"]*\")*)>", text):
+        end, name, inside = tag.groups()
+        if end:
+            begun, names = unclosed.pop()
+            names += [Slot(*begun.span(2), tag.start(2))] if name not in FREE else []
+            continue
+        found.append([] if name in FREE else list(_slots_in(name, tag.start(3), inside)))
+        if not inside.endswith("/"):
+            unclosed.append((tag, found[-1]))
+        elif name not in FREE:
+            found[-1].append(Slot(*tag.span(2)))
+    return found
 
 
-def _slots_in(tag: re.Match[str], text: str) -> Iterator[Slot]:
-    name, inside = tag.groups()
-    if name in FREE:
-        return
-    if inside.endswith("/") or f"</{name}>" not in text[tag.end() :]:
-        yield Slot(*tag.span(1))  # of others the end has the same name
+def _slots_in(tag: str, start: int, inside: str) -> Iterator[Slot]:
+    """Those in the attributes of a tag, which begin at `start`."""
     for attribute in re.finditer(r"(\w+)=\"([^\"]*)\"", inside):
         key, value = attribute.groups()
         if key not in FREE:
-            yield Slot(tag.start(2) + attribute.start(1), tag.start(2) + attribute.end(1))
+            yield Slot(start + attribute.start(1), start + attribute.end(1))
         for word in re.finditer(r"\w{2,}", value):
-            if key in NAMES or value == f"{{{word[0]}}}" or (name, key) == ("input_port", "name"):
-                start = tag.start(2) + attribute.start(2)
-                yield Slot(start + word.start(), start + word.end())
+            if key in NAMES or value == f"{{{word[0]}}}" or (tag, key) == ("input_port", "name"):
+                yield Slot(start + attribute.start(2) + word.start(), start + attribute.start(2) + word.end())
 
 
 def misspelt(text: str, *chosen: Slot) -> str:
     """Each of these names without a letter in its middle."""
-    for slot in sorted(chosen, key=lambda each: each.start, reverse=True):
-        middle = (slot.start + slot.end) // 2
+    starts = [(start, slot) for slot in chosen for start in (slot.start, slot.again) if start is not None]
+    for middle in sorted((start + (slot.end - slot.start) // 2 for start, slot in starts), reverse=True):
         text = text[:middle] + text[middle + 1 :]
     return text
 
@@ -91,6 +100,38 @@ def test_any_slip_in_a_file_is_one_problem() -> None:
     for slot in every:
         found = problems_of(misspelt(TEMPLATE, slot))
         assert len(found) == 1, (TEMPLATE[slot.start : slot.end], found)
+
+
+@pytest.mark.parametrize(
+    ("kind", "told"),
+    [
+        ("SubTre", "`SubTre` is no kind of model; did you mean `SubTree`?"),
+        ("Tree", "`Tree` is no kind of model; did you mean `SubTree`?"),
+        ("Q", "`Q` is no kind of model; did you mean `SubTree`?"),
+    ],
+)
+def test_a_model_of_no_kind_that_bears_the_name_of_a_tree_is_that_of_the_tree(kind: str, told: str) -> None:
+    begin = TEMPLATE.index("<TreeNodesModel")
+    text = TEMPLATE[:begin] + TEMPLATE[begin:].replace("SubTree", kind)
+    line = text[: text.index(f"<{kind} ", begin)].count("\n") + 1
+    assert problems_of(text) == [f"{FILE}:{line}: {told}"]
+
+
+@pytest.mark.parametrize(
+    ("model", "told"),
+    [
+        ('<Action ID="goto"/>', []),
+        ('<Action ID="rescue"/>', []),
+        ('<Acton ID="goto"/>', ["`Acton` is no kind of model; did you mean `Action`?"]),
+        (
+            '<Q ID="goto"/>',
+            ["`Q` is no kind of model; write one of `SubTree`, `Control`, `Decorator`, `Action` and `Condition`."],
+        ),
+    ],
+)
+def test_models_of_nodes_may_stand_beside_it(model: str, told: list[str]) -> None:
+    found = problems_of(TEMPLATE.replace("<TreeNodesModel>", f"<TreeNodesModel>{model}"))
+    assert [each.partition(": ")[2] for each in found] == told
 
 
 FLOWN = [tag for tag in slots(TEMPLATE[: TEMPLATE.index("<TreeNodesModel")]) if tag]

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from skillwing.bt_missions.xml.document import Element, read_document
+from skillwing.bt_missions.xml.node_type import Category
 from skillwing.bt_missions.xml.problems import Problem, TreeFileError
 from skillwing.dsl.suggest import closest, listed
 
@@ -15,6 +16,7 @@ RESCUE = "rescue"
 SUBTREE = "SubTree"
 MAIN = "main_tree_to_execute"
 _PARTS = ("BehaviorTree", "TreeNodesModel")
+_MODELS = (SUBTREE, *Category)
 _PORTS = ("input_port", "inout_port", "output_port")
 
 
@@ -80,7 +82,7 @@ def tree_file(root: Element, file: Path) -> TreeFile:
                 pass
     main = _main(root, trees, nameless, problems)
     _require_rescue(root, main, trees, nameless, problems)
-    for each in described:
+    for each in (_as_meant(model, trees, problems) for model in described):
         models[_described(each, root, main, trees, models, problems)] = _model(each, problems)
     return TreeFile(file, main, trees, models, tuple(problems))
 
@@ -136,6 +138,16 @@ def _require_rescue(
     problems.append(Problem(root.line, text))
     if near is not None:
         trees[RESCUE] = trees.pop(near)
+
+
+def _as_meant(model: Element, trees: Mapping[str, Element], problems: list[Problem]) -> Element:
+    """A model as one of the kinds there are; what is like none and bears the name of a tree describes that tree."""
+    if model.tag in _MODELS:
+        return model
+    near = closest(model.tag, _MODELS) or (SUBTREE if model.attributes.get("ID") in trees else None)
+    hint = f"did you mean `{near}`?" if near else f"write one of {listed(_MODELS)}."
+    problems.append(Problem(model.line, f"`{model.tag}` is no kind of model; {hint}"))
+    return model if near is None else replace(model, tag=near)
 
 
 def _described(
