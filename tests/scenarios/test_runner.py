@@ -29,6 +29,7 @@ from skillwing.dsl.model import UnknownNameError
 from skillwing.services.bus import Answer, Answered, Bus, Handle, Refused
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.client.connection import Target
+from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.processes.run_state import announced
 from skillwing.services.protocol import (
@@ -183,6 +184,30 @@ def test_a_robot_that_does_not_get_ready_is_given_up_with_a_sentence() -> None:
     assert "within 5 s" in status.text
     assert "lidar_status is FAILED instead of OK" in status.text
     assert flight.started == []
+
+
+def in_the_air(**options: Any) -> Flight:
+    flight = Flight(**options)
+    flight.drone.position = (0.0, 0.0, 4.0)
+    flight.drone.truth["flight_status"] = "IN_AIR"
+    return flight
+
+
+def test_a_drone_in_the_air_that_nobody_flies_is_not_waited_for() -> None:
+    flight = in_the_air()
+    status = flight.fly(timeout=runner.LANDING_TIMEOUT + 1.0)
+    assert status.phase == "FAILED"
+    assert status.text.endswith("nobody flies it. Land it with `skillwing start land`.")
+    assert flight.started == []
+    assert not flight.node.tree_tells
+
+
+def test_a_drone_that_is_landing_is_waited_for() -> None:
+    flight = in_the_air()
+    operator = SkillsetInterface(flight.observer, M600, client="operator")
+    flight.at(1.0, lambda: operator.start("land", {"speed": 0.5}))
+    assert flight.fly().phase == "SUCCEEDED"
+    assert flight.ends("land") == ["S_LANDED", "S_LANDED"]
 
 
 def test_a_robot_without_managers_is_given_up_too() -> None:

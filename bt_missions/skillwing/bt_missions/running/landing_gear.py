@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from skillwing.bt_missions.leaves.flying import FLIGHT_STATUS, IN_AIR, flies, may_land
+from skillwing.bt_missions.leaves.claims import taken_by
+from skillwing.bt_missions.leaves.flying import FLIGHT_STATUS, IN_AIR, LAND, flies, may_land
 from skillwing.bt_missions.leaves.skills import Interface
 from skillwing.dsl.model import Skillset
 
@@ -23,6 +24,14 @@ class LandingGear:
     def leaves_drone_in_air(self) -> bool:
         """Whether the mission has brought the drone up and not down again, and could: no safety pilot has it."""
         return self.is_in_air and not self._began_in_air and may_land(self._skillset, self._interface.states)
+
+    @property
+    def nobody_flies(self) -> bool:
+        """Whether the drone is in the air, no skill has hold of it, and it could be landed."""
+        states = self._interface.states
+        if not self.is_in_air or not may_land(self._skillset, states):
+            return False
+        return not any(states.get(resource) == state for resource, state in taken_by(self._skillset, LAND).items())
 
     @property
     def is_in_air(self) -> bool:

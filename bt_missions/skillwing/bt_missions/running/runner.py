@@ -16,6 +16,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from skillwing.bt_missions.leaves.context import CALM, MissionContext
+from skillwing.bt_missions.leaves.flying import FLIGHT_STATUS, IN_AIR
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.running.landing_gear import LandingGear
 from skillwing.bt_missions.running.library import find_mission
@@ -50,6 +51,8 @@ SETTLED_TICK = 0.01
 """A tick that changed something is followed by another one, after so many seconds of robot time."""
 READY_TIMEOUT = 30.0
 """How long to wait for the robot to get ready, in seconds of wall time."""
+LANDING_TIMEOUT = 3.0
+"""How long to wait for a drone in the air that nobody flies: its landing may just have ended. In seconds of wall time."""
 SETTLE_TIMEOUT = 15.0
 """How long to wait at the end for goals that do not stop, in seconds of wall time."""
 
@@ -145,6 +148,7 @@ class MissionNode:
             *serve_orders(bus, self._keys, self),
             self._interface.on_change(self._wake),
             bus.every(TICK_PERIOD, self._wake),
+            bus.after(LANDING_TIMEOUT, self._give_up_in_air, wall=True),
             bus.after(self._ready_timeout, self._give_up_waiting, wall=True),
             bus.declare_alive(self._keys.alive(self.name)),
         ]
@@ -259,6 +263,14 @@ class MissionNode:
             if states.get(resource) not in wanted
         ]
         return "waiting: " + "; ".join(lacks) if lacks else ""
+
+    def _give_up_in_air(self) -> None:
+        """Nobody brings down a drone that nobody flies, so there is nothing to wait for."""
+        wanted = self.mission.needs.get(FLIGHT_STATUS, (IN_AIR,))
+        if self._stage is Stage.WAITING and IN_AIR not in wanted and self._landing_gear.nobody_flies:
+            text = "The drone is in the air already, and nobody flies it. Land it with `skillwing start land`."
+            self._end(Phase.FAILED, text, rescue=False)
+            self._wake()
 
     def _give_up_waiting(self) -> None:
         if self._stage is Stage.WAITING:
