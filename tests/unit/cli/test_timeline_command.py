@@ -89,7 +89,9 @@ def test_a_refusal_is_shown_with_what_it_lacked_as_its_cause(run: Path, tmp_path
     write_facts(run, RunFacts(robot="watch", skillset=str(tmp_path / "watch.skillset")))
     assert last().endswith("eye_status FAILED")
     told = json.loads(CliRunner().invoke(app, [str(run), "--json", "--kind", "goal"]).output)
-    assert [each["cause"] for each in told] == ["r2", None, "r2"]
+    assert [each["cause"] for each in told] == ["r2", None, "r4"], "as it was published: a program may judge otherwise"
+    words = [str(run), "--json", "--about", "look", "--causes"]
+    assert [each["id"] for each in json.loads(CliRunner().invoke(app, words).output)] == ["r1", "r2", "r3", "r4", "r5"]
     (tmp_path / "watch.skillset").write_text("skillset of which half is gone {")
     assert last().endswith("look VALIDATING")
 

@@ -41,6 +41,9 @@ def timeline(
 ) -> None:
     """Show what changed in a run, in order, and what made it change; or draw it.
 
+    Of a goal that was refused it shows what it lacked. JSON holds the records as they were published, in which that is
+    who asked.
+
     Exit codes: 0 shown, 2 no such run, or an unknown name.
     """
     skillset = _skillset_of(run)
@@ -57,7 +60,8 @@ def timeline(
         wanted = {each.id for record in shown for each in history.chain(record.id)}
         shown = [record for record in records if record.id in wanted]
     if as_json:
-        print_json(shown)
+        wanted = {record.id for record in shown}
+        print_json([record for record in history.records if record.id in wanted])
     else:
         print_records(make_console(), shown, known)
 
