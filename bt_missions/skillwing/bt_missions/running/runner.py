@@ -52,7 +52,7 @@ SETTLED_TICK = 0.01
 READY_TIMEOUT = 30.0
 """How long to wait for the robot to get ready, in seconds of wall time."""
 LANDING_TIMEOUT = 3.0
-"""How long to wait for a drone in the air that nobody flies: its landing may just have ended. In seconds of wall time."""
+"""How long to wait for a drone in the air that nobody flies, which may just have landed, in seconds of wall time."""
 SETTLE_TIMEOUT = 15.0
 """How long to wait at the end for goals that do not stop, in seconds of wall time."""
 
