@@ -110,6 +110,43 @@ def test_what_may_be_declared_in_a_part_that_was_not_read_is_not_called_unknown(
     assert (missing.code, unknown.code, unknown.message) == ("SW005", "SW014", "There is no datum or input `wnd`.")
 
 
+@pytest.mark.parametrize(
+    ("written", "code", "message"),
+    [
+        ("{ r -> A  other -> X }", "SW005", "A name is missing before `{`."),
+        (": { r -> A  other -> X }", "SW002", "`:` has no place here in `effect`."),
+    ],
+)
+def test_of_an_effect_that_has_lost_its_name_only_that_is_told(written: str, code: str, message: str) -> None:
+    text = f"""skillset s {{
+    resource r {{ initial A  A -> B  B -> A }}
+    resource other {{ initial X  X -> Y  Y -> X }}
+    skill k {{
+        effect {{
+            go {{ r -> B }}
+            {written}
+        }}
+        precondition {{ free: resource=(r == A) success go }}
+        result {{ DONE: apply=back  success LATE: apply=back }}
+    }}
+    skill l {{ precondition {{ p: resource=(r == Z) }} result {{ DONE }} }}
+}}
+"""
+    first, behind = errors(text, Path("s.skillset"))
+    assert (first.code, first.span.line, first.message) == (code, 7, message)
+    assert (behind.code, behind.span.line) == ("SW011", 12)
+
+
+def test_what_is_in_a_block_without_a_name_is_judged() -> None:
+    text = """skillset s {
+    resource r { initial A  A -> B  B -> A }
+    skill k { effect { { r -> Z  w -> A } } result { DONE } }
+}
+"""
+    found = errors(text, Path("s.skillset"))
+    assert [(item.code, item.span.column) for item in found] == [("SW005", 24), ("SW011", 31), ("SW010", 34)]
+
+
 def test_a_mistake_right_behind_a_block_hides_nothing_of_that_in_it() -> None:
     text = """skillset s {
     resource r { initial A  A -> B  B => A }

@@ -185,6 +185,7 @@ def test_a_state_list_left_open_still_ends_before_the_initial_state() -> None:
         ("timeout=", "tmeout=", "`tmeout` is no word of the language.", "Did you mean `timeout`?"),
         ("skill grasp", "skill", "This skill has no name.", "Write `skill NAME { ... }`."),
         ("take: arm", "arm", "A name is missing before `arm`.", "Write `NAME: arm ...`."),
+        ("take: arm -> BUSY", "{ arm -> BUSY }", "A name is missing before `{`.", "Write `NAME { ... }`."),
         ("idle:    resource", "resource", "A name is missing before `resource`.", "Write `NAME: resource ...`."),
         ("arm -> IDLE }", "arm -> IDLE  lost { } }", "`lost` does not belong into `effect`.", "that closes `effect`."),
         (

@@ -28,6 +28,7 @@ from skillwing.dsl.suggest import closest
 
 _MOST_PROBLEMS = 100
 _MOST_UNCLOSED = 20  # brackets supposed at one place
+_BEHIND_A_NAME = ("COLON", "OPEN")  # with which no item begins
 
 
 class Recovery:
@@ -199,14 +200,14 @@ class Recovery:
         self._replace(lexeme.supposed(word.upper(), word))
 
     def _nameless(self, lexeme: Lexeme) -> bool:
-        """A name is missing: that of a block, or the one in front of an effect's change or of a predicate."""
+        """A name is missing: that of a block, or the one in front of an effect, its change or a predicate."""
         cursor, last = self._cursor, self._cursor.last
         if last is not None and last.kind in self._words.named_blocks and cursor.reads(["NAME", *cursor.kinds_from(0)]):
             self._report("SW005", lexeme, f"This {last.text} has no name.", f"Write `{last.text} NAME {{ ... }}`.")
             cursor.lexemes.insert(cursor.at, lexeme.supposed("NAME", ""))
             self.losses.nameless.add(last.text)
             return True
-        heading = ["NAME"] if lexeme.kind == "COLON" else ["NAME", "COLON"]
+        heading = ["NAME"] if lexeme.kind in _BEHIND_A_NAME else ["NAME", "COLON"]
         if lexeme.kind != "NAME" and cursor.reads([*heading, *cursor.kinds_from(0)]):
             self._supply_name(lexeme)
             return True
@@ -225,10 +226,10 @@ class Recovery:
         cursor = self._cursor
         message = f"A name is missing before {self._words.lexeme_text(lexeme)}."
         supposed = [lexeme.supposed("NAME", ""), lexeme.supposed("COLON", ":")]
-        example = f"{lexeme.text} ..."
-        if lexeme.kind == "COLON":
-            supposed, example = supposed[:1], "..."
-        self._report("SW005", lexeme, message, f"Write `NAME: {example}`.")
+        written = f"NAME: {lexeme.text} ..."
+        if lexeme.kind in _BEHIND_A_NAME:
+            supposed, written = supposed[:1], "NAME: ..." if lexeme.kind == "COLON" else "NAME { ... }"
+        self._report("SW005", lexeme, message, f"Write `{written}`.")
         self.losses.nameless.add(cursor.blocks()[-1].keyword)
         self._doubt_statement()
         self.losses.guessed.append(lexeme.span)
@@ -302,6 +303,7 @@ class Recovery:
             return False
         self._report_unexpected(lexeme)
         self._doubt_statement()
+        self._doubt_name(lexeme)
         self._pass_over(cursor.at, cursor.at + 1)
         return True
 
@@ -315,6 +317,7 @@ class Recovery:
         if depth is None:
             return False
         self._doubt_statement()
+        self._doubt_name(lexeme)
         start = cursor.start_of(values[depth - 1 :])
         del states[depth:], values[depth - 1 :]
         cursor.machine.run([lexeme.supposed(BROKEN, "")])
@@ -330,6 +333,11 @@ class Recovery:
         last = self._cursor.last
         if last is not None and last.kind != "CLOSE":
             self.losses.guessed.append(last.span)
+
+    def _doubt_name(self, lexeme: Lexeme) -> None:
+        """A sign without a place where an item begins may have stood behind the name of one."""
+        if lexeme.kind in _BEHIND_A_NAME and self._cursor.reads([BROKEN]):
+            self.losses.nameless.add(self._cursor.blocks()[-1].keyword)
 
     def _pass_over(self, start: int, end: int) -> None:
         self.losses.pass_over(self._cursor.lexemes[start:end])
