@@ -16,8 +16,11 @@ from py_trees.decorators import Repeat, Retry, SuccessIsRunning
 from skillwing.bt_missions.leaves.conditions import DataCompare, ResourceIs, Sign
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.missions.mapping import MISSION
+from skillwing.bt_missions.running.misfit import FaultyMissionError
 from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
 from skillwing.bt_missions.running.preflight import preflight, tree_problems
+from skillwing.bt_missions.running.rehearsal import require_fit
 from skillwing.bt_missions.subtrees.composites import alongside, first_that_works, in_order
 from skillwing.dsl.model import ArrayType, DataItem, EnumType, Field, ScalarType, StructType
 
@@ -166,3 +169,11 @@ def test_a_comparison_fits_the_type_of_its_datum(
 def test_skills_that_share_nothing_may_run_in_parallel(mission: FakeMission) -> None:
     look, go = (SkillAction(skill, mission.context, skill) for skill in ("look", "go"))
     assert not problems(alongside("both", look, until=go))
+
+
+def test_a_mission_that_is_flown_on_another_robot_is_refused_with_both_names() -> None:
+    with pytest.raises(FaultyMissionError) as refused:
+        require_fit(MISSION, SKILLSET, MISSION.read_options({}))
+    first, *problems = str(refused.value).splitlines()
+    assert first == f"Mission `mapping` does not fit `{SKILLSET.name}`, which is what runs here:"
+    assert problems == [str(misfit) for misfit in refused.value.misfits]

@@ -21,8 +21,10 @@ class Misfit:
 
 
 class FaultyMissionError(InvalidOptionError):
-    """A mission that cannot be flown for what is written in it. misfits: all that was found, by place."""
+    """A mission that cannot be flown for what is written in it. misfits: all that was found, by place; heading: what
+    is to be said before them."""
 
-    def __init__(self, misfits: Iterable[Misfit]) -> None:
+    def __init__(self, misfits: Iterable[Misfit], *, heading: str | None = None) -> None:
         self.misfits = tuple(misfits)
-        super().__init__("mission", "\n".join(map(str, self.misfits)))
+        lines = [str(misfit) for misfit in self.misfits]
+        super().__init__("mission", "\n".join(lines if heading is None else [heading, *lines]))

@@ -69,10 +69,11 @@ def rehearse(mission: Mission, skillset: Skillset, options: MissionOptions) -> l
 
 
 def require_fit(mission: Mission, skillset: Skillset, options: MissionOptions) -> None:
-    """Raises FaultyMissionError with everything that does not fit, if anything does not."""
+    """Raises FaultyMissionError with everything that does not fit the robot that runs, if anything does not."""
     misfits = rehearse(mission, skillset, options)
     if misfits:
-        raise FaultyMissionError(misfits)
+        heading = f"Mission `{mission.name}` does not fit `{skillset.name}`, which is what runs here:"
+        raise FaultyMissionError(misfits, heading=heading)
 
 
 def _all_misfits(mission: Mission, trees: MissionTrees, found: list[Misfit], skillset: Skillset) -> list[Misfit]:
