@@ -41,14 +41,8 @@ STATES = {"stop": "RELEASED", "lamp": "OFF", "wheels": "PARKED"}
 ONLY_IT = "only the robot can report that"
 
 
-def situation(
-    reporter: Reporter = "robot",
-    changed: dict[str, str] | None = None,
-    running: dict[str, str | None] | None = None,
-    unheard: tuple[str, ...] = (),
-    reactions: tuple[Reaction, ...] = (),
-) -> Situation:
-    return Situation("rover", reporter, STATES | (changed or {}), running or {}, unheard, reactions)
+def situation(reporter: Reporter = "robot", changed: dict[str, str] | None = None) -> Situation:
+    return Situation("rover", reporter, STATES | (changed or {}), running={})
 
 
 @pytest.mark.parametrize(
@@ -192,6 +186,13 @@ def test_a_datum_that_never_came_leads_on() -> None:
     ]
     assert in_balloon("wait", "calm", "UP FREE", unheard=["wind"]) == [
         "calm: `wind` was never received; `skillwing doctor` tells whether all runs that should publish it."
+    ]
+    by = {"published_by": {"wind": ("rise", "sink")}}
+    assert in_balloon("wait", "calm", "UP FREE", **by) == [
+        "calm: `wind` comes only while one runs that publishes it: `rise` and `sink`."
+    ]
+    assert in_balloon("wait", "calm", "UP FREE", **by, running={"sink": None}) == [
+        "calm: `wind` is for the robot to tell; see it with `skillwing data wind`."
     ]
 
 

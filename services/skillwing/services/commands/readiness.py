@@ -145,6 +145,9 @@ def _promises(
 
 
 def _who_tells(datum: str, now: Situation) -> str:
+    publishers = now.published_by.get(datum, ())
+    if publishers and now.reporter == "robot" and now.running.keys().isdisjoint(publishers):
+        return f"`{datum}` comes only while one runs that publishes it: {listed(publishers)}."
     if datum not in now.unheard:
         return f"`{datum}` is for the robot to tell; see it with `skillwing data {datum}`."
     if now.reporter == "nobody":

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
+from skillwing.dsl import UnknownNameError
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.errors import InvalidOptionError, RefusedError, UnansweredError
 from skillwing.services.names import CLIENT, DATA_MANAGER, MISSION, MOCKED_WORLD, RESOURCE_MANAGER, skill_process
@@ -20,7 +21,7 @@ from skillwing.services.protocol import (
     ResourceStates,
     State,
 )
-from skillwing.services.robot import RECORDER
+from skillwing.services.robot import RECORDER, find_robot
 
 if TYPE_CHECKING:
     from skillwing.services.commands.connection import System
@@ -38,8 +39,8 @@ class Situation:
     """A system as it is now.
 
     states: of the resources. running: the skills that run, with the name of the mission that has started them, None
-    for anybody else. unheard: data that were never received. reactions: what a mock of this robot does, which tells
-    what follows from its skills.
+    for anybody else. unheard: data that were never received. published_by: as in the robot's table. reactions: what a
+    mock of this robot does, which tells what follows from its skills.
     """
 
     robot: str
@@ -47,6 +48,7 @@ class Situation:
     states: Mapping[str, str]
     running: Mapping[str, str | None]
     unheard: Collection[str] = ()
+    published_by: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
     reactions: tuple[Reaction, ...] = ()
 
 
@@ -62,6 +64,7 @@ def situation(system: System) -> Situation:
         states=states,
         running=running_skills(system, alive),
         unheard=unheard,
+        published_by=_published_by(system),
         reactions=_reactions(system),
     )
 
@@ -97,6 +100,13 @@ def _unheard(system: System) -> list[str]:
     except (UnansweredError, RefusedError):
         return []
     return [reading.name for reading in readings if reading.t is None]
+
+
+def _published_by(system: System) -> Mapping[str, tuple[str, ...]]:
+    try:
+        return find_robot(system.target.robot).published_by
+    except (UnknownNameError, InvalidOptionError):
+        return {}
 
 
 def _reporter(system: System, alive: Collection[str], *, silent: bool) -> Reporter:
