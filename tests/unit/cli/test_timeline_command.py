@@ -10,7 +10,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from skillwing.dsl import UnknownNameError
+from skillwing.dsl import UnknownNameError, parse
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.protocol import Record, RecordKind
 from skillwing.services.telemetry.journal import TIMELINE_FILE, JsonLines
@@ -94,6 +94,17 @@ def test_a_refusal_is_shown_with_what_it_lacked_as_its_cause(run: Path, tmp_path
     assert [each["id"] for each in json.loads(CliRunner().invoke(app, words).output)] == ["r1", "r2", "r3", "r4", "r5"]
     (tmp_path / "watch.skillset").write_text("skillset of which half is gone {")
     assert last().endswith("look VALIDATING")
+
+
+def test_another_version_of_the_skillset_than_was_run_is_not_taken_for_it(run: Path, tmp_path: Path) -> None:
+    path = tmp_path / "watch.skillset"
+    path.write_text(SKILLSET)
+    write_facts(run, RunFacts(robot="watch", skillset=str(path)))
+    assert CliRunner().invoke(app, [str(run), "--json"]).stderr == ""
+    path.write_text(SKILLSET.replace("eye_status == OK", "eye_status == FAILED"))
+    result = CliRunner().invoke(app, [str(run), "--json"])
+    assert json.loads(result.stdout)
+    assert re.search(rf"Version {parse(SKILLSET).schema_hash} of `watch` was run; .* is version", result.stderr)
 
 
 def test_it_can_be_drawn(run: Path, tmp_path: Path) -> None:

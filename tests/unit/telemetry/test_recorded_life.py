@@ -110,6 +110,7 @@ def test_a_run_tells_what_was_run(container: pytest.MonkeyPatch) -> None:
     (run,) = seen
     facts = read_facts(run)
     assert (facts.robot, facts.judge) == (ROBOT.name, ROBOT.judge)
+    assert facts.schema == ROBOT.load_skillset().schema_hash
     assert facts.options["world"] == "inspection" and facts.options["seed"] == 3
 
 

@@ -18,7 +18,7 @@ from skillwing.services.errors import InvalidOptionError, SkillwingError
 from skillwing.services.options import imported
 from skillwing.services.telemetry.flights import Flight, flights_of
 from skillwing.services.telemetry.report import REPORT_FILE, Report, Witnessed, read_report, summary_table
-from skillwing.services.telemetry.run_facts import RunFacts, read_facts
+from skillwing.services.telemetry.run_facts import RunFacts, other_version, read_facts
 
 NEITHER = "No mission was flown in this run. `skillwing timeline RUN` shows what was."
 TABLE_WIDTH = 100
@@ -74,6 +74,7 @@ def write_reports(
         text = f"{missing.name} is not installed. To draw a run: pip install 'skillwing[viewer]'."
         raise InvalidOptionError("RUN", text) from missing
     skillset = load(facts.skillset)
+    remark = other_version(facts, skillset)
     judge = None if facts.judge is None else imported({"judge": facts.judge}, "judge")
     history = read_history(run, skillset)
     flights = [flight for flight in flights_of(history.records) if flight.begin <= until]
@@ -92,7 +93,7 @@ def write_reports(
             options=facts.options,
             wall_time_s=seen.wall_time_s,
             processes=seen.processes,
-            notes=() if alone else (_times(flight),),
+            notes=(*([] if alone else [_times(flight)]), *([] if remark is None else [remark])),
         )
         written.append((flown.folder, report_flight(flown, skillset, judge, history)))
     return written

@@ -17,7 +17,7 @@ from skillwing.services.errors import InvalidOptionError
 from skillwing.services.protocol import Record, RecordKind
 from skillwing.services.telemetry.history import History
 from skillwing.services.telemetry.journal import TIMELINE_FILE, read_goals, read_records
-from skillwing.services.telemetry.run_facts import lacking, read_facts
+from skillwing.services.telemetry.run_facts import lacking, other_version, read_facts
 
 KINDS = tuple(kind.value for kind in RecordKind)
 LONGEST_FLIGHT = 1e8
@@ -81,9 +81,13 @@ def _chosen(records: list[Record], about: list[str], kinds: list[str]) -> list[R
 def _skillset_of(run: Path) -> Skillset | None:
     """The skillset of a run, from which one knows what a refused goal lacked; None if it is not told, or gone."""
     try:
-        return load(Path(read_facts(run).skillset))
+        facts = read_facts(run)
+        skillset = load(Path(facts.skillset))
     except (InvalidOptionError, SkillsetError, OSError):
         return None
+    if (remark := other_version(facts, skillset)) is not None:
+        typer.echo(remark, err=True)
+    return skillset
 
 
 def _draw(history: History, run: Path, png: Path, resources: Sequence[Resource]) -> None:
