@@ -7,14 +7,15 @@ on it reads the file with `read_scenario`. docs/sensors.md has an example.
 from __future__ import annotations
 
 import json
-import re
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, cast
 
 import msgspec
 
-from skillwing.sim_mujoco.link.radio import LinkFaultOptions, RadioOptions, RadioZone
+from skillwing.sim_mujoco.link.radio import RadioOptions
+from skillwing.sim_mujoco.scenario_slips import slips
 from skillwing.sim_mujoco.sensors.zones import Zone
 from skillwing.sim_mujoco.topics import Vector3
 
@@ -25,7 +26,7 @@ Poses = Literal["odometry", "navigation", "small-gicp"]
 
 
 class ScenarioError(ValueError):
-    """A scenario that cannot be used; `str()` is a sentence that says where and why."""
+    """A scenario that cannot be used; `str()` says where and why, with all that is wrong in it."""
 
 
 class FaultOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"duration": "for"}):
@@ -91,28 +92,34 @@ def read_scenario(path: Path) -> Scenario:
     except ValueError as error:
         language = "JSON" if path.suffix == ".json" else "TOML"
         raise ScenarioError(f"the scenario {path} is no {language}: {error}") from error
+    wrong = [*slips(content, Scenario), *_unknown_faults(content)]
+    if wrong:
+        told = f" {wrong[0]}" if len(wrong) == 1 else "".join(f"\n    {each}" for each in wrong)
+        raise ScenarioError(f"the scenario {path} does not fit:{told}")
+    scenario = msgspec.convert(content, Scenario)
     try:
-        scenario = msgspec.convert(content, Scenario)
-        _require_known(scenario.fault)
         _require_library(scenario.poses)
-    except msgspec.ValidationError as error:
-        raise ScenarioError(f"the scenario {path} does not fit: {_in_words(str(error))}") from error
-    except (ValueError, ImportError) as error:
+    except ImportError as error:
         raise ScenarioError(f"the scenario {path} does not fit: {error}") from error
     return scenario
 
 
-def _require_known(faults: tuple[FaultOptions, ...]) -> None:
-    """Raises ValueError for a fault that nothing can have."""
-    if not faults:
+def _unknown_faults(content: dict[str, Any]) -> Iterator[str]:
+    """A clause for each fault that nothing can have, whatever else is wrong with it."""
+    faults = content.get("fault")
+    if not isinstance(faults, list) or not faults:
         return
     from skillwing.sim_mujoco.simulator.fault_plan import check_fault  # noqa: PLC0415 - loads physics
 
-    for number, fault in enumerate(faults, 1):
-        try:
-            check_fault(fault.sensor, fault.kind)
-        except ValueError as error:
-            raise ValueError(f"fault {number}: {error}") from error
+    for number, fault in enumerate(cast("list[object]", faults), 1):
+        match fault:
+            case {"sensor": str(sensor), "kind": str(kind)}:
+                try:
+                    check_fault(sensor, kind)
+                except ValueError as error:
+                    yield f"fault {number}: {error}"
+            case _:
+                pass
 
 
 def _require_library(poses: Poses | None) -> None:
@@ -121,24 +128,3 @@ def _require_library(poses: Poses | None) -> None:
         from skillwing.sim_mujoco.slam.gicp import gicp_matcher  # noqa: PLC0415 - loads numpy
 
         gicp_matcher()
-
-
-def _in_words(complaint: str) -> str:
-    """A complaint of the validation, with its place as people count: the second fault is `fault 2`."""
-    what, _, place = complaint.partition(" - at `$")
-    names = re.sub(r"\[(\d+)\]", lambda index: f" {int(index[1]) + 1}", place).strip("`").replace(".", " ").split()
-    kind = next((_SECTIONS[name] for name in reversed(names) if name in _SECTIONS), Scenario)
-    known = f"; known are {', '.join(f.encode_name for f in msgspec.structs.fields(kind))}" if "field" in what else ""
-    return f"{' '.join(names)}: {what}{known}".removeprefix(": ")
-
-
-_SECTIONS: dict[str, type[msgspec.Struct]] = {
-    "fault": FaultOptions,
-    "gust": GustOptions,
-    "pilot": PilotOptions,
-    "zone": Zone,
-    "link": RadioOptions,
-    "zones": RadioZone,
-    "faults": LinkFaultOptions,
-}
-"""By the name of a section or a field: what can be written there."""

@@ -151,6 +151,22 @@ def test_a_slip_in_what_is_to_run_starts_nothing(
     assert sentence in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("command", ["up", "demo"])
+def test_all_that_is_wrong_in_a_scenario_is_told_before_anything_starts(
+    command: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scenario = tmp_path / "windy.toml"
+    scenario.write_text('wnd = 3\n[[fault]]\nsed = "zed"\nkind = "freeze"\nat = "soon"\n', encoding="utf-8")
+    monkeypatch.setattr("sys.argv", ["skillwing", command, "--scenario", str(scenario)])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert ended.value.code == USAGE
+    first, *wrong, last = capsys.readouterr().err.splitlines()
+    assert first.endswith("does not fit:")
+    assert [line.split("`")[1] for line in wrong] == ["wnd", "sed", "sensor", "at"]
+    assert last == "docs/sensors.md tells how one is written."
+
+
 @pytest.mark.parametrize("speed", ["0", "0.01", "-1", "nan"])
 def test_a_speed_that_no_clock_keeps_is_refused(
     speed: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from skillwing.sim_mujoco.options import OptionsError
-from skillwing.sim_mujoco.scenario import ScenarioError, read_scenario
+from skillwing.sim_mujoco.scenario import Scenario, ScenarioError, read_scenario
+from skillwing.sim_mujoco.scenario_slips import slips
 from skillwing.sim_mujoco.sensors.corruptors import Fault, UnknownFaultError
 from skillwing.sim_mujoco.sensors.zones import Zone
 from skillwing.sim_mujoco.simulator.fault_plan import FaultPlan
@@ -43,6 +45,22 @@ for = 4
 at = 0.5
 authority = false
 """
+NAMES = [
+    "fault",
+    "gust",
+    "pilot",
+    "wind",
+    "link",
+    "zone",
+    "sensor",
+    "kind",
+    "at",
+    "for",
+    "velocity",
+    "zones",
+    "low",
+    "high",
+]
 HERE, AWAY = (10.0, 1.0, 4.0), (30.0, 1.0, 4.0)
 
 
@@ -123,12 +141,29 @@ def test_options_add_to_a_scenario_and_count_before_it(write) -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("wind = 3", "wind: Expected `array"),
-        ('[[fault]]\nsensor="zed"\nkind="freeze"\n[[fault]]\nsensr="x"', "fault 2: .*`sensr`; known are sensor, kind"),
-        ('[[fault]]\nsensor="zed"\nkind="freeze"\nat=-1', "fault 1 at: .*>= 0"),
+        ("wind = 3", "fit: `wind` has to be a list of 3 numbers.*, not 3$"),
+        ("turbulence = 'much'", '`turbulence` has to be a number from 0 to 50, not "much"$'),
+        ("battery = nan", "`battery` has to be a number from 0 to 100, not NaN$"),
+        ("poses = 'best'", '`poses` has to be one of .*odometry.*, not "best"$'),
+        ("receiver = 2024-01-01", '`receiver` has to be a text, not "2024-01-01"$'),
+        ("pilot = 3", "`pilot` has to be a list of sections, not 3$"),
+        ("fault = [1]", "fault 1: this has to be a section, not 1$"),
+        ("[[pilot]]\nat=1\nauthority=1", "pilot 1: `authority` has to be true or false, not 1$"),
+        ("[[gust]]\nat=1\nvelocity=[1,2,3]\nfor=0", "gust 1: `for` has to be a number above 0 and up to 1,000,000"),
+        ("[[gust]]\nat=1\nvelocity=[1,2,3]", "gust 1: `for` is missing$"),
+        ("[link]\nloss = 2", "link: `loss` has to be a number from 0 to 1, not 2$"),
+        ("[[link.faults]]\nkind = 'cutt'", "link faults 1: `kind` has to be one of cut, narrow, not"),
+        (
+            '[[fault]]\nsensor="zed"\nkind="freeze"\n[[fault]]\nkind="slow"\nsensr="x"',
+            "fit: fault 2: there is no `sensr`; did you mean `sensor`; known are sensor, kind",
+        ),
+        (
+            '[[fault]]\nsensor="zed"\nkind="freeze"\nat=-1',
+            "fault 1: `at` has to be a number from 0 to 1,000,000, not -1",
+        ),
         ('[[fault]]\nsensor="zed"\nkind="freeze"\nzone={center=[1,2]}', "fault 1 zone: .*`center` and `radius`"),
         ('[[fault]]\nsensor="nose"\nkind="freeze"', "fault 1: there is no sensor 'nose'; choose one of zed"),
-        ("winds = [1, 2, 3]", "`winds`; known are fault, gust, pilot, wind"),
+        ("winds = [1, 2, 3]", "there is no `winds`; did you mean `wind`; known are fault, gust, pilot, wind"),
         ("wind = = 3", "is no TOML"),
     ],
 )
@@ -137,6 +172,38 @@ def test_a_file_that_does_not_fit_is_refused_in_words(write, text: str, words: s
         read_scenario(write(text))
     with pytest.raises(OptionsError, match=words):
         make_sim({"scenario": str(write(text))})
+
+
+def test_all_that_is_wrong_in_a_file_is_told_at_once(write) -> None:
+    text = 'winds = 1\n[[fault]]\nsensor="nose"\nkind="freeze"\nat="soon"\n[[gust]]\nat=1\nvelocity=[1]\nfor=2'
+    with pytest.raises(ScenarioError) as caught:
+        read_scenario(write(text))
+    first, *wrong = str(caught.value).splitlines()
+    assert first.endswith("does not fit:")
+    places = [
+        "there is no `winds`",
+        "fault 1: `at` has",
+        "gust 1: `velocity` has",
+        "fault 1: there is no sensor 'nose'",
+    ]
+    assert [line.strip().startswith(place) for line, place in zip(wrong, places, strict=True)] == [True] * 4
+
+
+JUNK = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.sampled_from([*NAMES, "x"]), inner, max_size=4),
+    max_leaves=12,
+)
+
+
+@given(st.dictionaries(st.sampled_from([*NAMES, "x"]), JUNK, max_size=5))
+def test_slips_are_found_exactly_where_the_reader_finds_one(content: dict[str, object]) -> None:
+    try:
+        msgspec.convert(content, Scenario)
+        fits = True
+    except msgspec.ValidationError:
+        fits = False
+    assert (not list(slips(content, Scenario))) is fits
 
 
 def test_a_file_that_is_not_there_is_refused_in_words(tmp_path: Path) -> None:

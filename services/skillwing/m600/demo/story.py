@@ -7,8 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from skillwing.dsl.model import UnknownNameError
-from skillwing.m600.command import sentences
-from skillwing.services.errors import InvalidOptionError
 
 MAPPING, INSPECTION = "mapping", "inspection"
 CAMERA_FAILS_AT = 45.0
@@ -72,14 +70,9 @@ def _inspection(seed: int, *, fault: bool, fault_at: float | None) -> Story:
 
 
 def _by_scenario(story: Story, path: Path) -> Story:
-    from skillwing.sim_mujoco.scenario import ScenarioError, read_scenario  # noqa: PLC0415 - loads physics
+    from skillwing.m600.briefing import check_scenario  # noqa: PLC0415 - loads numpy
 
-    try:
-        read_scenario(path)
-    except ScenarioError as error:
-        raise InvalidOptionError(
-            "scenario", f"{sentences(str(error))} docs/sensors.md tells how one is written."
-        ) from error
+    check_scenario(path)
     robot = {name: value for name, value in story.robot.items() if name not in ("faults", "link")}
     robot["scenario"] = str(path.absolute())
     return replace(story, happens=f"scenario {path.name}", robot=robot)

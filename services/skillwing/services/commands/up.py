@@ -163,7 +163,7 @@ def _check_world(world: str | None, *, robotless: bool) -> None:
 
 
 def _check_scenario(scenario: Path | None, *, robotless: bool) -> None:
-    """What is in it, the simulator knows best, which says so when it starts."""
+    """What is in it, the robot knows best, as it is briefed."""
     if scenario is None:
         return
     if robotless:
