@@ -212,4 +212,6 @@ def test_a_mission_that_does_not_fit_is_not_begun(
     assert result.output == ""
     assert [misfit.text for misfit in error.misfits] == [str(each).partition(": ")[2] for each in error.misfits]
     assert "did you mean `return_home`?" in str(error)
-    assert str(error).count("\n") == 0
+    heading, problem = str(error).splitlines()
+    assert heading.endswith(f"does not fit `{M600.name}`, which is what runs here:")
+    assert problem == str(error.misfits[0])
