@@ -87,6 +87,7 @@ def test_it_works_right_after(app: typer.Typer, file: Path, tmp_path: Path) -> N
     result = run(app, "new-skill", "blink", "-s", str(file), "-r", "lamp")
     assert result.exit_code == 0
     assert "[ ] `pytest lamp/tests`" in result.output
+    assert "returns a `BlinkFeedback`" in result.output
     assert run(app, "generate", str(file), "-o", "lamp", "--check").exit_code == 0
     assert '"blink"' in (tmp_path / "lamp" / "generated" / "processes.py").read_text()
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "lamp/tests"]

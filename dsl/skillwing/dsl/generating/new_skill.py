@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 
 from skillwing.dsl.generating.skeletons import skill_file
 from skillwing.dsl.model import Skill
-from skillwing.dsl.naming import manager_class
+from skillwing.dsl.naming import class_name, manager_class
 from skillwing.dsl.reading.lexer import lex
 
 _BLOCK = """\
@@ -76,7 +76,8 @@ def checklist(skill: Skill, file: str, folder: str | None) -> Iterator[str]:
     yield f"Write it in {folder}/{skill_file(skill.name)}:"
     yield f"  [ ] `skillwing generate {file} -o {folder}`, which gives the hooks their types"
     yield "  [ ] `on_dispatch` starts the functional layer; callbacks end the goal by `terminated_<RESULT>`"
-    yield "  [ ] `on_interrupt` stops it and calls `interrupted` when it has stopped; `progress` tells how far it is"
+    yield "  [ ] `on_interrupt` stops it and calls `interrupted` when it has stopped"
+    yield f"  [ ] `progress`, if there is any, returns a `{class_name(skill.name)}Feedback`: how far it is"
     yield f"Test it in {folder}/{tests_of(skill.name)}:"
     yield "  [ ] each result, the interruption, each invariant, a refused start"
     yield f"  [ ] `pytest {folder}/tests`"

@@ -81,7 +81,8 @@ def _hooks(skill: Skill, inputs: str, feedback: str | None) -> Iterator[str]:
     if feedback is not None:
         yield ""
         yield f"{INDENT}def progress(self, goal: Goal[{inputs}]) -> {feedback} | None:"
-        yield from docstring(f"Called every {skill.progress_period} s while the goal runs; None tells nothing.")
+        called = f"Called every {skill.progress_period} s while the goal runs."
+        yield from docstring(f"Tell how far it is with a `{feedback}`; None tells nothing.", called)
         yield f"{INDENT * 2}return None"
     yield ""
     yield f"{INDENT}def on_interrupt(self, goal: Goal[{inputs}]) -> None:"
