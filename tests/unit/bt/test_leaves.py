@@ -9,7 +9,7 @@ from fake_interface import FakeMission
 from py_trees.behaviours import Failure, Running, StatusQueue, Success
 from py_trees.common import Status
 
-from skillwing.bt_missions.leaves.conditions import DataCompare, ResourceIs
+from skillwing.bt_missions.leaves.conditions import DataCompare, ResourceIs, Sign
 from skillwing.bt_missions.leaves.settling import CALM, NoteSwitch, Settled
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.planning.detour import RoutePlanner
@@ -52,7 +52,7 @@ def test_a_condition_waits_as_long_as_it_is_told_to(mission: FakeMission) -> Non
 @pytest.mark.parametrize(
     ("sign", "value", "holds"), [("<", 21.0, True), (">=", 20.0, True), ("!=", 20.0, False), ("==", 19.0, False)]
 )
-def test_data_compares_by_its_sign(mission: FakeMission, sign: str, value: float, holds: bool) -> None:
+def test_data_compares_by_its_sign(mission: FakeMission, sign: Sign, value: float, holds: bool) -> None:
     mission.interface.know("battery", 20.0)
     leaf = DataCompare("battery?", mission.context, "battery", sign, value)
     leaf.tick_once()
