@@ -30,8 +30,8 @@ ALLOWED = {
     "bt_missions": ["dsl", "services", "bt_missions"],
 }
 # The demonstration and the judge of a simulated flight know the world that the robot does not, and the dashboard how
-# the sensors look into it, and which site is to be seen. A briefing reads the scenario before anything is started, and
-# tells missions what is known of a site; a campaign plans its flights by that, and judges them. The page of the
+# the sensors look into it, and which site is to be seen. A briefing tells missions what is known of a site, and
+# reads the scenario before anything is started; a campaign plans its flights by that, and judges them. The page of the
 # functional layer describes messages as that of the protocol does.
 WIDER = {
     ("m600", "briefing.py"): ["sim_mujoco.world", "sim_mujoco.scenario"],

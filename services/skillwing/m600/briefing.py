@@ -16,11 +16,8 @@ def brief(run: dict[str, Any]) -> dict[str, dict[str, Any]]:
     """By mission, its options in the `world` of this run and its `seed`; none for a mission that has nothing to do
     there, and none at all where no world is chosen: missions know the courtyard.
 
-    Raises InvalidOptionError for a kind of world that there is not, a negative seed, and a `scenario` that does not
-    fit.
+    Raises InvalidOptionError for a kind of world that there is not, and a negative seed.
     """
-    if run.get("scenario") is not None:
-        check_scenario(Path(run["scenario"]))
     if run.get("world") is None:
         return {}
     try:
@@ -29,6 +26,12 @@ def brief(run: dict[str, Any]) -> dict[str, dict[str, Any]]:
         raise InvalidOptionError("world", sentences(str(error))) from error
     told = {"mapping": mapping_options(site), "inspection": inspection_options(site)}
     return {mission: options for mission, options in told.items() if options is not None}
+
+
+def check(run: dict[str, Any]) -> None:
+    """Raise InvalidOptionError for a `scenario` that the simulator could not use."""
+    if run.get("scenario") is not None:
+        check_scenario(Path(run["scenario"]))
 
 
 def check_scenario(path: Path) -> None:

@@ -82,6 +82,7 @@ ROBOT = Robot(
     functional_layer=functional_layer,
     recorder=recorder,
     briefing="skillwing.m600.briefing:brief",
+    checker="skillwing.m600.briefing:check",
     judge="skillwing.m600.judge.evaluation:judge",
     hooks=HOOKS,
     published_by={

@@ -77,6 +77,8 @@ class Robot:
     (`telemetry/flight_report.py`); None if nobody does.
     briefing: `package.module:function`, from run options to what is known beforehand of the place where the robot is:
     options of missions, by mission. It is named, for what it needs managers do without; None where nothing is known.
+    checker: `package.module:function`, which raises InvalidOptionError for run options that the functional layer could
+    not run with, before anything is started; None if only its processes can tell.
     published_by: of each datum that is published only while one of some skills runs, those skills.
     not_to_be_left: of resources, the states in which nobody should leave the robot alone, with a sentence in the past
     that says so.
@@ -90,6 +92,7 @@ class Robot:
     recorder: Callable[[dict[str, Any]], dict[str, Any]] = _plain
     briefing: str | None = None
     judge: str | None = None
+    checker: str | None = None
     published_by: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
     not_to_be_left: Mapping[str, Mapping[str, str]] = field(default_factory=dict[str, Mapping[str, str]])
 
@@ -140,6 +143,11 @@ class Robot:
     def brief(self, run: dict[str, Any]) -> dict[str, dict[str, Any]]:
         """What missions are told of the place of this run, by mission. Raises InvalidOptionError for an unknown one."""
         return {} if self.briefing is None else imported({"briefing": self.briefing}, "briefing")(run)
+
+    def check(self, run: dict[str, Any]) -> None:
+        """Raise InvalidOptionError for a run that could not be, as far as that can be known beforehand."""
+        if self.checker is not None:
+            imported({"checker": self.checker}, "checker")(run)
 
     def process(self, name: str, options: dict[str, Any]) -> ProcessSpec:
         """One process of the table, by name, for these run options; raises UnknownNameError."""

@@ -114,6 +114,7 @@ def up(
     run: dict[str, Any] = {"seed": WORLD_SEED if seed is None else seed, "speed": speed, "durable": durable}
     run |= {} if world is None else {"world": world}
     run |= {} if scenario is None else {"scenario": str(scenario.absolute())}
+    table.check(run)
     known = table.brief(run)
     require_not_running(table.name, ", or give this one a name of its own with `--robot-name`")
     directory = make_run_dir(run_dir, "up")
@@ -163,7 +164,7 @@ def _check_world(world: str | None, *, robotless: bool) -> None:
 
 
 def _check_scenario(scenario: Path | None, *, robotless: bool) -> None:
-    """What is in it, the robot knows best, as it is briefed."""
+    """What is in it, the robot's own check knows best."""
     if scenario is None:
         return
     if robotless:
