@@ -51,7 +51,7 @@ FEWER_LAST_WORDS = 0.5
 """Wall seconds that the recorder gets for the last records of a flight that was cut short."""
 TABLE_WIDTH = 100
 CALLED_OFF = "Called off by Ctrl-C or a signal."
-IN_AIR = "The drone was in the air; a simulated one vanishes with its simulator."
+IN_AIR = "The drone was in the air; simulated, it is gone with its simulator."
 UNREAD = "Called off, for nobody reads what it prints."
 
 
