@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from contextlib import suppress
 from difflib import get_close_matches
 from typing import Any, cast
 
@@ -45,6 +46,9 @@ def slips(content: object, kind: type[msgspec.Struct], place: str = "") -> Itera
 
 def _inside(value: object, field: FieldInfo, place: str) -> Iterator[str]:
     """What is wrong with a value in the section at that place."""
+    with suppress(msgspec.ValidationError):
+        msgspec.convert(value, field.type)
+        return
     wanted = _without_none(inspect.type_info(field.type))
     here = f"{place} {field.encode_name}".strip()
     match wanted:
@@ -54,10 +58,7 @@ def _inside(value: object, field: FieldInfo, place: str) -> Iterator[str]:
             for number, each in enumerate(cast("list[object]", value), 1):
                 yield from slips(each, kind, f"{here} {number}")
         case _:
-            try:
-                msgspec.convert(value, field.type)
-            except msgspec.ValidationError:
-                yield _at(place, f"`{field.encode_name}` has to be {_words(wanted)}, not {_shown(value)}")
+            yield _at(place, f"`{field.encode_name}` has to be {_words(wanted)}, not {_shown(value)}")
 
 
 def _without_none(wanted: inspect.Type) -> inspect.Type:

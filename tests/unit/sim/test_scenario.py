@@ -7,7 +7,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from skillwing.sim_mujoco.options import OptionsError
@@ -196,6 +196,7 @@ JUNK = st.recursive(
 )
 
 
+@example({"link": None})
 @given(st.dictionaries(st.sampled_from([*NAMES, "x"]), JUNK, max_size=5))
 def test_slips_are_found_exactly_where_the_reader_finds_one(content: dict[str, object]) -> None:
     try:
