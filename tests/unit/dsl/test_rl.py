@@ -35,6 +35,11 @@ def test_file_gets_exactly_the_expected_diagnostics(path: Path) -> None:
     assert (checked.skillset is not None) == (path.parent.name == "valid")
 
 
+def test_a_name_that_is_none_outside_of_every_block_is_told() -> None:
+    checked = check("skillset\\empty {\n}\n", "x.rl")
+    assert [each.code for each in checked.diagnostics][:2] == ["SW004", "SW005"]
+
+
 @pytest.mark.parametrize("name", ["forklift.rl", "gimbal.rl"])
 def test_the_examples_lack_nothing_but_the_contents_of_their_types(name: str) -> None:
     checked = check((EXAMPLES / name).read_text(), name)

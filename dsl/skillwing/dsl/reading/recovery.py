@@ -230,7 +230,7 @@ class Recovery:
         if lexeme.kind in _BEHIND_A_NAME:
             supposed, written = supposed[:1], "NAME: ..." if lexeme.kind == "COLON" else "NAME { ... }"
         self._report("SW005", lexeme, message, f"Write `{written}`.")
-        self.losses.nameless.add(cursor.blocks()[-1].keyword)
+        self.losses.nameless.update(block.keyword for block in cursor.blocks()[-1:])
         self._doubt_statement()
         self.losses.guessed.append(lexeme.span)
         cursor.lexemes[cursor.at : cursor.at] = supposed
@@ -337,7 +337,7 @@ class Recovery:
     def _doubt_name(self, lexeme: Lexeme) -> None:
         """A sign without a place where an item begins may have stood behind the name of one."""
         if lexeme.kind in _BEHIND_A_NAME and self._cursor.reads([BROKEN]):
-            self.losses.nameless.add(self._cursor.blocks()[-1].keyword)
+            self.losses.nameless.update(block.keyword for block in self._cursor.blocks()[-1:])
 
     def _pass_over(self, start: int, end: int) -> None:
         self.losses.pass_over(self._cursor.lexemes[start:end])
