@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 import re
+import threading
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
@@ -55,6 +56,7 @@ class Message(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 M = TypeVar("M", bound=Message)
 _encoder = msgspec.msgpack.Encoder()
 _decoders: dict[Any, msgspec.msgpack.Decoder[Any]] = {}
+_learning = threading.Lock()
 
 
 def encode(message: Message) -> bytes:
@@ -87,6 +89,16 @@ def _require_length(payload: bytes, limit: int) -> None:
         raise ProtocolError(f"the message has {len(payload)} bytes; at most {limit} are accepted")
 
 
+def learn(kind: Any) -> msgspec.msgpack.Decoder[Any]:
+    """A decoder of a type, which msgspec knows from now on, however it is asked to read one.
+
+    One thread at a time: msgspec 0.22 ends the process (SIGSEGV) where it meets a type that another thread is just
+    teaching it, as nodes of one process did that began at once.
+    """
+    with _learning:
+        return msgspec.msgpack.Decoder(kind)
+
+
 def decode(payload: bytes, kind: type[M]) -> M:
     """The message of type `kind` (a `Message` class or a union of tagged ones) in `payload`.
 
@@ -95,7 +107,7 @@ def decode(payload: bytes, kind: type[M]) -> M:
     _require_length(payload, MAX_MESSAGE_BYTES)
     decoder = _decoders.get(kind)
     if decoder is None:
-        decoder = _decoders[kind] = msgspec.msgpack.Decoder(kind)
+        decoder = _decoders[kind] = learn(kind)
     try:
         message = decoder.decode(payload)
     except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:

@@ -48,6 +48,7 @@ from skillwing.services.protocol import (
     Violated,
     decode,
     encode,
+    learn,
 )
 from skillwing.services.timeline import Timeline
 
@@ -74,6 +75,8 @@ class SkillManagerNode:
         self._performing = False
         self._progress_timer: Handle | None = None
         self._renewal_timer: Handle | None = None
+        if hooks.Inputs is not None:
+            learn(hooks.Inputs)
 
     @property
     def name(self) -> str:
