@@ -14,7 +14,8 @@ import psutil
 import pytest
 
 from skillwing.services import cli
-from skillwing.services.commands.exit_codes import FAILED, INTERRUPTED, USAGE
+from skillwing.services.cli import INTERRUPTED
+from skillwing.services.commands.exit_codes import FAILED, USAGE
 from skillwing.services.telemetry.journal import TIMELINE_FILE
 from skillwing.services.telemetry.report import read_report
 

@@ -28,7 +28,7 @@ LONGEST_SENTENCE = 200
 _Misuse = cast("type[Exception]", typer.BadParameter.__bases__[0])
 """What the parser raises for a mistyped command line; typer has a name for one kind of it only."""
 INTERRUPTED = 130
-"""What a shell expects of a command that Ctrl-C has ended."""
+"""What a shell expects of a command that Ctrl-C or `kill` has ended."""
 
 
 class LazyGroup(TyperGroup):

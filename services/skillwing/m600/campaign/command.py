@@ -24,8 +24,9 @@ from skillwing.m600.campaign.ledger import Ledger
 from skillwing.m600.campaign.outcomes import outcome_table, outcomes
 from skillwing.m600.campaign.plan import FlightPlan, Network, usual_world
 from skillwing.m600.campaign.result import FlightResult
+from skillwing.services.cli import INTERRUPTED
 from skillwing.services.commands.completion import missions
-from skillwing.services.commands.exit_codes import FAILED, INTERRUPTED, OK
+from skillwing.services.commands.exit_codes import FAILED, OK
 from skillwing.services.commands.output import make_console, print_json
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.processes.ending import Ending, ended_by_signals

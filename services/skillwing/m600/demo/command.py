@@ -26,7 +26,8 @@ from skillwing.m600.robot import ROBOT
 from skillwing.services.bus import Topology
 from skillwing.services.bus.clock import FollowedClock
 from skillwing.services.bus.zenoh_bus import ZenohBus
-from skillwing.services.commands.exit_codes import FAILED, INTERRUPTED, OK
+from skillwing.services.cli import INTERRUPTED
+from skillwing.services.commands.exit_codes import FAILED, OK
 from skillwing.services.commands.flight_reports import LAST_WORDS
 from skillwing.services.commands.observing import VIEWER_HELP, opened_viewer, shown
 from skillwing.services.commands.output import make_console

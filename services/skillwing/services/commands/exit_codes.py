@@ -24,9 +24,6 @@ NO_SYSTEM = 3
 REFUSED = 4
 """The robot said no: not validated, not ready, busy, or a transition that is not allowed."""
 
-INTERRUPTED = 130
-"""Ctrl-C or `kill` ended it, as a shell expects."""
-
 _REFUSALS = (Ending.NOT_VALIDATED, Ending.NOT_READY, Ending.BUSY)
 
 
