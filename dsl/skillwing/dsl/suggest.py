@@ -5,15 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterable
 from difflib import get_close_matches
 
+STRONG = 0.8
+"""A resemblance that is evidence by itself: one slip in a word of some letters, `sucess` for `success`."""
 
-def closest(name: str, known: Iterable[str]) -> str | None:
+
+def closest(name: str, known: Iterable[str], resemblance: float = 0.6) -> str | None:
     """Return the name in `known` that resembles `name` most, or None if none comes near.
 
-    Letter case is forgiven first, since `in_air` for `IN_AIR` is the commonest slip.
+    Letter case is forgiven first, since `in_air` for `IN_AIR` is the commonest slip. resemblance: from 0 for any name
+    to 1 for the same one.
     """
     candidates = list(dict.fromkeys(known))
     folded = {candidate.casefold(): candidate for candidate in candidates}
-    matches = get_close_matches(name.casefold(), folded, n=1, cutoff=0.6)
+    matches = get_close_matches(name.casefold(), folded, n=1, cutoff=resemblance)
     return folded[matches[0]] if matches else None
 
 

@@ -83,8 +83,11 @@ def _of_signs(words: Sequence[Lexeme], at: int, guard: str) -> Iterator[Mistake]
         yield Mistake("single equals sign", word.start, word.end, "=", "SW005")
     if word.kind == "COLON" and behind.kind in {"RESOURCE", "DATA"}:
         yield Mistake("no colon", word.start, word.end, " ", "SW005")
+    misspelt = word.text[:-2] + word.text[-1]
     if behind.kind == "OPEN" and word.text in {"precondition", "invariant", "result", "effect"}:
-        yield Mistake("misspelt section", word.start, word.end, word.text[:-2] + word.text[-1], "SW003")
+        yield Mistake("misspelt section", word.start, word.end, misspelt, "SW003")
+    if behind.kind == "NAME" and word.text in {"success", "failure"}:
+        yield Mistake("misspelt mark", word.start, word.end, misspelt, "SW003")
 
 
 def _of_places(words: Sequence[Lexeme], at: int, block: str) -> Iterator[Mistake]:

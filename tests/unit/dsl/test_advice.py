@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from skillwing.dsl.checking.checker import check
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic
 
@@ -14,6 +16,12 @@ TIED = """
         result { DONE: apply=back }
     }
 """
+
+
+def told(elements: str) -> list[tuple[str, str, str | None]]:
+    """Code, message and help of each error."""
+    diagnostics = check(f"skillset s {{ {elements} }}", "f").diagnostics
+    return [(item.code, item.message, item.help) for item in diagnostics if item.severity == "error"]
 
 
 def found(elements: str, file: str = "f") -> dict[str, Diagnostic]:
@@ -55,3 +63,54 @@ def test_the_robot_language_is_not_advised_to_write_what_it_cannot() -> None:
     }"""
     advice = next(item.help for item in check("type Float " + text, "f.rl").diagnostics if item.code == "SW027")
     assert advice is not None and "convert" in advice and "data=" not in advice
+
+
+@pytest.mark.parametrize(
+    ("results", "written", "meant"),
+    [
+        ("sucess A  failure B", "sucess", "success"),
+        ("success A  failur B", "failur", "failure"),
+        ("Success A  failure B", "Success", "success"),
+        ("sucess A: post resource=(r == B)", "sucess", "success"),
+    ],
+)
+def test_a_misspelt_mark_of_a_result_is_no_result(results: str, written: str, meant: str) -> None:
+    skill = f"skill k {{ effect {{ e: r -> B }} precondition {{ success e }} result {{ {results} }} }}"
+    assert told(f"resource r {{ initial A  A -> B  B -> A }} {skill}") == [
+        ("SW003", f"`{written}` is no word of the language.", f"Did you mean `{meant}`?")
+    ]
+
+
+@pytest.mark.parametrize("results", ["SUCCESS FAILURE", "failed late", "succes\n late", "failures: post data=(x) b"])
+def test_a_result_may_be_called_almost_like_a_mark(results: str) -> None:
+    assert told(f"data {{ x: bool }} skill k {{ result {{ {results} }} }}") == []
+
+
+USER = "skill k { effect { go: r -> BUSY  back: r -> IN_AIR } precondition { success go } result { D: apply=back } }"
+
+
+@pytest.mark.parametrize(
+    ("transitions", "problem", "advice"),
+    [
+        ("IN_AIR -> BUSY  BSY -> IN_AIR", "from `IN_AIR` to `BSY`", "Did you mean `BUSY`? Otherwise add"),
+        ("IN_AIR -> BUZY  BUSY -> IN_AIR", "from `IN_AIR` to `BUSY`", "Did you mean `BUZY`? Otherwise add"),
+        ("IN_AIR -> BUSY  LOST -> IN_AIR", "from `IN_AIR` to `LOST`", "Add a transition such as `IN_AIR -> LOST`"),
+    ],
+)
+def test_a_state_that_nothing_leads_to_may_be_a_misspelt_one(transitions: str, problem: str, advice: str) -> None:
+    error = found(f"resource r {{ initial IN_AIR  {transitions} }} {USER}")["SW031"]
+    assert error.message == f"No transition leads `r` {problem}."
+    assert error.help is not None and error.help.startswith(advice)
+
+
+def test_a_misspelt_initial_state_is_told_once() -> None:
+    transitions = "IN_AIR -> BUSY  BUSY -> IN_AIR"
+    errors = [each for each in told(f"resource r {{ initial IN_AR  {transitions} }} {USER}") if each[0] == "SW031"]
+    (_, message, advice) = errors[0]
+    assert len(errors) == 1 and message == "No transition leads `r` out of `IN_AR`, its initial state."
+    assert advice is not None and advice.startswith("Did you mean `initial IN_AIR`?")
+
+
+def test_a_state_that_is_listed_is_not_a_slip() -> None:
+    error = found("resource r { state { SHUT SHUTS OPEN } initial SHUT  SHUT -> OPEN  OPEN -> SHUT }")["SW031"]
+    assert error.help == "Add a transition such as `SHUT -> SHUTS`, or remove the state."

@@ -147,7 +147,7 @@ skillset s {
     skill k {
         effect { take: %(resource)s -> %(state)s  drop: arm -> IDLE }
         %(keyword)s { near: data=(at.%(field)s > 1.0)  success take }
-        result { DONE: apply=%(effect)s }
+        result { %(mark)s DONE: apply=%(effect)s }
     }
 }
 """
@@ -158,6 +158,7 @@ RIGHT = {
     "state": "BUSY",
     "keyword": "precondition",
     "field": "x",
+    "mark": "success",
     "effect": "drop",
 }
 
@@ -171,6 +172,7 @@ RIGHT = {
         ("state", "busy"),
         ("keyword", "precondtion"),
         ("field", "xx"),
+        ("mark", "sucess"),
         ("effect", "dropp"),
     ],
 )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Set
+
 from skillwing.dsl.checking.reachability.knowledge import Knowledge
 from skillwing.dsl.checking.reachability.situations import Situations
 from skillwing.dsl.checking.reachability.statespace import StateSpace, closure
@@ -9,8 +11,9 @@ from skillwing.dsl.checking.wording import alternatives, ask_for_possible, possi
 from skillwing.dsl.diagnostics.diagnostic import has_errors
 from skillwing.dsl.diagnostics.report import Report
 from skillwing.dsl.expressions import names_used
-from skillwing.dsl.model import Event, Resource, Skillset
+from skillwing.dsl.model import Event, Resource, Skillset, Transition
 from skillwing.dsl.spans import Span
+from skillwing.dsl.suggest import closest
 
 
 def report_resources(skillset: Skillset, knowledge: Knowledge, space: StateSpace, report: Report) -> None:
@@ -27,16 +30,32 @@ def report_resources(skillset: Skillset, knowledge: Knowledge, space: StateSpace
             advice = "Name it in a precondition, an invariant or an effect, or remove it."
             report.add("SW082", resource.span, message, advice)
         connected = closure({resource.initial}, ((edge.source, edge.target) for edge in resource.transitions))
+        _disconnected(resource, connected, report)
         reached = knowledge.always.states(resource.name)
         for state in resource.states:
-            if state not in connected:
-                message = f"No transition leads `{resource.name}` from `{resource.initial}` to `{state}`."
-                advice = f"Add a transition such as `{resource.initial} -> {state}`, or remove the state."
-                report.add("SW031", _mention(resource, state), message, advice)
-            elif state not in reached and resource.name in named:
+            if state in connected and state not in reached and resource.name in named:
                 is_driven = (resource.name, state) in driven
                 if not (is_driven and follows):
                     _unvisited(resource, state, is_driven, report)
+
+
+def _disconnected(resource: Resource, connected: Set[str], report: Report) -> None:
+    """Report states that no chain of transitions leads to; where states are not listed, it may be a slip in one."""
+    initial = resource.initial
+    others = [state for state in resource.states if state not in connected]
+    meant = closest(initial, others) if len(connected) == 1 else None
+    if meant is not None:
+        message = f"No transition leads `{resource.name}` out of `{initial}`, its initial state."
+        advice = f"Did you mean `initial {meant}`? Otherwise add a transition such as `{initial} -> {meant}`."
+        report.add("SW031", resource.span, message, advice)
+        return
+    for state in others:
+        message = f"No transition leads `{resource.name}` from `{initial}` to `{state}`."
+        advice = f"Add a transition such as `{initial} -> {state}`, or remove the state."
+        meant = closest(state, connected) if _edges_with(resource, state) else None
+        if meant is not None:
+            advice = f"Did you mean `{meant}`? Otherwise add a transition such as `{initial} -> {state}`."
+        report.add("SW031", _mention(resource, state), message, advice)
 
 
 def _unvisited(resource: Resource, state: str, is_driven: bool, report: Report) -> None:
@@ -50,8 +69,12 @@ def _unvisited(resource: Resource, state: str, is_driven: bool, report: Report) 
 
 
 def _mention(resource: Resource, state: str) -> Span | None:
-    edges = [edge.span for edge in resource.transitions if state in (edge.source, edge.target)]
-    return edges[0] if edges else resource.span
+    edges = _edges_with(resource, state)
+    return edges[0].span if edges else resource.span
+
+
+def _edges_with(resource: Resource, state: str) -> list[Transition]:
+    return [edge for edge in resource.transitions if state in (edge.source, edge.target)]
 
 
 def _resources_named(space: StateSpace) -> set[str]:

@@ -1,13 +1,42 @@
-"""Results that nothing tells apart: without `success` and `failure` the first is the success, whatever was meant."""
+"""The marks of results: `success` and `failure` misspelt, and results that no mark and nothing else tells apart."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
 
 from skillwing.dsl.diagnostics.report import Report
 from skillwing.dsl.model import Skill, Skillset
 from skillwing.dsl.reading import syntax
-from skillwing.dsl.suggest import listed
+from skillwing.dsl.suggest import STRONG, closest, listed
+
+_MARKS = ("success", "failure")
+
+
+def marked_as_meant(results: Iterable[syntax.ResultSyntax], report: Report) -> list[syntax.ResultSyntax]:
+    """Take a misspelt mark as the mark of the result behind it; the grammar can only read it as one more result."""
+    meant: list[syntax.ResultSyntax] = []
+    for result in results:
+        mark = _misspelt_mark(meant[-1], result) if meant else None
+        if mark is None:
+            meant.append(result)
+            continue
+        word = meant.pop().name
+        report.add("SW003", word.span, f"`{word.text}` is no word of the language.", f"Did you mean `{mark}`?")
+        meant.append(replace(result, partition=mark))
+    return meant
+
+
+def _misspelt_mark(result: syntax.ResultSyntax, behind: syntax.ResultSyntax) -> str | None:
+    """The mark that the name of a result resembles, if it stands where the mark of the next one would.
+
+    Results called `FAILURE` are usual: what is written in capitals, or on a line of its own, is a name.
+    """
+    word, named = result.name, behind.name
+    is_bare = result.partition is result.apply is result.post is None
+    if not is_bare or behind.partition is not None or word.text.isupper() or word.span.line != named.span.line:
+        return None
+    return closest(word.text, _MARKS, STRONG)
 
 
 def report_unmarked_results(root: syntax.SkillsetSyntax, skillset: Skillset, report: Report) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import get_args
 
 from skillwing.dsl.checking.declarations import Declarations
+from skillwing.dsl.checking.results import marked_as_meant
 from skillwing.dsl.diagnostics.report import Report
 from skillwing.dsl.model import (
     DEFAULT_DISPATCH_TIMEOUT,
@@ -174,15 +175,16 @@ class _SkillResolver:
         section = self._sections.get("result")
         if not isinstance(section, syntax.ResultSection):
             return ()
-        marked = {item.partition for item in section.results if item.partition is not None}
+        items = marked_as_meant(section.results, self._report)
+        marked = {item.partition for item in items if item.partition is not None}
         missing = "success" if marked == {"failure"} else "failure"
-        for item in section.results if marked else ():
+        for item in items if marked else ():
             if item.partition is None:
                 message = f"`{item.name.text}` is neither `success` nor `failure`, other results of `{skill.text}` are."
                 self._report.add("SW062", item.name.span, message, f"Write `{missing} {item.name.text}: ...`.")
         seen: dict[str, Word] = {}
         results: list[Result] = []
-        for item in section.results:
+        for item in items:
             apply = self._effect_name(item.apply.effect) if item.apply else None
             post = self._predicates.resolve(item.post) if item.post else None
             if self._report.declare(seen, item.name, "result"):

@@ -10,6 +10,8 @@ from skillwing.dsl.editor.document import Document
 from skillwing.dsl.editor.rename import Edit
 from skillwing.dsl.suggest import closest
 
+_MISSPELT = "SW003"
+
 
 @dataclass(frozen=True, slots=True)
 class Fix:
@@ -33,7 +35,9 @@ def fixes(document: Document, start: int, end: int) -> tuple[Fix, ...]:
 def _meant(document: Document, diagnostic: Diagnostic, offset: int) -> list[Fix]:
     """The one of all words that fit which resembles most the word before the offset, if that one does not fit."""
     occurrence = document.names.at(offset)
-    if occurrence is not None and occurrence.symbol is not None:
+    is_name = occurrence is not None and occurrence.symbol is not None
+    # A misspelt word of the language may stand where a name could.
+    if is_name and diagnostic.code != _MISSPELT:
         return []
     fitting = completions(document, offset)
     if not fitting:

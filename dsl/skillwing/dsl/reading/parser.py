@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic
 from skillwing.dsl.reading import syntax
+from skillwing.dsl.reading.broken_text import BrokenText
 from skillwing.dsl.reading.dialects import dialect_of
 from skillwing.dsl.reading.lexemes import COMMENT, Source
 from skillwing.dsl.reading.losses import Losses
@@ -26,10 +27,10 @@ def parse_file(text: str, file: str) -> ParsedFile:
     dialect = dialect_of(file)
     source = Source(text, file)
     lexemes = [lexeme for lexeme in dialect.scanner.scan(source) if lexeme.kind != COMMENT]
-    recovery = Recovery(dialect, lexemes, source)
-    root = recovery.run()
+    broken = BrokenText(dialect, lexemes, source)
+    root = Recovery(broken).run()
     return ParsedFile(
         root if isinstance(root, syntax.SkillsetSyntax) else None,
-        tuple(recovery.diagnostics),
-        recovery.losses,
+        tuple(broken.diagnostics),
+        broken.losses,
     )

@@ -9,53 +9,43 @@ parser goes on behind it, as with yacc's `error` token.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
 from itertools import groupby, islice
 from operator import itemgetter
 
-from skillwing.dsl.diagnostics.diagnostic import Diagnostic
-from skillwing.dsl.reading.cursor import Block, Cursor
-from skillwing.dsl.reading.dialect import Dialect
+from skillwing.dsl.reading.broken_text import BEHIND_A_NAME, BrokenText
+from skillwing.dsl.reading.cursor import Block
 from skillwing.dsl.reading.layout import behind_what_belongs, unclosed_by_layout
-from skillwing.dsl.reading.lexemes import Lexeme, Source
-from skillwing.dsl.reading.losses import Losses
+from skillwing.dsl.reading.lexemes import Lexeme
 from skillwing.dsl.reading.machine import Outlook
 from skillwing.dsl.reading.slips import mend_slips
 from skillwing.dsl.reading.tables import END
-from skillwing.dsl.reading.terminals import BROKEN, capitalised, either
-from skillwing.dsl.spans import Span
+from skillwing.dsl.reading.terminals import BROKEN, capitalised
 from skillwing.dsl.suggest import closest
 
 _MOST_PROBLEMS = 100
 _MOST_UNCLOSED = 20  # brackets supposed at one place
-_BEHIND_A_NAME = ("COLON", "OPEN")  # with which no item begins
 
 
 class Recovery:
-    """One parse of one file. After `run`, `diagnostics` holds its problems, and `losses` what mending them cost."""
+    """One parse of one file, which holds its problems afterwards, and what mending them cost."""
 
-    def __init__(self, dialect: Dialect, lexemes: Iterable[Lexeme], source: Source) -> None:
-        self.diagnostics: list[Diagnostic] = []
-        self.losses = Losses()
-        self._words = dialect.vocabulary
-        self._source = source
-        read = list(lexemes)
-        end = read[-1].end if read else 0
-        self._is_empty = not read
-        self._cursor = Cursor(dialect, [*read, Lexeme(END, "", end, end, source)])
+    def __init__(self, text: BrokenText) -> None:
+        self._text = text
+        self._cursor = text.cursor
+        self._words = text.words
 
     def run(self) -> object:
         """Parse to the end; return the root node, or None if the file could not be read as a skillset at all."""
         cursor = self._cursor
-        if self._is_empty:
-            self._report("SW006", cursor.next, "The file is empty.", "Write `skillset NAME { ... }`.")
+        if self._text.is_empty:
+            self._text.report("SW006", cursor.next, "The file is empty.", "Write `skillset NAME { ... }`.")
             return None
         if not cursor.run():
             self._mend_characters()
-            self._cursor.is_balanced = self._balance() == 0
+            self._cursor.is_balanced = self._text.balance() == 0
             self._mend_layout()
         while not cursor.run():
-            if len(self.diagnostics) >= _MOST_PROBLEMS or not self._mend(cursor.next):
+            if len(self._text.diagnostics) >= _MOST_PROBLEMS or not self._mend(cursor.next):
                 return None
             cursor.mark()
         return cursor.machine.values[0]
@@ -65,10 +55,10 @@ class Recovery:
     def _mend_characters(self) -> None:
         """Mend all slips; the words before the first mistake have none."""
         cursor = self._cursor
-        self.losses.pass_over(lexeme for lexeme in cursor.lexemes if lexeme.kind == "UNCLOSED_COMMENT")
+        self._text.losses.pass_over(lexeme for lexeme in cursor.lexemes if lexeme.kind == "UNCLOSED_COMMENT")
         mended, found = mend_slips(cursor.lexemes, self._words)
         cursor.lexemes[:] = mended
-        self.diagnostics += found[:_MOST_PROBLEMS]
+        self._text.diagnostics += found[:_MOST_PROBLEMS]
 
     def _mend_layout(self) -> None:
         """Close the blocks that are not closed where the layout shows it, and read the file anew."""
@@ -81,23 +71,9 @@ class Recovery:
         found.sort(key=itemgetter(0))
         added = 0
         for closing, group in groupby(found, key=itemgetter(0)):
-            added += self._close([block for _, block in group], closing + added)
+            added += self._text.close([block for _, block in group], closing + added)
         if found:
             cursor.restart()
-
-    def _close(self, blocks: Sequence[Block], at: int) -> int:
-        """Report blocks, innermost first, as not closed before a lexeme; close them there. Return their number."""
-        lexemes = self._cursor.lexemes
-        signs = [self._words.signs[block.closer] for block in blocks]
-        titles = ", and of ".join(f"{block.title}, opened at line {block.line}" for block in blocks)
-        text = f"`{' '.join(signs)}`"
-        self._report(
-            "SW001", self._behind(at), f"Missing {text} of {titles}.", f"Add {text} here, {self._before(lexemes[at])}."
-        )
-        lexemes[at:at] = [
-            lexemes[at - 1].supposed(block.closer, sign) for block, sign in zip(blocks, signs, strict=True)
-        ]
-        return len(blocks)
 
     # --- the mistakes among the words, the likeliest first
 
@@ -128,7 +104,7 @@ class Recovery:
             return False
         if not cursor.reads(["NAME", follower]):
             return False
-        self._replace(lexeme.supposed("NAME", lexeme.text))
+        self._text.replace(lexeme.supposed("NAME", lexeme.text))
         return True
 
     def _no_header(self, lexeme: Lexeme) -> bool:
@@ -136,7 +112,7 @@ class Recovery:
         if cursor.at > 0 or lexeme.kind not in self._words.elements:
             return False
         message = f"`{lexeme.text}` stands outside a skillset."
-        self._report("SW006", lexeme, message, "Put everything into one `skillset NAME { ... }`.")
+        self._text.report("SW006", lexeme, message, "Put everything into one `skillset NAME { ... }`.")
         header = [("SKILLSET", "skillset"), ("NAME", "unnamed"), ("OPEN", "{")]
         cursor.lexemes[:0] = [lexeme.supposed(kind, text) for kind, text in header]
         cursor.lexemes.insert(-1, cursor.lexemes[-2].supposed("CLOSE", "}"))
@@ -148,19 +124,19 @@ class Recovery:
         if cursor.acceptable() != [END] or cursor.last is None:
             return False
         if lexeme.kind == "SKILLSET":
-            self._report("SW006", lexeme, "A file holds one skillset.", "Move this one into a file of its own.")
-            self._pass_over(cursor.at, len(cursor.lexemes) - 1)
+            self._text.report("SW006", lexeme, "A file holds one skillset.", "Move this one into a file of its own.")
+            self._text.pass_over(cursor.at, len(cursor.lexemes) - 1)
             return True
         message = f"{capitalised(self._words.lexeme_text(lexeme))} stands behind the end of the skillset."
         closed = cursor.last.span.line
         advice = (
             f"The `}}` at line {closed} ends the skillset: put everything before it, or remove one that is too many."
         )
-        self._report("SW006", lexeme, message, advice)
+        self._text.report("SW006", lexeme, message, advice)
         if lexeme.kind not in self._words.elements:
-            self._pass_over(cursor.at, len(cursor.lexemes) - 1)
+            self._text.pass_over(cursor.at, len(cursor.lexemes) - 1)
             return True
-        if self._balance() == 0:
+        if self._text.balance() == 0:
             cursor.lexemes.insert(-1, cursor.lexemes[-2].supposed("CLOSE", "}"))
         cursor.machine.states.pop()
         cursor.machine.values.pop()
@@ -196,18 +172,18 @@ class Recovery:
         return word if word and self._cursor.reads([word.upper(), *ahead], stack) else None
 
     def _replace_misspelt(self, lexeme: Lexeme, word: str) -> None:
-        self._report("SW003", lexeme, f"`{lexeme.text}` is no word of the language.", f"Did you mean `{word}`?")
-        self._replace(lexeme.supposed(word.upper(), word))
+        self._text.report("SW003", lexeme, f"`{lexeme.text}` is no word of the language.", f"Did you mean `{word}`?")
+        self._text.replace(lexeme.supposed(word.upper(), word))
 
     def _nameless(self, lexeme: Lexeme) -> bool:
         """A name is missing: that of a block, or the one in front of an effect, its change or a predicate."""
         cursor, last = self._cursor, self._cursor.last
         if last is not None and last.kind in self._words.named_blocks and cursor.reads(["NAME", *cursor.kinds_from(0)]):
-            self._report("SW005", lexeme, f"This {last.text} has no name.", f"Write `{last.text} NAME {{ ... }}`.")
+            self._text.report("SW005", lexeme, f"This {last.text} has no name.", f"Write `{last.text} NAME {{ ... }}`.")
             cursor.lexemes.insert(cursor.at, lexeme.supposed("NAME", ""))
-            self.losses.nameless.add(last.text)
+            self._text.losses.nameless.add(last.text)
             return True
-        heading = ["NAME"] if lexeme.kind in _BEHIND_A_NAME else ["NAME", "COLON"]
+        heading = ["NAME"] if lexeme.kind in BEHIND_A_NAME else ["NAME", "COLON"]
         if lexeme.kind != "NAME" and cursor.reads([*heading, *cursor.kinds_from(0)]):
             self._supply_name(lexeme)
             return True
@@ -217,7 +193,7 @@ class Recovery:
         for kind in (last.text.upper(), "NAME"):  # A word of the language may have been read as a name.
             if cursor.reads(["NAME", "COLON", kind, *cursor.kinds_from(0)], Outlook(earlier.states)):
                 cursor.go_back(earlier)
-                self._replace(last.supposed(kind, last.text))
+                self._text.replace(last.supposed(kind, last.text))
                 self._supply_name(cursor.next)
                 return True
         return False
@@ -227,19 +203,19 @@ class Recovery:
         message = f"A name is missing before {self._words.lexeme_text(lexeme)}."
         supposed = [lexeme.supposed("NAME", ""), lexeme.supposed("COLON", ":")]
         written = f"NAME: {lexeme.text} ..."
-        if lexeme.kind in _BEHIND_A_NAME:
+        if lexeme.kind in BEHIND_A_NAME:
             supposed, written = supposed[:1], "NAME: ..." if lexeme.kind == "COLON" else "NAME { ... }"
-        self._report("SW005", lexeme, message, f"Write `{written}`.")
-        self.losses.nameless.update(block.keyword for block in cursor.blocks()[-1:])
-        self._doubt_statement()
-        self.losses.guessed.append(lexeme.span)
+        self._text.report("SW005", lexeme, message, f"Write `{written}`.")
+        self._text.losses.nameless.update(block.keyword for block in cursor.blocks()[-1:])
+        self._text.doubt_statement()
+        self._text.losses.guessed.append(lexeme.span)
         cursor.lexemes[cursor.at : cursor.at] = supposed
 
     def _misplaced(self, lexeme: Lexeme) -> bool:
         """A section or an element stands in a wrong block, and is read as if it stood behind the one it fits behind."""
         cursor = self._cursor
         length = cursor.section_ahead() if self._words.is_word(lexeme.kind) else None
-        if length is None or self._balance() != 0:
+        if length is None or self._text.balance() != 0:
             return False
         blocks = cursor.blocks()
         stack = cursor.outlook()
@@ -248,7 +224,7 @@ class Recovery:
                 return False
             if cursor.reads([lexeme.kind, *cursor.kinds_from(1)], stack):
                 message = f"`{lexeme.text}` does not belong into {blocks[-1].title}."
-                self._report("SW002", lexeme, message, f"Write it behind the `}}` that closes {block.title}.")
+                self._text.report("SW002", lexeme, message, f"Write it behind the `}}` that closes {block.title}.")
                 section = cursor.lexemes[cursor.at : cursor.at + length]
                 del cursor.lexemes[cursor.at : cursor.at + length]
                 behind = cursor.behind_blocks(cursor.at, depth)
@@ -268,7 +244,7 @@ class Recovery:
             if not cursor.machine.reads(block.closer, stack):
                 return False
             if cursor.reads(cursor.kinds_from(0), stack):
-                self._close(unclosed, cursor.at)
+                self._text.close(unclosed, cursor.at)
                 return True
         return False
 
@@ -278,9 +254,9 @@ class Recovery:
             if sign == "CLOSE" or (sign == "OPEN" and cursor.is_balanced):
                 continue  # a missing `}` was looked for already, and no `{` is missing where none is too few
             if cursor.last is not None and cursor.reads([sign, *cursor.kinds_from(0)]):
-                message = f"Missing `{text}` {self._before(lexeme)}."
-                self._report("SW005", self._behind(cursor.at), message, f"Write `{text}` here.")
-                self.losses.guessed.append(cursor.last.span)
+                message = f"Missing `{text}` {self._text.before(lexeme)}."
+                self._text.report("SW005", self._text.behind(cursor.at), message, f"Write `{text}` here.")
+                self._text.losses.guessed.append(cursor.last.span)
                 cursor.lexemes.insert(cursor.at, cursor.last.supposed(sign, text))
                 return True
         return False
@@ -291,9 +267,11 @@ class Recovery:
             return False
         for sign, text in self._words.signs.items():
             if cursor.reads([sign, *cursor.kinds_from(1)]):
-                self._report("SW005", lexeme, f"`{lexeme.text}` stands where `{text}` belongs.", f"Write `{text}`.")
-                self.losses.guessed.append(lexeme.span)
-                self._replace(lexeme.supposed(sign, text))
+                self._text.report(
+                    "SW005", lexeme, f"`{lexeme.text}` stands where `{text}` belongs.", f"Write `{text}`."
+                )
+                self._text.losses.guessed.append(lexeme.span)
+                self._text.replace(lexeme.supposed(sign, text))
                 return True
         return False
 
@@ -301,23 +279,23 @@ class Recovery:
         cursor = self._cursor
         if lexeme.kind == END or not cursor.reads(cursor.kinds_from(1)):
             return False
-        self._report_unexpected(lexeme)
-        self._doubt_statement()
-        self._doubt_name(lexeme)
-        self._pass_over(cursor.at, cursor.at + 1)
+        self._text.report_unexpected(lexeme)
+        self._text.doubt_statement()
+        self._text.doubt_name(lexeme)
+        self._text.pass_over(cursor.at, cursor.at + 1)
         return True
 
     def _give_up_element(self, lexeme: Lexeme) -> bool:
         """Drop the element under way, and the words up to where its block can go on."""
         cursor = self._cursor
         states, values = cursor.machine.states, cursor.machine.values
-        self._report_unexpected(lexeme)
+        self._text.report_unexpected(lexeme)
         depths = range(len(states), 0, -1)
         depth = next((depth for depth in depths if cursor.reads([BROKEN], Outlook(states, depth))), None)
         if depth is None:
             return False
-        self._doubt_statement()
-        self._doubt_name(lexeme)
+        self._text.doubt_statement()
+        self._text.doubt_name(lexeme)
         start = cursor.start_of(values[depth - 1 :])
         del states[depth:], values[depth - 1 :]
         cursor.machine.run([lexeme.supposed(BROKEN, "")])
@@ -325,54 +303,5 @@ class Recovery:
         while cursor.kind_at(0) != END and not (opened == 0 and cursor.reads(cursor.kinds_from(0, 2))):
             opened += {"OPEN": 1, "CLOSE": -1 if opened else 0}.get(cursor.kind_at(0), 0)
             cursor.at += 1
-        self.losses.pass_over(cursor.lexemes[start : cursor.at])
+        self._text.losses.pass_over(cursor.lexemes[start : cursor.at])
         return True
-
-    def _doubt_statement(self) -> None:
-        """The statement before a word without a place, if not closed, may have taken what was not meant for it."""
-        last = self._cursor.last
-        if last is not None and last.kind != "CLOSE":
-            self.losses.guessed.append(last.span)
-
-    def _doubt_name(self, lexeme: Lexeme) -> None:
-        """A sign without a place where an item begins may have stood behind the name of one."""
-        if lexeme.kind in _BEHIND_A_NAME and self._cursor.reads([BROKEN]):
-            self.losses.nameless.update(block.keyword for block in self._cursor.blocks()[-1:])
-
-    def _pass_over(self, start: int, end: int) -> None:
-        self.losses.pass_over(self._cursor.lexemes[start:end])
-        del self._cursor.lexemes[start:end]
-
-    def _replace(self, lexeme: Lexeme) -> None:
-        self._cursor.lexemes[self._cursor.at] = lexeme
-
-    def _balance(self) -> int:
-        """How many more blocks the whole file opens than it closes."""
-        return sum({"OPEN": 1, "CLOSE": -1}.get(lexeme.kind, 0) for lexeme in self._cursor.lexemes)
-
-    # --- reporting
-
-    def _behind(self, at: int) -> Span:
-        """The place right behind the lexeme before the one at that index."""
-        return self._character(self._cursor.lexemes[at - 1].end if at else 0)
-
-    def _character(self, offset: int) -> Span:
-        line, column = self._source.place(offset)
-        return Span(self._source.file, line, column, line, column + 1)
-
-    def _before(self, lexeme: Lexeme) -> str:
-        return "at the end of the file" if lexeme.kind == END else f"before {self._words.lexeme_text(lexeme)}"
-
-    def _report(self, code: str, place: Lexeme | Span, message: str, advice: str) -> None:
-        if isinstance(place, Lexeme):
-            place = place.span if place.end > place.start else self._character(place.end)
-        self.diagnostics.append(Diagnostic(code, place, message, advice))
-
-    def _report_unexpected(self, lexeme: Lexeme) -> None:
-        blocks = self._cursor.blocks()
-        where = f" in {blocks[-1].title}" if blocks else ""
-        message = f"{capitalised(self._words.lexeme_text(lexeme))} has no place here{where}."
-        home = self._words.homes.get(lexeme.kind)
-        options = either([self._words.kind_text(kind) for kind in self._cursor.acceptable()])
-        advice = f"It belongs into {home}; here may stand {options}." if home else f"Here may stand {options}."
-        self._report("SW002", lexeme, message, advice)
