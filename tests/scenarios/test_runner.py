@@ -19,9 +19,9 @@ from py_trees.decorators import FailureIsSuccess, SuccessIsFailure
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.running import runner
+from skillwing.bt_missions.running import flight as flight_module
 from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
-from skillwing.bt_missions.running.runner import MissionNode, make_mission
+from skillwing.bt_missions.running.runner import LANDING_TIMEOUT, MissionNode, make_mission
 from skillwing.bt_missions.running.stopped_system import when_stopped
 from skillwing.bt_missions.subtrees.composites import alongside, first_that_works, guarded, in_order
 from skillwing.bt_missions.subtrees.landing import land_where_it_is
@@ -195,7 +195,7 @@ def in_the_air(**options: Any) -> Flight:
 
 def test_a_drone_in_the_air_that_nobody_flies_is_not_waited_for() -> None:
     flight = in_the_air()
-    status = flight.fly(timeout=runner.LANDING_TIMEOUT + 1.0)
+    status = flight.fly(timeout=LANDING_TIMEOUT + 1.0)
     assert status.phase == "FAILED"
     assert status.text.endswith("nobody flies it. Land it with `skillwing start land`.")
     assert flight.started == []
@@ -484,7 +484,7 @@ def test_the_end_waits_for_a_skill_that_does_not_confirm_its_stop() -> None:
 
 
 def test_the_end_does_not_wait_for_ever_and_names_what_did_not_stop(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(runner, "SETTLE_TIMEOUT", 1.0)
+    monkeypatch.setattr(flight_module, "SETTLE_TIMEOUT", 1.0)
     flight = hop(lambda context: alongside("hop on", hold(context), until=StatusQueue("fly", HOP, None)))
     flight.at(4.0, lambda: flight.drone.freeze("lidar_mapping"))
     flight.until(lambda: flight.node.over)

@@ -2,40 +2,41 @@
 
 from __future__ import annotations
 
-import signal
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console, RenderableType
+from rich.console import Console
 
+from skillwing.bt_missions.at_a_terminal import fly, say
+from skillwing.bt_missions.checking.misfit import FaultyMissionError
+from skillwing.bt_missions.checking.rehearsal import grounded_context, rehearse, require_fit
 from skillwing.bt_missions.running.library import find_draft, find_mission, installed_missions
-from skillwing.bt_missions.running.misfit import FaultyMissionError
 from skillwing.bt_missions.running.mission import Mission
 from skillwing.bt_missions.running.option_values import written
 from skillwing.bt_missions.running.option_words import parse_options
 from skillwing.bt_missions.running.phase import Phase
-from skillwing.bt_missions.running.rehearsal import grounded_context, rehearse, require_fit
 from skillwing.bt_missions.running.runner import MissionNode
-from skillwing.bt_missions.running.stopped_system import when_stopped
 from skillwing.bt_missions.running.tree_text import render
 from skillwing.bt_missions.templates.template import write_template
 from skillwing.bt_missions.watching import MissionWatch, status_line, stay
 from skillwing.bt_missions.xml.writer import write_mission, write_models
 from skillwing.dsl import load
-from skillwing.services.bus import Bus
 from skillwing.services.commands.briefing import briefing
 from skillwing.services.commands.completion import missions
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.commands.exit_codes import FAILED, OK
 from skillwing.services.commands.output import make_console, print_json, print_table
-from skillwing.services.errors import NoSystemError, RefusedError, SkillwingError, UnansweredError
-from skillwing.services.processes.ending import Ending
+from skillwing.services.errors import InvalidOptionError, NoSystemError, RefusedError, SkillwingError, UnansweredError
 from skillwing.services.protocol import AbortMission, ErrorCode, Keys, MissionStatus, PauseMission, ResumeMission
 from skillwing.services.robot import find_robot
 
+MissionName = Annotated[
+    str,
+    typer.Argument(metavar="NAME", help="Mission, or a file (.xml, .py).", show_default=False, autocompletion=missions),
+]
 OptionWords = Annotated[
     list[str] | None,
     typer.Argument(metavar="OPTION=VALUE", help='Options, as in speed=1.5 "route=30,0,4; 30,20,4; 0,0,4".'),
@@ -55,13 +56,6 @@ FIRST_LOOK = 2.0
 """Wall seconds within which what a mission has published comes in again."""
 SECOND_LOOK = 0.5
 """Wall seconds for what skills and managers have published."""
-ABORTING = {
-    signal.SIGINT: "aborted by Ctrl-C",
-    signal.SIGTERM: "aborted by `kill`",
-    signal.SIGHUP: "aborted, since its terminal was closed",
-}
-"""Signals that call a mission off, and what the timeline says of that."""
-
 mission = typer.Typer(
     no_args_is_help=True, add_completion=False, help="Begin, check, fly, pause, watch and list missions."
 )
@@ -69,25 +63,36 @@ mission = typer.Typer(
 
 @mission.command("list")
 def list_missions(as_json: JsonOption = False) -> None:
-    """List the installed missions with their options."""
-    found = [find_mission(name) for name in installed_missions()]
+    """List the installed missions with their options. With --json `options` are those that have a default.
+
+    Exit codes: 0, 1 one of them cannot be loaded.
+    """
+    found: list[Mission] = []
+    broken: list[str] = []
+    for name in installed_missions():
+        try:
+            found.append(find_mission(name))
+        except InvalidOptionError as error:
+            broken.append(str(error))
     if as_json:
         print_json([{"mission": each.name, "summary": each.summary, "options": each.describe()} for each in found])
-        return
-    console = make_console()
-    for each in found:
+    else:
+        _print_missions(found, make_console())
+    if broken:
+        raise SkillwingError(" ".join(broken))
+
+
+def _print_missions(missions: list[Mission], console: Console) -> None:
+    for each in missions:
         console.print(f"{each.name}: {each.summary}", style="bold")
-        print_table(console, ("OPTION", "DEFAULT"), [(key, written(value)) for key, value in each.describe().items()])
+        defaults = each.describe()
+        rows = [(name, written(defaults[name]) if name in defaults else "to be given") for name in each.option_names]
+        print_table(console, ("OPTION", "DEFAULT"), rows)
 
 
 @mission.command()
 def run(
-    name: Annotated[
-        str,
-        typer.Argument(
-            metavar="NAME", help="Mission to fly, or tree file.", show_default=False, autocompletion=missions
-        ),
-    ],
+    name: MissionName,
     options: OptionWords = None,
     robot: RobotOption = None,
     as_json: JsonOption = False,
@@ -109,7 +114,7 @@ def run(
     with _connected_to_fly(chosen, robot) as system:
         _refuse_beside_another(system)
         known = briefing(system.target, chosen.name)
-        told = {key: value for key, value in known.items() if key in chosen.describe() and key not in asked}
+        told = {key: value for key, value in known.items() if key in chosen.option_names and key not in asked}
         given = chosen.read_options(told | asked)
         require_fit(chosen, system.skillset, given)
         if console is not None and told:
@@ -120,7 +125,7 @@ def run(
             say(console, status_line(status))
 
         node = MissionNode(chosen, system.skillset, given, on_status=show)
-        _fly(system, node, console)
+        fly(system, node, console)
     if console is None:
         print_json(node.status)
     elif node.status.phase != Phase.SUCCEEDED and node.tree_tells:
@@ -177,9 +182,7 @@ def abort(reason: ReasonOption = None, robot: RobotOption = None, as_json: JsonO
 
 @mission.command()
 def check(
-    name: Annotated[
-        str, typer.Argument(metavar="NAME", help="Mission, or tree file.", show_default=False, autocompletion=missions)
-    ],
+    name: MissionName,
     options: OptionWords = None,
     robot: RobotTableOption = "m600",
     skillset: SkillsetOption = None,
@@ -225,9 +228,7 @@ def new(
 
 @mission.command()
 def export(
-    name: Annotated[
-        str, typer.Argument(metavar="NAME", help="Mission to write.", show_default=False, autocompletion=missions)
-    ],
+    name: MissionName,
     options: OptionWords = None,
     output: OutputOption = None,
     robot: RobotTableOption = "m600",
@@ -301,57 +302,3 @@ def _refuse_beside_another(system: System) -> None:
         f"{called} flies here already.",
         help="Wait until it has ended, or abort it with `skillwing mission abort`.",
     )
-
-
-def _fly(system: System, node: MissionNode, console: Console | None) -> None:
-    """Run the mission to its end, whoever calls it off."""
-    try:
-        node.attach(system.bus)
-        when_stopped(system.bus, system.target, node.leave)
-        with aborted_by_signals(system.bus, node, console):
-            system.bus.run_until(lambda: node.over)
-    finally:
-        node.detach()
-
-
-@contextmanager
-def aborted_by_signals(bus: Bus, node: MissionNode, console: Console | None) -> Iterator[None]:
-    """Let Ctrl-C, `kill` and a closed terminal abort the mission, so that it lands; the body runs the bus until then.
-
-    After that only another Ctrl-C, which a person presses, raises KeyboardInterrupt and leaves the drone to itself;
-    what repeats the first signal does not. Under `nohup` a closed terminal aborts nothing.
-    """
-    ending = Ending(bus.wall)
-
-    def on_signal(number: int, frame: object) -> None:
-        if not ending.told:
-            bus.post(lambda: abort(signal.Signals(number)))
-            ending.note()
-        elif number == signal.SIGINT:
-            ending.note()
-
-    def abort(number: signal.Signals) -> None:
-        again = " again" if number is signal.SIGINT else ""
-        say(console, f"Aborting: the drone lands where it is. Ctrl-C{again} leaves it to itself.")
-        node.abort(ABORTING[number])
-
-    numbers = [number for number in ABORTING if signal.getsignal(number) is not signal.SIG_IGN]
-    previous = [signal.signal(number, on_signal) for number in numbers]
-    try:
-        yield
-    finally:
-        for number, handler in zip(numbers, previous, strict=True):
-            signal.signal(number, handler)
-
-
-def say(console: Console | None, words: RenderableType) -> None:
-    """Print, as long as somebody reads it: a terminal that is gone must not keep the drone from landing."""
-    if console is None:
-        return
-    try:
-        console.print(words)
-    except SystemExit:
-        pass  # rich ends processes whose pipe was closed; it prints nothing more
-    except OSError:
-        with suppress(SystemExit):
-            console.on_broken_pipe()

@@ -9,23 +9,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skillwing.bt_missions.planning.detour import (
-    HULL_RADIUS,
+from skillwing.bt_missions.planning.detour import Position, RoutePlanner, bearing, crab_heading, wrap
+from skillwing.bt_missions.planning.known_space import (
     MARGIN,
     OBSTACLE_RADIUS,
+    STOPPED_BEFORE,
+    TIP_RADIUS,
     KnownSpace,
     Point,
-    Position,
-    RoutePlanner,
-    bearing,
-    crab_heading,
-    wrap,
 )
 
 metres = st.floats(-20.0, 20.0)
 points = st.tuples(metres, metres)
 angles = st.floats(-math.pi, math.pi)
-INFLATED = OBSTACLE_RADIUS + HULL_RADIUS + MARGIN
+INFLATED = OBSTACLE_RADIUS + TIP_RADIUS + MARGIN
 
 
 def along(a: Point, b: Point, step: float = 0.05) -> list[Point]:
@@ -47,8 +44,8 @@ class Courtyard:
             return target, None
         unit = (target[0] - start[0]) / length, (target[1] - start[1]) / length
         hits = [self._along_track(start, unit, brick) for brick in self.bricks]
-        ahead = min((hit for hit in hits if hit is not None and hit < length + MARGIN), default=None)
-        flown = length if ahead is None else max(0.0, ahead - MARGIN)
+        ahead = min((hit for hit in hits if hit is not None and hit < length + STOPPED_BEFORE), default=None)
+        flown = length if ahead is None else max(0.0, ahead - STOPPED_BEFORE)
         end = (start[0] + unit[0] * flown, start[1] + unit[1] * flown, target[2])
         for place in along(start[:2], end[:2]):
             self.nearest = min([self.nearest, *(math.dist(place, brick) for brick in self.bricks)])
@@ -58,7 +55,7 @@ class Courtyard:
     def _along_track(start: Position, unit: Point, brick: Point) -> float | None:
         x, y = brick[0] - start[0], brick[1] - start[1]
         track, aside = x * unit[0] + y * unit[1], abs(x * unit[1] - y * unit[0])
-        return track if aside < 1.3 and track > 0.0 else None
+        return track if aside < 1.44 and track > 0.0 else None
 
 
 def fly_route(planner: RoutePlanner, world: Courtyard, start: Position, limit: int = 1000) -> int:
@@ -101,7 +98,7 @@ def test_a_pole_on_the_leg_is_passed_and_the_waypoint_reached() -> None:
     planner = RoutePlanner([(30, 0, 4)])
     fly_route(planner, world, (0, 0, 4))
     assert (planner.reached, planner.given_up) == (1, [])
-    assert world.nearest > HULL_RADIUS + 1.0
+    assert world.nearest > TIP_RADIUS + 1.0
 
 
 @pytest.mark.parametrize("shift", [0.0, 1.5, -3.0, 4.0])
@@ -110,7 +107,7 @@ def test_a_wall_of_ten_metres_is_found_bump_by_bump_and_passed(shift: float) -> 
     planner = RoutePlanner([(30, 0, 4), (0, 0, 4)])
     fly_route(planner, world, (0, 0, 4))
     assert (planner.reached, planner.given_up) == (2, [])
-    assert world.nearest > HULL_RADIUS + 0.5
+    assert world.nearest > TIP_RADIUS + 0.5
 
 
 def test_a_dead_end_is_left_again_and_flown_round() -> None:
@@ -118,7 +115,7 @@ def test_a_dead_end_is_left_again_and_flown_round() -> None:
     planner = RoutePlanner([(26, 0, 4)])
     fly_route(planner, world, (0, 0, 4))
     assert (planner.reached, planner.given_up) == (1, [])
-    assert world.nearest > HULL_RADIUS + 0.5
+    assert world.nearest > TIP_RADIUS + 0.5
 
 
 def test_a_waypoint_inside_a_closed_yard_is_given_up_with_its_reason() -> None:
@@ -192,6 +189,18 @@ def test_a_drone_that_was_carried_away_plans_the_way_to_the_same_waypoint_anew()
     assert planner.waypoint == 0
 
 
+@given(short=st.floats(-0.3, 0.3), aside=st.floats(-0.3, 0.3), direction=angles)
+def test_what_stands_behind_the_end_of_a_leg_is_remembered_there(short: float, aside: float, direction: float) -> None:
+    """Be the drone short of the end, past it or beside it: from there to the end may be any direction."""
+    along, across = (math.cos(direction), math.sin(direction)), (-math.sin(direction), math.cos(direction))
+    planner = RoutePlanner([(20.0 * along[0], 20.0 * along[1], 4.0)])
+    planner.next_target((0.0, 0.0, 4.0))
+    stood = tuple((20.0 - short) * a + aside * b for a, b in zip(along, across, strict=True))
+    planner.blocked((stood[0], stood[1], 4.0), 1.2)
+    (disc,) = planner.known.discs
+    assert disc.centre == pytest.approx((stood[0] + 1.2 * along[0], stood[1] + 1.2 * along[1]))
+
+
 def test_a_route_under_way_is_not_fulfilled() -> None:
     planner = RoutePlanner([(10, 0, 4), (10, 10, 4)])
     planner.next_target((0, 0, 4))
@@ -236,7 +245,7 @@ def test_a_path_keeps_clear_of_every_known_disc(start: Point, goal: Point, seen:
         return
     assert path[-1] == goal
     for disc in space.discs:
-        wanted = disc.radius + HULL_RADIUS + MARGIN
+        wanted = disc.radius + TIP_RADIUS + MARGIN
         wanted = min(wanted, math.dist(start, disc.centre), math.dist(goal, disc.centre))
         for a, b in pairwise([start, *path]):
             assert min(math.dist(place, disc.centre) for place in along(a, b)) >= wanted - 1e-6

@@ -15,11 +15,11 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from py_trees.decorators import SuccessIsFailure
 
+from skillwing.bt_missions.checking.rehearsal import grounded_context, rehearse
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
-from skillwing.bt_missions.running.rehearsal import grounded_context, rehearse
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside, first_that_works, guarded, in_order
 from skillwing.bt_missions.subtrees.flight import unless_the_pilot_flies
 from skillwing.bt_missions.subtrees.holding import Change, WhileGranted

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.metadata import EntryPoint
 from pathlib import Path
 from types import SimpleNamespace
 from typing import NoReturn
@@ -13,7 +14,8 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from skillwing.bt_missions import commands
-from skillwing.bt_missions.running.misfit import FaultyMissionError
+from skillwing.bt_missions.checking.misfit import FaultyMissionError
+from skillwing.bt_missions.running import library
 from skillwing.bt_missions.templates.template import write_template
 from skillwing.bt_missions.xml import mission as xml_mission
 from skillwing.dsl import load
@@ -44,6 +46,30 @@ def template(folder: Path, suffix: str, old: str = "", new: str = "") -> Path:
     assert old in text
     file.write_text(text.replace(old, new, 1))
     return file
+
+
+@pytest.mark.parametrize(
+    ("module", "content", "told"),
+    [
+        ("patrol_nowhere", None, "there is no module `patrol_nowhere`. Write its name right, or install the package"),
+        ("patrol_that_errs", "MISSION = 1 / 0", "`{}:1` raises ZeroDivisionError: division by zero. Mend it."),
+        ("patrol_that_ends", "raise SystemExit(3)", "`{}:1` ends Python. Take that out."),
+        ("patrol_that_lacks", "import patrols", "`{}:1` imports `patrols`, and there is no such module. Install it,"),
+    ],
+)
+def test_an_installed_mission_that_cannot_be_loaded(
+    module: str, content: str | None, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / f"{module}.py"
+    if content is not None:
+        file.write_text(content)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    entry = EntryPoint("patrol", f"{module}:MISSION", library.ENTRY_POINTS)
+    monkeypatch.setattr(library, "installed_missions", lambda: {"patrol": entry})
+    with pytest.raises(InvalidOptionError) as caught:
+        library.find_mission("patrol")
+    assert str(caught.value).startswith(f"`patrol` is installed as `{module}:MISSION`, but ")
+    assert told.format(file) in str(caught.value)
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import CALM
 from skillwing.bt_missions.leaves.holds import HELD
 from skillwing.bt_missions.leaves.settling import NeverSwitched
-from skillwing.bt_missions.leaves.skill_action import Phase, SkillAction
+from skillwing.bt_missions.leaves.skill_action import GoalPhase, SkillAction
 from skillwing.bt_missions.planning.waypoints import POSITION_PATIENCE, PointAbove
 from skillwing.bt_missions.subtrees.composites import OnEnding, in_order
 from skillwing.bt_missions.subtrees.holding import Change, Pausable, WhileGranted
@@ -54,14 +54,14 @@ def test_a_held_leaf_interrupts_its_goal_once_and_starts_another_later(mission: 
     tick(leaf)
     grip.closed = True
     for _ in range(3):
-        assert (tick(leaf), leaf.phase) == (Status.RUNNING, Phase.HELD)
+        assert (tick(leaf), leaf.phase) == (Status.RUNNING, GoalPhase.HELD)
     assert (leaf.feedback_message, mission.goals[0].interrupts) == ("held: for a test", 1)
     mission.goals[0].end("IT")
     mission.time += 100.0
     tick(leaf)
     assert len(mission.goals) == 1
     grip.closed = False
-    assert (tick(leaf), leaf.phase) == (Status.RUNNING, Phase.SENT)
+    assert (tick(leaf), leaf.phase) == (Status.RUNNING, GoalPhase.SENT)
     assert len(mission.goals) == 2
 
 
@@ -69,9 +69,9 @@ def test_a_leaf_that_is_held_from_the_start_asks_for_nothing(mission: FakeMissio
     grip = Grip()
     grip.closed = True
     leaf = held_leaf(mission, grip)
-    assert (tick(leaf), leaf.phase, mission.goals) == (Status.RUNNING, Phase.HELD, [])
+    assert (tick(leaf), leaf.phase, mission.goals) == (Status.RUNNING, GoalPhase.HELD, [])
     leaf.stop(Status.INVALID)
-    assert leaf.phase is Phase.IDLE
+    assert leaf.phase is GoalPhase.IDLE
 
 
 def test_the_next_goal_waits_until_the_held_one_has_stopped(mission: FakeMission) -> None:
@@ -83,9 +83,9 @@ def test_the_next_goal_waits_until_the_held_one_has_stopped(mission: FakeMission
     tick(leaf)
     grip.closed = False
     mission.time += CALM
-    assert (tick(leaf), leaf.phase) == (Status.RUNNING, Phase.WAITING)
+    assert (tick(leaf), leaf.phase) == (Status.RUNNING, GoalPhase.WAITING)
     mission.goals[0].end("IT")
-    assert (tick(leaf), leaf.phase) == (Status.RUNNING, Phase.SENT)
+    assert (tick(leaf), leaf.phase) == (Status.RUNNING, GoalPhase.SENT)
 
 
 def test_a_goal_that_ends_by_itself_while_it_is_held_counts(mission: FakeMission) -> None:
@@ -103,7 +103,7 @@ def test_news_that_overtakes_the_hold_is_no_failure(mission: FakeMission, label:
     leaf = held_leaf(mission, Grip())
     tick(leaf)
     mission.goals[0].end(label, subject="camera")
-    assert (tick(leaf), leaf.phase) == (Status.RUNNING, Phase.HELD)
+    assert (tick(leaf), leaf.phase) == (Status.RUNNING, GoalPhase.HELD)
     mission.time += CALM / 2
     tick(leaf)
     assert len(mission.goals) == 1, "the hold may still come"
@@ -132,9 +132,9 @@ def test_a_held_leaf_that_is_halted_leaves_its_goal_to_the_reaper(mission: FakeM
     grip.closed = True
     tick(leaf)
     leaf.stop(Status.INVALID)
-    assert (leaf.phase, mission.goals[0].interrupts) == (Phase.CANCELLING, 1)
+    assert (leaf.phase, mission.goals[0].interrupts) == (GoalPhase.CANCELLING, 1)
     mission.goals[0].end("IT")
-    assert leaf.phase is Phase.DONE
+    assert leaf.phase is GoalPhase.DONE
 
 
 @given(st.lists(st.sampled_from(["tick", "halt", "close", "open", "run", "arrive", "stop", "time"]), max_size=40))

@@ -8,9 +8,9 @@ import pytest
 from fake_interface import FakeGoal, FakeMission
 from py_trees.common import Status
 
+from skillwing.bt_missions.checking.preflight import preflight
 from skillwing.bt_missions.leaves.context import CALM
 from skillwing.bt_missions.missions.inspection import MISSION, InspectionOptions
-from skillwing.bt_missions.running.preflight import preflight
 from skillwing.bt_missions.subtrees.holding import Pausable
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset

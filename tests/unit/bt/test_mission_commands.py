@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import re
+from importlib.metadata import EntryPoint
+from pathlib import Path
 
 import msgspec
 import pytest
@@ -12,9 +15,11 @@ from typer.testing import CliRunner
 
 from skillwing.bt_missions.commands import mission
 from skillwing.bt_missions.missions.mapping import MISSION, MappingOptions
+from skillwing.bt_missions.running import library
 from skillwing.bt_missions.running.option_values import written
 from skillwing.bt_missions.running.option_words import parse_options
-from skillwing.services.errors import InvalidOptionError
+from skillwing.services.commands.exit_codes import FAILED, exit_code_of
+from skillwing.services.errors import InvalidOptionError, SkillwingError
 
 
 def test_options_are_read_from_words() -> None:
@@ -68,6 +73,36 @@ def test_options_are_read_as_they_are_shown(
     words = [f"{name}={text}" for name, text in shown.items() if text != "null"]
     again = MISSION.read_options(parse_options(words))
     assert {name: written(value) for name, value in msgspec.to_builtins(again).items()} == shown
+
+
+PATROL = """
+from skillwing.bt_missions.missions.mapping import MappingMission, MappingOptions
+
+class Options(MappingOptions, frozen=True, kw_only=True):
+    rounds: int
+
+class Patrol(MappingMission):
+    name = "patrol"
+    Options = Options
+
+MISSION = Patrol()
+"""
+
+
+def test_the_list_has_missions_beside_one_that_cannot_be_loaded_and_options_without_a_default(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(str(tmp_path))
+    (tmp_path / "patrol_to_list.py").write_text(PATROL)
+    entries = [EntryPoint(name, f"{name}_to_list:MISSION", library.ENTRY_POINTS) for name in ("broken", "patrol")]
+    monkeypatch.setattr(library, "entry_points", lambda group: entries)
+    listed = CliRunner().invoke(mission, ["list"])
+    assert re.search(r"^rounds +to be given *$", listed.output, re.MULTILINE)
+    assert isinstance(listed.exception, SkillwingError)
+    assert str(listed.exception).startswith("`broken` is installed as `broken_to_list:MISSION`, but there is no module")
+    assert exit_code_of(listed.exception) == FAILED
+    (entry,) = json.loads(CliRunner().invoke(mission, ["list", "--json"]).stdout)
+    assert entry["mission"] == "patrol" and "rounds" not in entry["options"]
 
 
 def test_the_list_of_missions_names_each_option_with_its_default() -> None:

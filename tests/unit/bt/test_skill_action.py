@@ -10,7 +10,7 @@ from py_trees.common import Status
 from py_trees.composites import Selector
 
 from skillwing.bt_missions.leaves.conditions import ResourceIs
-from skillwing.bt_missions.leaves.skill_action import Phase, SkillAction
+from skillwing.bt_missions.leaves.skill_action import GoalPhase, SkillAction
 from skillwing.bt_missions.subtrees.composites import in_order
 
 
@@ -24,13 +24,13 @@ def tick(leaf: SkillAction) -> Status:
 
 def test_a_leaf_sends_its_goal_and_follows_it_to_its_success(mission: FakeMission) -> None:
     leaf = SkillAction("go", mission.context, "go", {"speed": 2.0})
-    assert leaf.phase is Phase.IDLE
-    assert (tick(leaf), leaf.phase) == (Status.RUNNING, Phase.SENT)
+    assert leaf.phase is GoalPhase.IDLE
+    assert (tick(leaf), leaf.phase) == (Status.RUNNING, GoalPhase.SENT)
     assert mission.goals[0].inputs == {"speed": 2.0}
     mission.goals[0].run()
-    assert (tick(leaf), leaf.phase) == (Status.RUNNING, Phase.RUNNING)
+    assert (tick(leaf), leaf.phase) == (Status.RUNNING, GoalPhase.RUNNING)
     mission.goals[0].end("S_ARRIVED", success=True)
-    assert (tick(leaf), leaf.phase) == (Status.SUCCESS, Phase.DONE)
+    assert (tick(leaf), leaf.phase) == (Status.SUCCESS, GoalPhase.DONE)
     assert leaf.feedback_message == "S_ARRIVED"
     assert len(mission.goals) == 1
 
@@ -111,7 +111,7 @@ def test_halt_before_the_acknowledgement_does_not_orphan_the_goal(mission: FakeM
     assert mission.context.reaper.unfinished == (goal,)
     goal.end("IT")
     assert mission.context.reaper.unfinished == ()
-    assert leaf.phase is Phase.DONE
+    assert leaf.phase is GoalPhase.DONE
 
 
 def test_double_halt_interrupts_once_and_raises_nothing(mission: FakeMission) -> None:
@@ -121,13 +121,13 @@ def test_double_halt_interrupts_once_and_raises_nothing(mission: FakeMission) ->
     leaf.stop(Status.INVALID)
     leaf.terminate(Status.INVALID)
     assert mission.goals[0].interrupts == 1
-    assert leaf.phase is Phase.CANCELLING
+    assert leaf.phase is GoalPhase.CANCELLING
 
 
 def test_halt_of_a_leaf_that_never_ran_does_nothing(mission: FakeMission) -> None:
     leaf = SkillAction("go", mission.context, "go")
     leaf.stop(Status.INVALID)
-    assert (mission.goals, leaf.phase) == ([], Phase.IDLE)
+    assert (mission.goals, leaf.phase) == ([], GoalPhase.IDLE)
 
 
 def test_cancel_of_a_finished_goal_is_no_error_and_sends_nothing(mission: FakeMission) -> None:
@@ -191,11 +191,11 @@ def halted(mission: FakeMission, skill: str) -> SkillAction:
 def test_a_leaf_waits_for_the_goal_that_holds_what_it_needs(mission: FakeMission) -> None:
     halted(mission, "go")
     turn = SkillAction("turn", mission.context, "turn")
-    assert (tick(turn), turn.phase) == (Status.RUNNING, Phase.WAITING)
+    assert (tick(turn), turn.phase) == (Status.RUNNING, GoalPhase.WAITING)
     assert turn.feedback_message == "waiting until go has stopped"
     assert len(mission.goals) == 1
     mission.goals[0].end("IT")
-    assert (tick(turn), turn.phase) == (Status.RUNNING, Phase.SENT)
+    assert (tick(turn), turn.phase) == (Status.RUNNING, GoalPhase.SENT)
     assert mission.goals[1].skill == "turn"
 
 
@@ -203,12 +203,12 @@ def test_a_leaf_that_needs_nothing_of_it_starts_at_once(mission: FakeMission) ->
     halted(mission, "go")
     look = SkillAction("look", mission.context, "look")
     tick(look)
-    assert look.phase is Phase.SENT
+    assert look.phase is GoalPhase.SENT
 
 
 def test_a_leaf_waits_for_its_own_cancelled_goal(mission: FakeMission) -> None:
     leaf = halted(mission, "look")
-    assert (tick(leaf), leaf.phase) == (Status.RUNNING, Phase.WAITING)
+    assert (tick(leaf), leaf.phase) == (Status.RUNNING, GoalPhase.WAITING)
     mission.goals[0].end("IT")
     tick(leaf)
     assert [goal.goal_id for goal in mission.goals] == ["goal-0", "goal-1"]
@@ -230,7 +230,7 @@ def test_halting_a_leaf_that_waits_sends_nothing(mission: FakeMission) -> None:
     turn = SkillAction("turn", mission.context, "turn")
     tick(turn)
     turn.stop(Status.INVALID)
-    assert turn.phase is Phase.IDLE
+    assert turn.phase is GoalPhase.IDLE
     assert len(mission.goals) == 1
 
 
@@ -253,7 +253,7 @@ def test_a_branch_that_preempts_meets_the_old_goal_and_asks_again_with_a_new_id(
 
     mission.goals[1].end("NR", failing=("axes_free",))
     tree.tick_once()
-    assert (tree.status, turn.phase) == (Status.RUNNING, Phase.WAITING)
+    assert (tree.status, turn.phase) == (Status.RUNNING, GoalPhase.WAITING)
     mission.goals[0].end("IT")
     tree.tick_once()
     assert [goal.goal_id for goal in mission.goals] == ["goal-0", "goal-1", "goal-2"]
@@ -269,7 +269,7 @@ def test_a_refusal_that_overtakes_the_news_of_the_end_is_tried_again_at_once(mis
     halted(mission, "go")
     mission.goals[0].end(label)
     mission.goals[1].end("IT")
-    assert (tick(turn), turn.phase) == (Status.RUNNING, Phase.SENT)
+    assert (tick(turn), turn.phase) == (Status.RUNNING, GoalPhase.SENT)
     assert len(mission.goals) == 3
 
 
@@ -277,7 +277,7 @@ def test_a_refusal_that_overtakes_the_news_of_the_end_is_tried_again_at_once(mis
 def test_a_refusal_that_nobody_is_leaving_for_is_final(mission: FakeMission, label: str) -> None:
     earlier = halted(mission, "go")
     mission.goals[0].end("IT")
-    assert earlier.phase is Phase.DONE
+    assert earlier.phase is GoalPhase.DONE
     turn = SkillAction("turn", mission.context, "turn")
     tick(turn)
     mission.goals[1].end(label)
@@ -291,10 +291,10 @@ def test_while_nobody_has_left_since_a_refusal_nothing_is_asked_again(mission: F
     tick(turn)
     mission.goals[1].end("NR")
     for _ in range(5):
-        assert (tick(turn), turn.phase) == (Status.RUNNING, Phase.WAITING)
+        assert (tick(turn), turn.phase) == (Status.RUNNING, GoalPhase.WAITING)
     assert len(mission.goals) == 2
     mission.goals[0].end("IT")
-    assert (tick(turn), turn.phase) == (Status.RUNNING, Phase.SENT)
+    assert (tick(turn), turn.phase) == (Status.RUNNING, GoalPhase.SENT)
     mission.goals[2].end("NR")
     assert tick(turn) is Status.FAILURE
 
@@ -306,10 +306,10 @@ def test_a_lost_goal_is_in_the_way_until_the_resource_manager_has_freed_what_it_
     mission.goals[0].end("LOST", detected_by="client")
     assert tick(go) is Status.FAILURE
     turn = SkillAction("turn", mission.context, "turn")
-    assert (tick(turn), turn.phase) == (Status.RUNNING, Phase.WAITING)
+    assert (tick(turn), turn.phase) == (Status.RUNNING, GoalPhase.WAITING)
     assert mission.goals[0].interrupts == 0
     mission.interface.states["axes"] = "FREE"
-    assert (tick(turn), turn.phase) == (Status.RUNNING, Phase.SENT)
+    assert (tick(turn), turn.phase) == (Status.RUNNING, GoalPhase.SENT)
 
 
 # --- any order of things ---------------------------------------------------------------------------------------------
@@ -339,7 +339,7 @@ def test_in_any_order_of_things_no_goal_is_left_alone(order: list[str]) -> None:
                 alive[0].end(label, success=step == "arrive")
         alive = [goal for goal in mission.goals if not goal.done]
         assert len(alive) <= 1
-        if alive and (leaf.status is not Status.RUNNING or leaf.phase is Phase.WAITING):
+        if alive and (leaf.status is not Status.RUNNING or leaf.phase is GoalPhase.WAITING):
             assert alive[0].interrupts == 1
         if leaf.status is Status.SUCCESS:
             assert mission.goals[-1].terminal is not None

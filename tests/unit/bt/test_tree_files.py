@@ -16,17 +16,20 @@ from py_trees.composites import Parallel, Selector, Sequence
 from py_trees.decorators import FailureIsSuccess, Inverter, Repeat, Retry, SuccessIsFailure
 from typer.testing import CliRunner
 
+from skillwing.bt_missions.checking.rehearsal import grounded_context, rehearse
 from skillwing.bt_missions.commands import mission as mission_command
 from skillwing.bt_missions.leaves.conditions import SIGNS, DataCompare, ResourceIs
 from skillwing.bt_missions.leaves.settling import NeverSwitched, NoteSwitch, Settled
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.missions import inspection, mapping
+from skillwing.bt_missions.planning.detour import RoutePlanner
+from skillwing.bt_missions.planning.waypoints import Route, WaypointWriter
 from skillwing.bt_missions.running.library import find_mission
 from skillwing.bt_missions.running.mission import Mission, MissionTrees, Progress
-from skillwing.bt_missions.running.rehearsal import grounded_context, rehearse
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside
 from skillwing.bt_missions.subtrees.decorators import Deadline
 from skillwing.bt_missions.subtrees.holding import Change, Pausable, WhileGranted
+from skillwing.bt_missions.subtrees.loop import Until
 from skillwing.bt_missions.xml.document import parse_document
 from skillwing.bt_missions.xml.mission import XmlMission
 from skillwing.bt_missions.xml.problems import TreeFileError
@@ -199,7 +202,9 @@ def test_what_only_python_can_do_is_not_written() -> None:
         ("<Inverter><go/><go/></Inverter>", ["2: `Inverter` has 2 children; it takes one."]),
         ("<go><go/></go>", ["2: `go` is a leaf"]),
         ('<go _skipIf="x"/>', ["2: `_skipIf` is a script"]),
-        ('<Script code="x:=1"/>', ["2: `Script` runs a script"]),
+        ('<Script code="x:=1"/>', ["2: `Script` of BehaviorTree.CPP is not known here; use R"]),
+        ("<IfThenElse><go/><go/></IfThenElse>", ["2: `IfThenElse` of BehaviorTree.CPP is not known here; put its"]),
+        ('<Switch4 variable="{x}"><go/></Switch4>', ["2: `Switch4` of BehaviorTree.CPP is not known here; ask"]),
         ('<Timeout msec="x"><go/></Timeout>', ["2: `msec` is `x`; it takes a number."]),
         ('<Parallel failure_count="2"><go/></Parallel>', ["2: `failure_count` has to be 1"]),
         ('<Parallel success_count="2"><go/><look/><turn/></Parallel>', ["2: `success_count` is 2"]),
@@ -416,3 +421,27 @@ def test_the_command_writes_a_file_that_fits(tmp_path: Path) -> None:
     assert CliRunner().invoke(mission_command, ["export", "mapping", "speed=1", "-o", str(file)]).exit_code == 0
     assert CliRunner().invoke(mission_command, ["check", str(file)]).exit_code == 0
     assert 'ID="goto"' in CliRunner().invoke(mission_command, ["nodes"]).output
+
+
+def test_a_cell_holds_what_was_written_into_it_last() -> None:
+    climbs = '<PointAbove height="{0}"/><goto name="to {0}" target="{{up}}"/>'
+    text = with_tree(f"<Sequence>{climbs.format(5)}{climbs.format(9)}{climbs.format(7)}</Sequence>")
+    fake = FakeMission(M600)
+    fake.interface.know("position", {"x": 1.0, "y": 2.0, "z": 0.5})
+    loaded = mission_of(text)
+    root = loaded.build(fake.context, loaded.Options()).root
+    for height in (5.0, 9.0, 7.0):
+        root.tick_once()
+        assert fake.goals[-1].inputs["target"] == {"x": 1.0, "y": 2.0, "z": height}
+        fake.goals[-1].end("S_ARRIVED", success=True)
+    root.tick_once()
+    assert root.status is Status.SUCCESS
+
+
+def test_a_mission_with_two_routes_is_not_written_as_one() -> None:
+    context = grounded_context(M600)
+    routes = [Route(context, RoutePlanner([(x, 0.0, 4.0)])) for x in (5.0, 9.0)]
+    legs = [Until("legs", route.is_done, WaypointWriter("writer", context, route)) for route in routes]
+    trees = MissionTrees(Sequence("both", memory=True, children=legs), Success("rescue"), Progress)
+    with pytest.raises(NotWritableError, match="`both` flies 2 routes, and a tree file is written for one"):
+        write_mission("both", trees, M600)

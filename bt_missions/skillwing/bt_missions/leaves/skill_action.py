@@ -27,7 +27,7 @@ DEFAULT_PATIENCE = 15.0
 """How long a leaf waits for resources of goals that are being cancelled, in seconds of robot time."""
 
 
-class Phase(StrEnum):
+class GoalPhase(StrEnum):
     """Where a leaf is with its goal."""
 
     IDLE = "idle"
@@ -73,7 +73,7 @@ class SkillAction(Behaviour):
         self.skill = skill
         self.inputs = dict(inputs or {})
         self.outcomes = dict(outcomes or {})
-        self._phase = Phase.IDLE
+        self._phase = GoalPhase.IDLE
         self._context = context
         self.on_end = on_end
         self.done = dict(done or {})
@@ -90,10 +90,10 @@ class SkillAction(Behaviour):
         _refuse_bad_outcomes(name, self.outcomes)
 
     @property
-    def phase(self) -> Phase:
+    def phase(self) -> GoalPhase:
         """Where the leaf is with its goal; a cancelled goal is DONE when the robot has really stopped."""
-        cancelled = self._phase is Phase.CANCELLING and self._goal is not None and self._goal.done
-        return Phase.DONE if cancelled else self._phase
+        cancelled = self._phase is GoalPhase.CANCELLING and self._goal is not None and self._goal.done
+        return GoalPhase.DONE if cancelled else self._phase
 
     @property
     def goal(self) -> Goal | None:
@@ -124,12 +124,12 @@ class SkillAction(Behaviour):
         self._asked_at = self._context.now()
         self._refused_at = None
         self._ending = None
-        self._phase = Phase.WAITING
+        self._phase = GoalPhase.WAITING
 
     def update(self) -> Status:
-        if self._phase is Phase.HELD:
+        if self._phase is GoalPhase.HELD:
             return self._go_on_when_let_go()
-        if self._phase is Phase.WAITING:
+        if self._phase is GoalPhase.WAITING:
             return self._start_when_free()
         goal = self._goal
         assert goal is not None, "a leaf that has sent something has a goal"
@@ -142,7 +142,7 @@ class SkillAction(Behaviour):
             self._context.cancel(goal)
             return self._wait_while_held(goal, reason)
         if goal.state in (State.RUNNING, State.INTERRUPTING):
-            self._phase = Phase.RUNNING
+            self._phase = GoalPhase.RUNNING
         self.feedback_message = str(self._phase)
         return Status.RUNNING
 
@@ -151,13 +151,13 @@ class SkillAction(Behaviour):
             return
         if self._goal is not None and not self._goal.done:
             self._context.cancel(self._goal)
-            self._phase = Phase.CANCELLING
+            self._phase = GoalPhase.CANCELLING
             self.feedback_message = "halted; its goal is being interrupted"
-        elif self._phase in (Phase.WAITING, Phase.HELD):
-            self._phase = Phase.IDLE
+        elif self._phase in (GoalPhase.WAITING, GoalPhase.HELD):
+            self._phase = GoalPhase.IDLE
             self.feedback_message = ""
-        elif self._phase in (Phase.SENT, Phase.RUNNING):
-            self._phase = Phase.DONE
+        elif self._phase in (GoalPhase.SENT, GoalPhase.RUNNING):
+            self._phase = GoalPhase.DONE
             self.feedback_message = "halted just after its goal had ended"
 
     def _kept(self) -> str | None:
@@ -166,7 +166,7 @@ class SkillAction(Behaviour):
 
     def _wait_while_held(self, goal: Goal | None, reason: str) -> Status:
         """goal: what ran until now, and ends because of the hold."""
-        self._phase = Phase.HELD
+        self._phase = GoalPhase.HELD
         self._held_goal = goal
         self._held_at = self._context.now()
         self.feedback_message = f"held: {reason}"
@@ -193,7 +193,7 @@ class SkillAction(Behaviour):
             self.on_end(ended or Terminal(ending=Ending.INTERRUPTED, reason="held before it had begun"))
         if self.outcomes[HELD] is Status.FAILURE:
             return self._fail(f"{self.skill} was held and does not begin again", None)
-        self._phase = Phase.DONE
+        self._phase = GoalPhase.DONE
         self.feedback_message = HELD
         return Status.SUCCESS
 
@@ -213,7 +213,7 @@ class SkillAction(Behaviour):
             self._goal = self._context.start(self.skill, self._input_values())
         except (UnknownNameError, InvalidInputError) as error:
             return self._fail(f"{self.skill} was not started: {error}", None)
-        self._phase = Phase.SENT
+        self._phase = GoalPhase.SENT
         self.feedback_message = str(self._phase)
         return Status.RUNNING
 
@@ -255,7 +255,7 @@ class SkillAction(Behaviour):
             # py_trees starts a new branch before it halts the old one, so this goal may have met one that is on its
             # way out. Its resources come back when it has stopped; then a new goal may ask again.
             self._refused_at = reaper.mark()
-            self._phase = Phase.WAITING
+            self._phase = GoalPhase.WAITING
             return self._start_when_free()
         if terminal.ending is Ending.LOST:
             reaper.take(goal)
@@ -264,7 +264,7 @@ class SkillAction(Behaviour):
             self.on_end(terminal)
         if self._status_of(terminal) is Status.FAILURE:
             return self._fail(f"{self.skill} ended {terminal.label}: {terminal.reason}", goal.record)
-        self._phase = Phase.DONE
+        self._phase = GoalPhase.DONE
         self.feedback_message = terminal.label
         self._context.learn(f"{self.skill} ended {terminal.label}", goal.record)
         return Status.SUCCESS
@@ -274,7 +274,7 @@ class SkillAction(Behaviour):
         return self.outcomes.get(terminal.label, Status.SUCCESS if succeeded else Status.FAILURE)
 
     def _fail(self, reason: str, record: str | None) -> Status:
-        self._phase = Phase.DONE
+        self._phase = GoalPhase.DONE
         self.feedback_message = reason
         self._context.learn(reason, record, failed=True)
         return Status.FAILURE

@@ -12,7 +12,6 @@ from typing import Annotated
 import msgspec
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
-from py_trees.decorators import SuccessIsFailure
 
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
@@ -21,18 +20,20 @@ from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.planning.detour import Position
 from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
 from skillwing.bt_missions.subtrees.composites import alongside, first_that_works, guarded, in_order
-from skillwing.bt_missions.subtrees.decorators import Deadline
-from skillwing.bt_missions.subtrees.flight import PILOT_PATIENCE, or_pause, rescue, take_off, unless_the_pilot_flies
-from skillwing.bt_missions.subtrees.landing import LANDED, land_where_it_is
+from skillwing.bt_missions.subtrees.flight import (
+    DEPTH_MAP_WAIT,
+    NO_DEPTH_MAP,
+    PILOT_PATIENCE,
+    fly_home,
+    guarded_flight,
+    or_pause,
+    rescue,
+    take_off,
+)
 
 INSPECTED = {"S_COMPLETED": Status.SUCCESS, "S_BLOCKED": Status.FAILURE, "S_ABORTED": Status.FAILURE}
 NO_VIDEO = {"S_FPS_LOST": Status.FAILURE}
-NO_DEPTH_MAP = {"S_NO_DATA": Status.FAILURE}
-AT_HOME = {"S_ARRIVED": Status.SUCCESS, "S_ABORTED": Status.FAILURE}
 HOVERED = {"S_DONE": Status.SUCCESS}
-
-DEPTH_MAP_WAIT = 5.0
-"""How long the depth map may take to come up before the drone lands, in seconds of robot time."""
 
 
 class InspectionOptions(MissionOptions, frozen=True, kw_only=True):
@@ -73,33 +74,15 @@ class InspectionMission(Mission):
     Options = InspectionOptions
 
     def build(self, context: MissionContext, options: InspectionOptions) -> MissionTrees:
-        return MissionTrees(root=_with_guards(context, options), rescue=rescue(context), progress=Progress)
-
-
-def _with_guards(context: MissionContext, options: InspectionOptions) -> Behaviour:
-    """The flight below its guards: safety pilot, battery, time. A drone that is home again has not done its mission if
-    it went home, or down, before the last lap was flown."""
-    land = SkillAction("land", context, "land", outcomes=LANDED)
-    charged = ResourceIs("battery?", context, "battery_status", "NORMAL", "LOW")
-    in_good_time = Deadline("in good time", context, options.time_limit, _inspection(context, options))
-    failed = in_order(
-        "flight failed",
-        NoteSwitch("why", context, "mission", "flight", "landing where it is"),
-        land_where_it_is(context),
-    )
-    return unless_the_pilot_flies(
-        context,
-        options.pilot_patience,
-        in_order(
-            "fly, then judge",
-            first_that_works(
-                "fly or land",
-                in_order("fly and land", guarded("while the battery lasts", charged, in_good_time), land),
-                SuccessIsFailure("landed, but not done", failed),
-            ),
+        root = guarded_flight(
+            context,
+            _inspection(context, options),
+            # Home again is not done, if the drone went home, or down, before the last lap was flown.
             NeverSwitched("as planned?", context, "inspection"),
-        ),
-    )
+            time_limit=options.time_limit,
+            pilot_patience=options.pilot_patience,
+        )
+        return MissionTrees(root, rescue(context), progress=Progress)
 
 
 def _inspection(context: MissionContext, options: InspectionOptions) -> Behaviour:
@@ -123,7 +106,6 @@ def _with_video(context: MissionContext, options: InspectionOptions) -> Behaviou
     """Round the building and home, with live video. The LiDAR's ring looks along the circle, for the nose is on the
     building."""
     demands = {"min_fps": options.min_fps, "min_quality": options.min_quality}
-    way_home = {"height": options.return_height, "speed": options.speed}
     return alongside(
         "with video",
         SkillAction("lidar_depthmap", context, "lidar_depthmap", outcomes=NO_DEPTH_MAP),
@@ -140,7 +122,7 @@ def _with_video(context: MissionContext, options: InspectionOptions) -> Behaviou
                 ),
                 NoteSwitch("why", context, "inspection", "inspecting", "coming home early"),
             ),
-            SkillAction("return_home", context, "return_home", way_home, outcomes=AT_HOME),
+            fly_home(context, options.return_height, options.speed),
         ),
     )
 

@@ -13,20 +13,27 @@ import msgspec
 from py_trees.behaviour import Behaviour
 from py_trees.behaviours import Success
 from py_trees.common import Status
-from py_trees.decorators import SuccessIsFailure
 
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.holds import HELD
 from skillwing.bt_missions.leaves.settling import NoteSwitch
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.planning.detour import Area, Position, RoutePlanner
+from skillwing.bt_missions.planning.detour import Position, RoutePlanner
+from skillwing.bt_missions.planning.known_space import Area
 from skillwing.bt_missions.planning.waypoints import Route, RouteFulfilled, WaypointWriter
 from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside, first_that_works, guarded, in_order
-from skillwing.bt_missions.subtrees.decorators import Deadline
-from skillwing.bt_missions.subtrees.flight import PILOT_PATIENCE, or_pause, rescue, take_off, unless_the_pilot_flies
-from skillwing.bt_missions.subtrees.landing import LANDED, land_where_it_is
+from skillwing.bt_missions.subtrees.flight import (
+    DEPTH_MAP_WAIT,
+    NO_DEPTH_MAP,
+    PILOT_PATIENCE,
+    fly_home,
+    guarded_flight,
+    or_pause,
+    rescue,
+    take_off,
+)
 from skillwing.bt_missions.subtrees.loop import Until
 
 Speed = Annotated[float, msgspec.Meta(ge=0.1, le=5.0)]
@@ -40,13 +47,8 @@ LEG_FLOWN = {
     HELD: Status.SUCCESS,
     "S_ABORTED": Status.FAILURE,
 }
-NO_DEPTH_MAP = {"S_NO_DATA": Status.FAILURE}
 NO_MAP = {"S_DIVERGED": Status.FAILURE}
 ALIGNED = {"S_ALIGNED": Status.SUCCESS, HELD: Status.FAILURE}
-AT_HOME = {"S_ARRIVED": Status.SUCCESS, "S_ABORTED": Status.FAILURE}
-
-DEPTH_MAP_WAIT = 5.0
-"""How long a depth map may take to come up before the branch fails, in seconds of robot time."""
 
 
 class MappingOptions(MissionOptions, frozen=True, kw_only=True):
@@ -100,39 +102,15 @@ class MappingMission(Mission):
     def build(self, context: MissionContext, options: MappingOptions) -> MissionTrees:
         planner = RoutePlanner(options.route, area=options.area)
         route = Route(context, planner)
-        return MissionTrees(
-            root=_with_guards(context, route, _flight(context, route, options), options),
-            rescue=rescue(context),
-            progress=lambda: Progress.of(planner),
-        )
-
-
-def _with_guards(context: MissionContext, route: Route, flight: Behaviour, options: MappingOptions) -> Behaviour:
-    """The flight below its guards. While the safety pilot has the drone no motion is commanded, not even landing.
-
-    A drone that is home again has not done its mission if it was kept from the waypoints by anything but obstacles.
-    """
-    land = SkillAction("land", context, "land", outcomes=LANDED)
-    in_good_time = Deadline("in good time", context, options.time_limit, or_pause(context, flight))
-    charged = ResourceIs("battery?", context, "battery_status", "NORMAL", "LOW")
-    failed = in_order(
-        "flight failed",
-        NoteSwitch("why", context, "mission", "flight", "landing where it is"),
-        land_where_it_is(context),
-    )
-    return unless_the_pilot_flies(
-        context,
-        options.pilot_patience,
-        in_order(
-            "fly, then judge",
-            first_that_works(
-                "fly or land",
-                in_order("fly and land", guarded("while the battery lasts", charged, in_good_time), land),
-                SuccessIsFailure("landed, but not done", failed),
-            ),
+        root = guarded_flight(
+            context,
+            or_pause(context, _flight(context, route, options)),
+            # Home again is not done, if anything but obstacles kept the drone from the waypoints.
             RouteFulfilled("route flown?", context, route),
-        ),
-    )
+            time_limit=options.time_limit,
+            pilot_patience=options.pilot_patience,
+        )
+        return MissionTrees(root, rescue(context), progress=lambda: Progress.of(planner))
 
 
 def _flight(context: MissionContext, route: Route, options: MappingOptions) -> Behaviour:
@@ -175,7 +153,7 @@ def _by_camera(context: MissionContext, route: Route, options: MappingOptions) -
                 "fly route and home",
                 ResourceIs("looking ahead", context, "depthmap_source", "ZED", wait=DEPTH_MAP_WAIT),
                 _route_or_turn_back(context, route, leg),
-                fly_home(context, options),
+                fly_home(context, options.return_height, options.speed),
             ),
         ),
     )
@@ -215,7 +193,7 @@ def _by_lidar(context: MissionContext, route: Route, options: MappingOptions) ->
                 "fly route and home",
                 ResourceIs("looking along", context, "depthmap_source", "LIDAR", wait=DEPTH_MAP_WAIT),
                 _route_or_turn_back(context, route, leg),
-                fly_home(context, options),
+                fly_home(context, options.return_height, options.speed),
             ),
         ),
     )
@@ -239,12 +217,6 @@ def _route_or_turn_back(context: MissionContext, route: Route, leg: Behaviour) -
             NoteSwitch("why", context, "mission", "mapping", "coming home early"),
         ),
     )
-
-
-def fly_home(context: MissionContext, options: MappingOptions) -> Behaviour:
-    """Over what stands in the way, and no landing."""
-    inputs = {"height": options.return_height, "speed": options.speed}
-    return SkillAction("return_home", context, "return_home", inputs, outcomes=AT_HOME)
 
 
 MISSION = MappingMission()

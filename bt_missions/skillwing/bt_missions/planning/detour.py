@@ -1,52 +1,26 @@
 """Plans the way along a route of waypoints round obstacles that are met on the way. Pure: no bus, no clock, no tree.
 
-The planner knows nothing of the world beforehand. Each time a motion is blocked it remembers a disc where the obstacle
-was seen, and plans on from where the drone stands: straight on if that keeps clear of every known disc, otherwise by
-A* (Hart, Nilsson, Raphael 1968) on a lattice of 1 m, its path pulled tight. A waypoint that cannot be reached is given
-up, so that every route comes to an end.
+Each time a motion is blocked the planner remembers where the obstacle was seen, and plans on from where the drone
+stands. A waypoint that cannot be reached is given up, so that every route comes to an end.
 """
 
 from __future__ import annotations
 
-import heapq
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
-Point: TypeAlias = tuple[float, float]
-Position: TypeAlias = tuple[float, float, float]
-Node: TypeAlias = tuple[int, int]
-Area: TypeAlias = tuple[float, float, float, float]
-"""West, south, east and north border in metres."""
+from skillwing.bt_missions.planning.known_space import OBSTACLE_RADIUS, STOPPED_BEFORE, Area, KnownSpace, Point
 
-HULL_RADIUS = 0.65
-MARGIN = 2.0
-OBSTACLE_RADIUS = 0.3
-"""Radius assumed of what was seen as one point, in metres."""
-SAME_OBSTACLE = 0.75
-"""What is seen nearer than this to a known disc's centre is the same obstacle, in metres."""
+Position: TypeAlias = tuple[float, float, float]
+
 STOPPING_DISTANCE_LIMIT = 15.0
 """Nobody stops for an obstacle farther ahead than this, in metres; then something unseen is in the way."""
-GROWTH = 0.5
-"""Added to the radius of a disc that was met again, in metres: it must be larger than assumed."""
-CELL = 1.0
-LONGEST_EDGE = CELL * math.sqrt(2)
 ARRIVED_WITHIN = 0.5
 """A waypoint nearer than this counts as reached, in metres."""
 AT_HOME = 2.0
 """A waypoint nearer than this to the origin, on the ground plan, is over home, in metres."""
-_BORDER = 4.0
-"""How far beyond what has to be kept clear of the lattice reaches, in metres."""
-
-
-@dataclass(frozen=True, slots=True)
-class Disc:
-    """A known obstacle on the ground plan (ENU, metres). seen: a sensor has seen it; otherwise it is only assumed."""
-
-    centre: Point
-    radius: float = OBSTACLE_RADIUS
-    seen: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,133 +31,6 @@ class GivenUp:
     waypoint: int
     reason: str
     for_obstacle: bool
-
-
-class KnownSpace:
-    """Which straight motions keep clear of the known discs.
-
-    clearance: metres between a disc and the drone's centre. area: where detours may lead; None for anywhere.
-    """
-
-    def __init__(self, clearance: float = HULL_RADIUS + MARGIN, area: Area | None = None) -> None:
-        self.clearance = clearance
-        self.area = area
-        self.discs: list[Disc] = []
-
-    def add(self, place: Point, *, seen: bool = True) -> None:
-        """Remember an obstacle at `place`; one that is known already grows."""
-        for index, disc in enumerate(self.discs):
-            if math.dist(disc.centre, place) < SAME_OBSTACLE:
-                self.discs[index] = Disc(disc.centre, disc.radius + GROWTH, disc.seen or seen)
-                return
-        self.discs.append(Disc(place, seen=seen))
-
-    def is_node(self, point: Point) -> bool:
-        """Tell whether a detour may lead over `point`, and from there along any lattice edge to another such point."""
-        if self.area is not None:
-            west, south, east, north = self.area
-            if not (west <= point[0] <= east and south <= point[1] <= north):
-                return False
-        # Of an edge between two points that are this far from a centre, no part is nearer to it than the reach.
-        return all(
-            math.dist(point, disc.centre) >= math.hypot(self._reach(disc), LONGEST_EDGE / 2) for disc in self.discs
-        )
-
-    def is_open(self, a: Point, b: Point) -> bool:
-        """Tell whether the segment from `a` to `b` keeps clear.
-
-        Where `a` or `b` itself stands too near to a disc, the motion may come as near as that, but no nearer: a drone
-        that was stopped by an obstacle can leave, and a waypoint beside one can be reached.
-        """
-        for disc in self.discs:
-            allowed = min(self._reach(disc), math.dist(a, disc.centre), math.dist(b, disc.centre))
-            if _distance_to_segment(disc.centre, a, b) < allowed - 1e-9:
-                return False
-        return True
-
-    def path(self, start: Point, goal: Point) -> list[Point] | None:
-        """Corners of a way from `start` to `goal` (without `start`), or None where there is none."""
-        if any(math.dist(goal, disc.centre) < HULL_RADIUS + disc.radius for disc in self.discs):
-            return None
-        if self.is_open(start, goal):
-            return [goal]
-        lattice = self._search(start, goal)
-        return None if lattice is None else self._pull_tight(start, [*lattice, goal])
-
-    def _reach(self, disc: Disc) -> float:
-        return disc.radius + self.clearance
-
-    def _search(self, start: Point, goal: Point) -> list[Point] | None:
-        """A* over lattice nodes from where `start` can leave to where `goal` can be entered."""
-        usable = _Lattice(self, start, goal)
-        frontier: list[tuple[float, Node]] = []
-        cost: dict[Node, float] = {}
-        parent: dict[Node, Node | None] = {}
-        for node in usable.around(start):
-            cost[node] = math.dist(start, _place(node))
-            parent[node] = None
-            heapq.heappush(frontier, (cost[node] + math.dist(_place(node), goal), node))
-        exits = set(usable.around(goal))
-        closed: set[Node] = set()
-        while frontier:
-            _, node = heapq.heappop(frontier)
-            if node in exits:
-                return [_place(step) for step in _back_to_start(parent, node)]
-            if node in closed:
-                continue
-            closed.add(node)
-            for neighbour, length in usable.neighbours(node):
-                reached = cost[node] + length
-                if reached < cost.get(neighbour, math.inf):
-                    cost[neighbour] = reached
-                    parent[neighbour] = node
-                    heapq.heappush(frontier, (reached + math.dist(_place(neighbour), goal), neighbour))
-        return None
-
-    def _pull_tight(self, start: Point, corners: list[Point]) -> list[Point]:
-        """Leave out every corner that can be passed by."""
-        tight: list[Point] = []
-        at, rest = start, corners
-        while rest:
-            far = max(index for index in range(len(rest)) if index == 0 or self.is_open(at, rest[index]))
-            at = rest[far]
-            tight.append(at)
-            rest = rest[far + 1 :]
-        return tight
-
-
-class _Lattice:
-    """Nodes 1 m apart within the area that a detour may need."""
-
-    def __init__(self, space: KnownSpace, start: Point, goal: Point) -> None:
-        self._space = space
-        points = [start, goal, *(disc.centre for disc in space.discs)]
-        self._border = max((disc.radius for disc in space.discs), default=0.0) + space.clearance + _BORDER
-        self._low = min(x for x, _ in points) - self._border, min(y for _, y in points) - self._border
-        self._high = max(x for x, _ in points) + self._border, max(y for _, y in points) + self._border
-        self._usable: dict[Node, bool] = {}
-
-    def around(self, point: Point) -> Iterator[Node]:
-        """Usable nodes near `point` that it is connected to by an open segment."""
-        reach = math.ceil(self._border / CELL)
-        column, row = round(point[0] / CELL), round(point[1] / CELL)
-        for node in ((column + i, row + j) for i in range(-reach, reach + 1) for j in range(-reach, reach + 1)):
-            if self._is_usable(node) and self._space.is_open(point, _place(node)):
-                yield node
-
-    def neighbours(self, node: Node) -> Iterator[tuple[Node, float]]:
-        for i, j in ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1)):
-            neighbour = node[0] + i, node[1] + j
-            if self._is_usable(neighbour):
-                yield neighbour, CELL * math.hypot(i, j)
-
-    def _is_usable(self, node: Node) -> bool:
-        known = self._usable.get(node)
-        if known is None:
-            x, y = _place(node)
-            inside = self._low[0] <= x <= self._high[0] and self._low[1] <= y <= self._high[1]
-            known = self._usable[node] = inside and self._space.is_node((x, y))
-        return known
 
 
 class RoutePlanner:
@@ -204,6 +51,7 @@ class RoutePlanner:
         self._stopped_unseen = False
         self._waypoint = 0
         self._legs: list[Position] = []
+        self._asked_at: Position | None = None
 
     @property
     def waypoint(self) -> int:
@@ -257,6 +105,7 @@ class RoutePlanner:
                 self._give_up("known obstacles leave no way to it", for_obstacle=seen)
             else:
                 self._legs = _at_heights(position, corners, waypoint)
+        self._asked_at = position
         return self.target
 
     def arrived(self) -> None:
@@ -275,15 +124,13 @@ class RoutePlanner:
         """The leg asked for last ended at `position`, with an obstacle `distance` metres ahead on it."""
         if not self._legs:
             return
-        target = self._legs[0]
-        ahead = math.dist(position[:2], target[:2])
         seen = distance <= STOPPING_DISTANCE_LIMIT
         self._stopped_unseen |= not seen
-        if ahead > 1e-6:
-            believed = distance if seen else MARGIN
-            share = max(believed, OBSTACLE_RADIUS) / ahead
-            x = position[0] + share * (target[0] - position[0])
-            y = position[1] + share * (target[1] - position[1])
+        direction = self._direction(position)
+        if direction is not None:
+            ahead = max(distance if seen else STOPPED_BEFORE, OBSTACLE_RADIUS)
+            x = position[0] + ahead * math.cos(direction)
+            y = position[1] + ahead * math.sin(direction)
             self.known.add((x, y), seen=seen)
         self._legs = []
         self._detours += 1
@@ -291,6 +138,13 @@ class RoutePlanner:
             blocked = f"the way was found blocked {self._detours} times"
             unseen = ", by something that no sensor saw" if self._stopped_unseen else ""
             self._give_up(blocked + unseen, for_obstacle=not self._stopped_unseen)
+
+    def _direction(self, position: Position) -> float | None:
+        """Of the leg that was blocked at `position`, None for a vertical one. Some centimetres before or behind its end
+        only its beginning tells."""
+        target = self._legs[0]
+        at_the_end = math.dist(position[:2], target[:2]) <= ARRIVED_WITHIN
+        return bearing(self._asked_at if at_the_end and self._asked_at is not None else position, target)
 
     def _reach(self) -> None:
         self._reached.append(self._waypoint)
@@ -326,17 +180,6 @@ def wrap(angle: float) -> float:
     return math.remainder(angle, 2 * math.pi)
 
 
-def _place(node: Node) -> Point:
-    return node[0] * CELL, node[1] * CELL
-
-
-def _back_to_start(parent: dict[Node, Node | None], node: Node) -> list[Node]:
-    steps = [node]
-    while (before := parent[steps[-1]]) is not None:
-        steps.append(before)
-    return steps[::-1]
-
-
 def _at_heights(start: Position, corners: list[Point], end: Position) -> list[Position]:
     """The corners as positions whose height changes evenly along the way."""
     lengths = [math.dist(a, b) for a, b in zip([start[:2], *corners], corners, strict=False)]
@@ -349,13 +192,3 @@ def _at_heights(start: Position, corners: list[Point], end: Position) -> list[Po
         legs.append((corner[0], corner[1], start[2] + share * (end[2] - start[2])))
     legs[-1] = end
     return legs
-
-
-def _distance_to_segment(point: Point, a: Point, b: Point) -> float:
-    along = b[0] - a[0], b[1] - a[1]
-    square = along[0] ** 2 + along[1] ** 2
-    if square == 0.0:
-        return math.dist(point, a)
-    share = ((point[0] - a[0]) * along[0] + (point[1] - a[1]) * along[1]) / square
-    share = min(1.0, max(0.0, share))
-    return math.dist(point, (a[0] + share * along[0], a[1] + share * along[1]))

@@ -10,7 +10,8 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from skillwing.bt_missions.leaves.context import MissionContext
-from skillwing.bt_missions.planning.detour import MARGIN, Position, RoutePlanner, bearing, crab_heading
+from skillwing.bt_missions.planning.detour import Position, RoutePlanner, bearing, crab_heading
+from skillwing.bt_missions.planning.known_space import STOPPED_BEFORE
 from skillwing.services.protocol import Ending, Terminal
 
 POSITION_PATIENCE = 5.0
@@ -45,17 +46,14 @@ class Route:
         """Heading of the leg that was written last."""
         return self._written().crab
 
-    def write(self) -> bool | None:
-        """Plan the next leg from where the robot is. False: the route is done; None: that place is not known."""
+    def write(self) -> bool:
+        """Plan `leg`, the next one, from where the robot is: None when the route is done. Tells whether it could: not
+        where that place is unknown, which leaves `leg` as it is."""
         position, heading = fresh_position(self._context), self._number("heading")
         if position is None or heading is None:
-            return None
-        target = self.planner.next_target(position)
-        if target is None:
-            self.leg = None
             return False
-        direction = bearing(position, target)
-        self.leg = Leg(target, heading if direction is None else crab_heading(direction, heading))
+        target = self.planner.next_target(position)
+        self.leg = None if target is None else _leg(position, heading, target)
         return True
 
     def leg_ended(self, terminal: Terminal) -> None:
@@ -64,7 +62,7 @@ class Route:
             output = terminal.output or {}
             stopped = _position(output.get("stopped_at")) or fresh_position(self._context)
             if stopped is not None:
-                self.planner.blocked(stopped, float(output.get("obstacle_distance", MARGIN)))
+                self.planner.blocked(stopped, float(output.get("obstacle_distance", STOPPED_BEFORE)))
         elif terminal.ending is Ending.SUCCEEDED and terminal.success:
             self.planner.arrived()
         elif terminal.ending in (Ending.INTERRUPTED, Ending.INVARIANT_VIOLATED):
@@ -93,14 +91,13 @@ class WaypointWriter(Behaviour):
         self._asked_at = self._context.now()
 
     def update(self) -> Status:
-        written = self.route.write()
-        planner = self.route.planner
-        if written is None:
+        if not self.route.write():
             return _wait_for_position(self, self._context, self._asked_at)
-        if not written or self.route.leg is None:
+        planner, leg = self.route.planner, self.route.leg
+        if leg is None:
             self.feedback_message = f"{planner.reached} of {len(planner.route)} waypoints reached, none left"
             return Status.FAILURE
-        x, y, z = self.route.leg.target
+        x, y, z = leg.target
         self.feedback_message = f"waypoint {planner.waypoint + 1} of {len(planner.route)}: to {x:.1f}, {y:.1f}, {z:.1f}"
         return Status.SUCCESS
 
@@ -152,6 +149,11 @@ class RouteFulfilled(Behaviour):
             return Status.SUCCESS
         self._context.learn(self.feedback_message, None, failed=True)
         return Status.FAILURE
+
+
+def _leg(position: Position, heading: float, target: Position) -> Leg:
+    direction = bearing(position, target)
+    return Leg(target, heading if direction is None else crab_heading(direction, heading))
 
 
 def fresh_position(context: MissionContext) -> Position | None:

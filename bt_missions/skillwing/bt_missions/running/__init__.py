@@ -1,1 +1,1 @@
-"""Flying a mission: its definition, the check before it, the process, the abort, the tree in words."""
+"""Flying a mission: what one is, where it is found, its options, its process and flight, orders, the tree in words."""

@@ -10,7 +10,7 @@ from skillwing.bt_missions.running.python_file import load_python_mission
 from skillwing.bt_missions.xml.mission import load_mission
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.errors import InvalidOptionError
-from skillwing.services.options import import_failure
+from skillwing.services.failing_code import load_failure
 
 ENTRY_POINTS = "skillwing.missions"
 
@@ -53,7 +53,6 @@ def find_draft(name: str) -> Mission:
         raise UnknownMissionError(name)
     try:
         return found[name].load()
-    except Exception as error:  # what somebody else installs may fail in any way
-        told = import_failure(error) if isinstance(error, ImportError) else f"{type(error).__name__}: {error}."
-        sentence = f"The installed mission `{name}` ({found[name].value}) cannot be loaded. {told}"
-        raise InvalidOptionError("mission", sentence) from error
+    except (Exception, SystemExit) as error:  # what somebody else installs may fail in any way
+        told = load_failure(found[name].module, error)
+        raise InvalidOptionError("mission", f"`{name}` is installed as `{found[name].value}`, but {told}") from error

@@ -13,16 +13,16 @@ from typing import Any
 import msgspec
 from py_trees.behaviour import Behaviour
 
+from skillwing.bt_missions.checking.misfit import Misfit
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.planning.detour import Position, RoutePlanner
-from skillwing.bt_missions.running.misfit import Misfit
-from skillwing.bt_missions.running.option_values import read_values
+from skillwing.bt_missions.running.option_values import default_values, read_values
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.errors import InvalidOptionError
 
 
 class MissionOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Base of the options of a mission; each field is one option with its default."""
+    """Base of the options of a mission; each field is one option, which has to be given where it has no default."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,14 +94,18 @@ class Mission(ABC):
             raise TypeError(f"`build` returns {type(trees).__name__} instead of MissionTrees")
         return trees, []
 
+    @property
+    def option_names(self) -> tuple[str, ...]:
+        return self.Options.__struct_fields__
+
     def describe(self) -> dict[str, Any]:
-        """Every option with its default, as plain values: text, numbers, lists."""
-        return msgspec.json.decode(msgspec.json.encode(self.Options()))
+        """The default of each option that has one, as plain values: text, numbers, lists."""
+        return dict(default_values(self.Options))
 
     def read_options(self, given: Mapping[str, Any]) -> MissionOptions:
         """The options from their plain form, where numbers may also be text. Raises InvalidOptionError."""
-        known = self.Options.__struct_fields__
         for name in given:
-            if name not in known:
-                raise InvalidOptionError(name, str(UnknownNameError(f"option of {self.name}", name, known)))
+            if name not in self.option_names:
+                known = UnknownNameError(f"option of {self.name}", name, self.option_names)
+                raise InvalidOptionError(name, str(known))
         return read_values(given, self.Options)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, TypeVar
 
 import msgspec
@@ -32,6 +32,15 @@ def read_values(given: Mapping[str, Any], options: type[O]) -> O:
     except ValueError as error:  # what no single value is to blame for
         name = next((name for name in values if f"`{name}`" in str(error)), "")
         raise InvalidOptionError(name, str(error)) from error
+
+
+def default_values(options: type[msgspec.Struct]) -> Iterator[tuple[str, Any]]:
+    """The default of each option that has one, in the plain form that `read_values` takes."""
+    for each in msgspec.structs.fields(options):
+        if not each.required:
+            factory = each.default_factory
+            default = each.default if factory is msgspec.NODEFAULT else factory()
+            yield each.name, msgspec.json.decode(msgspec.json.encode(default))
 
 
 def written(value: Any) -> str:

@@ -28,6 +28,7 @@ def parse_options(words: Sequence[str]) -> dict[str, Any]:
 
 
 def plain_value(name: str, text: str) -> Any:
+    """The value of one option as it is typed: text, a list of texts, a list of such lists, or what JSON says."""
     if text.startswith(("[", "{")):
         try:
             return msgspec.json.decode(text)

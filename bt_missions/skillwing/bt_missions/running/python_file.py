@@ -8,10 +8,10 @@ from itertools import takewhile
 from pathlib import Path
 from types import CodeType, ModuleType
 
-from skillwing.bt_missions.running.misfit import FaultyMissionError, Misfit
+from skillwing.bt_missions.checking.misfit import FaultyMissionError, Misfit
 from skillwing.bt_missions.running.mission import Mission
 from skillwing.bt_missions.running.source_file import read_source, refuse_if_not_utf8
-from skillwing.services.options import import_failure
+from skillwing.services.failing_code import failure, import_failure
 
 ATTRIBUTE = "MISSION"
 """What the file calls its mission."""
@@ -44,15 +44,9 @@ def failure_in(file: Path | None, error: BaseException, when: str) -> Misfit:
     mission was written in none."""
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(file)]
     place = f"{file}:{frames[-1].lineno}" if frames else file and str(file)
-    match error:
-        case ImportError():
-            text = import_failure(error, told_at=place or "")
-        case SystemExit():
-            text = f"It ends Python {when}. Take that out."
-        case _:
-            told = f": {error}" if str(error) else ""
-            text = f"It raises {type(error).__name__} {when}{told.rstrip('.')}. Mend it."
-    return Misfit(text, place)
+    if isinstance(error, ImportError):
+        return Misfit(import_failure(error, told_at=place or ""), place)
+    return Misfit(failure(error, when=f" {when}"), place)
 
 
 def _compiled(file: Path) -> CodeType:

@@ -1,17 +1,21 @@
-"""What every mission of a drone shares: taking off, standing still for the operator, giving way to the safety pilot."""
+"""What every mission of a drone shares: its guards, taking off, standing still for the operator, the way home."""
 
 from __future__ import annotations
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
+from py_trees.decorators import SuccessIsFailure
 
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
+from skillwing.bt_missions.leaves.flying import FLIGHT_STATUS, IN_AIR, LAND, ON_GROUND, TAKEOFF
+from skillwing.bt_missions.leaves.settling import NoteSwitch
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.planning.waypoints import PointAbove
-from skillwing.bt_missions.subtrees.composites import OnEnding, guarded, in_order
+from skillwing.bt_missions.subtrees.composites import OnEnding, first_that_works, guarded, in_order
+from skillwing.bt_missions.subtrees.decorators import Deadline
 from skillwing.bt_missions.subtrees.holding import Change, Pausable, WhileGranted
-from skillwing.bt_missions.subtrees.landing import land_where_it_is
+from skillwing.bt_missions.subtrees.landing import LANDED, land_where_it_is
 
 PILOT_PATIENCE = 120.0
 """Robot seconds for which the safety pilot may have the drone before the mission ends."""
@@ -19,6 +23,41 @@ LONGEST_HOVER = 3600.0
 """Robot seconds; after that the next one begins."""
 TAKEN_OFF = {"S_AT_ALTITUDE": Status.SUCCESS, "S_BLOCKED": Status.FAILURE, "S_ABORTED": Status.FAILURE}
 CLIMBED = {"S_ARRIVED": Status.SUCCESS, "S_BLOCKED": Status.FAILURE, "S_ABORTED": Status.FAILURE}
+AT_HOME = {"S_ARRIVED": Status.SUCCESS, "S_ABORTED": Status.FAILURE}
+NO_DEPTH_MAP = {"S_NO_DATA": Status.FAILURE}
+DEPTH_MAP_WAIT = 5.0
+"""How long a depth map may take to come up before what flies by it fails, in seconds of robot time."""
+
+
+def guarded_flight(
+    context: MissionContext, flight: Behaviour, judge: Behaviour, *, time_limit: float, pilot_patience: float
+) -> WhileGranted:
+    """`flight` and a landing, below the guards of every mission: safety pilot, battery, time.
+
+    Where the flight fails the drone lands where it is; while the pilot has it no motion is commanded, not even that.
+    judge: whether a mission whose drone has landed at home was done. time_limit: robot seconds until it gives up.
+    """
+    land = SkillAction("land", context, LAND, outcomes=LANDED)
+    charged = ResourceIs("battery?", context, "battery_status", "NORMAL", "LOW")
+    in_good_time = Deadline("in good time", context, time_limit, flight)
+    failed = in_order(
+        "flight failed",
+        NoteSwitch("why", context, "mission", "flight", "landing where it is"),
+        land_where_it_is(context),
+    )
+    return unless_the_pilot_flies(
+        context,
+        pilot_patience,
+        in_order(
+            "fly, then judge",
+            first_that_works(
+                "fly or land",
+                in_order("fly and land", guarded("while the battery lasts", charged, in_good_time), land),
+                SuccessIsFailure("landed, but not done", failed),
+            ),
+            judge,
+        ),
+    )
 
 
 def take_off(context: MissionContext, height: float) -> Behaviour:
@@ -26,15 +65,20 @@ def take_off(context: MissionContext, height: float) -> Behaviour:
     above = PointAbove("straight up", context, height)
     return OnEnding(
         "up",
-        SkillAction("takeoff", context, "takeoff", {"height": height}, outcomes=TAKEN_OFF),
+        SkillAction("takeoff", context, TAKEOFF, {"height": height}, outcomes=TAKEN_OFF),
         ("NR",),
         in_order(
             "climb on",
-            ResourceIs("in the air?", context, "flight_status", "IN_AIR"),
+            ResourceIs("in the air?", context, FLIGHT_STATUS, IN_AIR),
             above,
             SkillAction("climb", context, "goto", {"target": above.target}, outcomes=CLIMBED),
         ),
     )
+
+
+def fly_home(context: MissionContext, height: float, speed: float) -> SkillAction:
+    """Over what stands in the way, and no landing. height: at which to begin, in metres."""
+    return SkillAction("return_home", context, "return_home", {"height": height, "speed": speed}, outcomes=AT_HOME)
 
 
 def or_pause(context: MissionContext, flight: Behaviour) -> Pausable:
@@ -45,7 +89,7 @@ def or_pause(context: MissionContext, flight: Behaviour) -> Pausable:
         ResourceIs("charged enough to wait?", context, "battery_status", "NORMAL"),
         in_order(
             "hold the place",
-            ResourceIs("in the air?", context, "flight_status", "IN_AIR", question=True),
+            ResourceIs("in the air?", context, FLIGHT_STATUS, IN_AIR, question=True),
             SkillAction("hover", context, "hover", {"duration": LONGEST_HOVER}),
         ),
         flight,
@@ -61,7 +105,7 @@ def unless_the_pilot_flies(context: MissionContext, patience: float, mission: Be
         resource="SDK_authority",
         states=("AVAILABLE",),
         patience=patience,
-        ended_by=Change("flight_status", "ON_GROUND"),
+        ended_by=Change(FLIGHT_STATUS, ON_GROUND),
     )
 
 

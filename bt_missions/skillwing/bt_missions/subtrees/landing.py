@@ -9,6 +9,7 @@ from py_trees.decorators import Retry
 
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
+from skillwing.bt_missions.leaves.flying import FLIGHT_STATUS, LAND, ON_GROUND
 from skillwing.bt_missions.leaves.settling import Settled
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.subtrees.composites import first_that_works, in_order
@@ -21,13 +22,13 @@ ATTEMPTS = 3
 
 def land_where_it_is(context: MissionContext) -> Sequence:
     """Wait until the drone has stopped, then land it if it flies. SUCCESS: it is on the ground."""
-    land: Behaviour = SkillAction("land", context, "land", outcomes=LANDED)
+    land: Behaviour = SkillAction("land", context, LAND, outcomes=LANDED)
     return in_order(
         "land where it is",
         Settled("stopped", context, STOPPING_PATIENCE),
         first_that_works(
             "on the ground",
-            ResourceIs("on the ground?", context, "flight_status", "ON_GROUND", question=True),
+            ResourceIs("on the ground?", context, FLIGHT_STATUS, ON_GROUND, question=True),
             Retry(f"at most {ATTEMPTS} times", land, num_failures=ATTEMPTS),
         ),
     )

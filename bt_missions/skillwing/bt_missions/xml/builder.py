@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 from py_trees.behaviour import Behaviour
 
+from skillwing.bt_missions.checking.meaning import meant
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.places import put_place
 from skillwing.bt_missions.leaves.unbuilt import Unbuilt, mark_guessed, mark_incomplete
-from skillwing.bt_missions.running.meaning import meant
 from skillwing.bt_missions.xml.document import Element
 from skillwing.bt_missions.xml.node_type import Call, Category, NodeType, PortError
 from skillwing.bt_missions.xml.problems import Problem
@@ -22,7 +22,12 @@ _AUTOREMAP = "_autoremap"
 _TRUTHS = {"true": True, "1": True, "false": False, "0": False}
 _OF_EDITORS = ("_uid", "_fullpath", "_description", "_collapsed")
 """Attributes with which editors remember how a node looks."""
-_SCRIPTS = ("Script", "ScriptCondition", "Precondition", "Switch2", "Switch3", "IfThenElse", "WhileDoElse")
+_THEIRS = {
+    **dict.fromkeys(("Script", "ScriptCondition", "Precondition"), "use ResourceIs or DataCompare."),
+    **dict.fromkeys(("IfThenElse", "WhileDoElse"), "put its parts into Sequence and Fallback."),
+    **dict.fromkeys((f"Switch{cases}" for cases in range(2, 7)), "ask for each case with ResourceIs or DataCompare."),
+}
+"""Nodes that BehaviorTree.CPP has and this does not, which resemble others: what to write instead."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,9 +143,8 @@ class Builder:
         """What an unknown tag is probably meant to be, so that the rest of it can be looked at all the same."""
         if not tag:
             return None  # the frame has been told of
-        if tag in _SCRIPTS:
-            script = f"`{tag}` runs a script of BehaviorTree.CPP, which is not known here"
-            self._note(element, f"{script}; use ResourceIs or DataCompare.")
+        if tag in _THEIRS:
+            self._note(element, f"`{tag}` of BehaviorTree.CPP is not known here; {_THEIRS[tag]}")
             return None
         near = closest(tag, self._types)
         hint = f"did you mean `{near}`?" if near else "`skillwing mission nodes` lists those there are."

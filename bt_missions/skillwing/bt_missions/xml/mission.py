@@ -9,9 +9,10 @@ from typing import Any, cast
 import msgspec
 from py_trees.behaviour import Behaviour
 
+from skillwing.bt_missions.checking.misfit import Misfit
 from skillwing.bt_missions.leaves.context import MissionContext
-from skillwing.bt_missions.planning.detour import Area, Position
-from skillwing.bt_missions.running.misfit import Misfit
+from skillwing.bt_missions.planning.detour import Position
+from skillwing.bt_missions.planning.known_space import Area
 from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
 from skillwing.bt_missions.running.option_words import plain_value
 from skillwing.bt_missions.xml.builder import Builder

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import msgspec
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from skillwing.bt_missions.planning.detour import Area, Position, RoutePlanner
+from skillwing.bt_missions.planning.detour import Position, RoutePlanner
+from skillwing.bt_missions.planning.known_space import Area
 from skillwing.bt_missions.planning.waypoints import PointAbove, Route, RouteFulfilled, WaypointWriter
 from skillwing.bt_missions.subtrees.loop import Until
 from skillwing.bt_missions.xml.node_type import NOWHERE, Call, Category, NodeType, Port, PortError
+from skillwing.bt_missions.xml.scope import Cell
 from skillwing.bt_missions.xml.skills import CRAB, PLAN, TARGET, UP
 from skillwing.bt_missions.xml.values import written
 
@@ -59,11 +61,36 @@ def _describe_plan(node: Behaviour) -> Mapping[str, str] | None:
     return {**{port: msgspec.json.encode(value).decode() for port, value in values.items()}, "plan": PLAN}
 
 
+class _Filling(Behaviour):
+    """Mixed into a leaf that writes: fills cells whenever it has written, whatever filled them before."""
+
+    outputs: Mapping[Cell, Callable[[], object]]
+
+    def fill(self) -> None:
+        for cell, source in self.outputs.items():
+            cell.source = source
+
+    def update(self) -> Status:
+        status = super().update()
+        if status is Status.SUCCESS:
+            self.fill()
+        return status
+
+
+class _FillingWriter(_Filling, WaypointWriter):
+    pass
+
+
+class _FillingPoint(_Filling, PointAbove):
+    pass
+
+
 def _make_writer(call: Call) -> Behaviour:
     route = call.route("plan")
-    call.output("target").source = route.target
-    call.output("crab").source = route.crab
-    return WaypointWriter(call.name, call.context, route)
+    writer = _FillingWriter(call.name, call.context, route)
+    writer.outputs = {call.output("target"): route.target, call.output("crab"): route.crab}
+    writer.fill()  # Who reads these cells is built next, and asks whether anything fills them.
+    return writer
 
 
 def _describe_writer(node: Behaviour) -> Mapping[str, str] | None:
@@ -71,8 +98,9 @@ def _describe_writer(node: Behaviour) -> Mapping[str, str] | None:
 
 
 def _make_point_above(call: Call) -> Behaviour:
-    above = PointAbove(call.name, call.context, call.number("height"))
-    call.output("target").source = above.target
+    above = _FillingPoint(call.name, call.context, call.number("height"))
+    above.outputs = {call.output("target"): above.target}
+    above.fill()
     return above
 
 

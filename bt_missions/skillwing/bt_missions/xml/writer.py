@@ -58,12 +58,14 @@ def _document(main: str | None) -> ElementTree.Element:
 
 
 def _with_plan(top: Behaviour) -> Behaviour:
-    """A tree of a Python mission finds its plan made; one of a file begins with it."""
+    """A tree of a Python mission finds its plan made; one of a file begins with it. Raises NotWritableError."""
     nodes = list(top.iterate())
-    writer = next((node for node in nodes if isinstance(node, WaypointWriter)), None)
-    if writer is None or any(isinstance(node, PlanRoute) for node in nodes):
+    routes = {node.route for node in nodes if isinstance(node, WaypointWriter | PlanRoute)}
+    if len(routes) > 1:
+        raise NotWritableError([f"`{top.name}` flies {len(routes)} routes, and a tree file is written for one."])
+    if not routes or any(isinstance(node, PlanRoute) for node in nodes):
         return top
-    return in_order("with a plan", PlanRoute("plan", writer.route), top)
+    return in_order("with a plan", PlanRoute("plan", routes.pop()), top)
 
 
 def _append(parent: ElementTree.Element, node: Behaviour, types: Mapping[str, NodeType], problems: list[str]) -> None:

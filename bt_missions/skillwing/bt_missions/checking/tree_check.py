@@ -11,10 +11,10 @@ from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel, Selector, Sequence
 from py_trees.decorators import Decorator, FailureIsSuccess, Inverter, Repeat, Retry, SuccessIsFailure, SuccessIsRunning
 
+from skillwing.bt_missions.checking.meaning import meant
 from skillwing.bt_missions.leaves.settling import NoteSwitch, Settled
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.leaves.unbuilt import is_guessed, is_incomplete
-from skillwing.bt_missions.running.meaning import meant
 from skillwing.bt_missions.subtrees.composites import OnEnding
 from skillwing.bt_missions.subtrees.decorators import Deadline
 from skillwing.bt_missions.subtrees.holding import Pausable, WhileGranted

@@ -6,17 +6,17 @@ from collections.abc import Callable, Iterable, Iterator
 
 from py_trees.behaviour import Behaviour
 
+from skillwing.bt_missions.checking.comparison_check import comparison_problems
+from skillwing.bt_missions.checking.landing_check import landing_problems
+from skillwing.bt_missions.checking.meaning import forgotten
+from skillwing.bt_missions.checking.misfit import Misfit
+from skillwing.bt_missions.checking.tree_check import shape_problems, skill_of
 from skillwing.bt_missions.leaves.conditions import DataCompare, ResourceIs
 from skillwing.bt_missions.leaves.holds import HELD
 from skillwing.bt_missions.leaves.places import place_of
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.leaves.unbuilt import Unbuilt, is_guessed, is_incomplete
-from skillwing.bt_missions.running.comparison_check import comparison_problems
-from skillwing.bt_missions.running.landing_check import landing_problems
-from skillwing.bt_missions.running.meaning import forgotten
-from skillwing.bt_missions.running.misfit import Misfit
 from skillwing.bt_missions.running.mission import Mission, MissionTrees
-from skillwing.bt_missions.running.tree_check import shape_problems, skill_of
 from skillwing.bt_missions.subtrees.composites import OnEnding
 from skillwing.bt_missions.subtrees.holding import WhileGranted
 from skillwing.dsl.model import Skill, Skillset, UnknownNameError

@@ -1,0 +1,1 @@
+"""Whether a mission fits a robot and itself, before it flies."""

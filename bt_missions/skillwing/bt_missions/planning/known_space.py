@@ -1,0 +1,192 @@
+"""The obstacles a mission has met, and ways between them. Pure: no bus, no clock, no tree.
+
+Nothing is known of the world beforehand. An obstacle is a disc where it was seen; a way keeps clear of every disc:
+straight if that goes, otherwise by A* (Hart, Nilsson, Raphael 1968) on a lattice of 1 m, its path pulled tight.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TypeAlias
+
+Point: TypeAlias = tuple[float, float]
+Node: TypeAlias = tuple[int, int]
+Area: TypeAlias = tuple[float, float, float, float]
+"""West, south, east and north border in metres."""
+
+TIP_RADIUS = 0.84
+"""From the drone's centre to the tips of its blades, in metres."""
+MARGIN = 2.0
+"""Kept between the tips and an obstacle, in metres."""
+STOPPED_BEFORE = 2.0
+"""As far before an obstacle the drone is believed to stand, from its centre, if nobody says how far, in metres."""
+OBSTACLE_RADIUS = 0.3
+"""Radius assumed of what was seen as one point, in metres."""
+SAME_OBSTACLE = 0.75
+"""What is seen nearer than this to a known disc's centre is the same obstacle, in metres."""
+GROWTH = 0.5
+"""Added to the radius of a disc that was met again, in metres: it must be larger than assumed."""
+CELL = 1.0
+LONGEST_EDGE = CELL * math.sqrt(2)
+_BORDER = 4.0
+"""How far beyond what has to be kept clear of the lattice reaches, in metres."""
+
+
+@dataclass(frozen=True, slots=True)
+class Disc:
+    """A known obstacle on the ground plan (ENU, metres). seen: a sensor has seen it; otherwise it is only assumed."""
+
+    centre: Point
+    radius: float = OBSTACLE_RADIUS
+    seen: bool = True
+
+
+class KnownSpace:
+    """Which straight motions keep clear of the known discs.
+
+    clearance: metres between a disc and the drone's centre. area: where detours may lead; None for anywhere.
+    """
+
+    def __init__(self, clearance: float = TIP_RADIUS + MARGIN, area: Area | None = None) -> None:
+        self.clearance = clearance
+        self.area = area
+        self.discs: list[Disc] = []
+
+    def add(self, place: Point, *, seen: bool = True) -> None:
+        """Remember an obstacle at `place`; one that is known already grows."""
+        for index, disc in enumerate(self.discs):
+            if math.dist(disc.centre, place) < SAME_OBSTACLE:
+                self.discs[index] = Disc(disc.centre, disc.radius + GROWTH, disc.seen or seen)
+                return
+        self.discs.append(Disc(place, seen=seen))
+
+    def is_node(self, point: Point) -> bool:
+        """Tell whether a detour may lead over `point`, and from there along any lattice edge to another such point."""
+        if self.area is not None:
+            west, south, east, north = self.area
+            if not (west <= point[0] <= east and south <= point[1] <= north):
+                return False
+        # Of an edge between two points that are this far from a centre, no part is nearer to it than the reach.
+        return all(
+            math.dist(point, disc.centre) >= math.hypot(self._reach(disc), LONGEST_EDGE / 2) for disc in self.discs
+        )
+
+    def is_open(self, a: Point, b: Point) -> bool:
+        """Tell whether the segment from `a` to `b` keeps clear.
+
+        Where `a` or `b` itself stands too near to a disc, the motion may come as near as that, but no nearer: a drone
+        that was stopped by an obstacle can leave, and a waypoint beside one can be reached.
+        """
+        for disc in self.discs:
+            allowed = min(self._reach(disc), math.dist(a, disc.centre), math.dist(b, disc.centre))
+            if _distance_to_segment(disc.centre, a, b) < allowed - 1e-9:
+                return False
+        return True
+
+    def path(self, start: Point, goal: Point) -> list[Point] | None:
+        """Corners of a way from `start` to `goal` (without `start`), or None where there is none."""
+        if any(math.dist(goal, disc.centre) < TIP_RADIUS + disc.radius for disc in self.discs):
+            return None
+        if self.is_open(start, goal):
+            return [goal]
+        lattice = self._search(start, goal)
+        return None if lattice is None else self._pull_tight(start, [*lattice, goal])
+
+    def _reach(self, disc: Disc) -> float:
+        return disc.radius + self.clearance
+
+    def _search(self, start: Point, goal: Point) -> list[Point] | None:
+        """A* over lattice nodes from where `start` can leave to where `goal` can be entered."""
+        usable = _Lattice(self, start, goal)
+        frontier: list[tuple[float, Node]] = []
+        cost: dict[Node, float] = {}
+        parent: dict[Node, Node | None] = {}
+        for node in usable.around(start):
+            cost[node] = math.dist(start, _place(node))
+            parent[node] = None
+            heapq.heappush(frontier, (cost[node] + math.dist(_place(node), goal), node))
+        exits = set(usable.around(goal))
+        closed: set[Node] = set()
+        while frontier:
+            _, node = heapq.heappop(frontier)
+            if node in exits:
+                return [_place(step) for step in _back_to_start(parent, node)]
+            if node in closed:
+                continue
+            closed.add(node)
+            for neighbour, length in usable.neighbours(node):
+                reached = cost[node] + length
+                if reached < cost.get(neighbour, math.inf):
+                    cost[neighbour] = reached
+                    parent[neighbour] = node
+                    heapq.heappush(frontier, (reached + math.dist(_place(neighbour), goal), neighbour))
+        return None
+
+    def _pull_tight(self, start: Point, corners: list[Point]) -> list[Point]:
+        """Leave out every corner that can be passed by."""
+        tight: list[Point] = []
+        at, rest = start, corners
+        while rest:
+            far = max(index for index in range(len(rest)) if index == 0 or self.is_open(at, rest[index]))
+            at = rest[far]
+            tight.append(at)
+            rest = rest[far + 1 :]
+        return tight
+
+
+class _Lattice:
+    """Nodes 1 m apart within the area that a detour may need."""
+
+    def __init__(self, space: KnownSpace, start: Point, goal: Point) -> None:
+        self._space = space
+        points = [start, goal, *(disc.centre for disc in space.discs)]
+        self._border = max((disc.radius for disc in space.discs), default=0.0) + space.clearance + _BORDER
+        self._low = min(x for x, _ in points) - self._border, min(y for _, y in points) - self._border
+        self._high = max(x for x, _ in points) + self._border, max(y for _, y in points) + self._border
+        self._usable: dict[Node, bool] = {}
+
+    def around(self, point: Point) -> Iterator[Node]:
+        """Usable nodes near `point` that it is connected to by an open segment."""
+        reach = math.ceil(self._border / CELL)
+        column, row = round(point[0] / CELL), round(point[1] / CELL)
+        for node in ((column + i, row + j) for i in range(-reach, reach + 1) for j in range(-reach, reach + 1)):
+            if self._is_usable(node) and self._space.is_open(point, _place(node)):
+                yield node
+
+    def neighbours(self, node: Node) -> Iterator[tuple[Node, float]]:
+        for i, j in ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1)):
+            neighbour = node[0] + i, node[1] + j
+            if self._is_usable(neighbour):
+                yield neighbour, CELL * math.hypot(i, j)
+
+    def _is_usable(self, node: Node) -> bool:
+        known = self._usable.get(node)
+        if known is None:
+            x, y = _place(node)
+            inside = self._low[0] <= x <= self._high[0] and self._low[1] <= y <= self._high[1]
+            known = self._usable[node] = inside and self._space.is_node((x, y))
+        return known
+
+
+def _place(node: Node) -> Point:
+    return node[0] * CELL, node[1] * CELL
+
+
+def _back_to_start(parent: dict[Node, Node | None], node: Node) -> list[Node]:
+    steps = [node]
+    while (before := parent[steps[-1]]) is not None:
+        steps.append(before)
+    return steps[::-1]
+
+
+def _distance_to_segment(point: Point, a: Point, b: Point) -> float:
+    along = b[0] - a[0], b[1] - a[1]
+    square = along[0] ** 2 + along[1] ** 2
+    if square == 0.0:
+        return math.dist(point, a)
+    share = ((point[0] - a[0]) * along[0] + (point[1] - a[1]) * along[1]) / square
+    share = min(1.0, max(0.0, share))
+    return math.dist(point, (a[0] + share * along[0], a[1] + share * along[1]))

@@ -1,0 +1,82 @@
+"""What a mission tells the world of itself: its status, its tree, and its records in the timeline."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from py_trees.behaviour import Behaviour
+
+from skillwing.bt_missions.running.mission import Progress
+from skillwing.bt_missions.running.phase import Phase
+from skillwing.bt_missions.running.tree_text import TreePortrait
+from skillwing.services.bus import Bus, Publisher
+from skillwing.services.protocol import Keys, MissionStatus, RecordKind, TreeSnapshot, encode
+from skillwing.services.timeline import Timeline
+
+
+class Announcer:
+    """Publishes for the mission of that name. `status` is what was told last; on_status: called with each."""
+
+    def __init__(self, mission: str, keys: Keys, on_status: Callable[[MissionStatus], None]) -> None:
+        self.status = MissionStatus(mission=mission, phase=Phase.IDLE, t=0.0, text="not started")
+        self._keys = keys
+        self._on_status = on_status
+
+    def attach(self, bus: Bus) -> None:
+        self._bus = bus
+        self._timeline = Timeline(bus, self._keys)
+        self._status_out: Publisher = bus.advertise(self._keys.mission_status, events=True)
+        self._tree_out: Publisher = bus.advertise(self._keys.mission_tree, events=True)
+
+    def show(self, tree: Behaviour, progress: Callable[[], Progress]) -> None:
+        """Tell of this tree from now on, and of how far the mission is."""
+        self._portrait = TreePortrait(tree)
+        self._progress = progress
+
+    # --- the timeline
+
+    def record(self, subject: str, before: str | None, after: str, text: str, cause: str | None) -> str:
+        """Write a record of the mission's kind; returns its id. A `Journal` for leaves."""
+        return self._timeline.record(RecordKind.MISSION, subject, before, after, text=text, cause=cause)
+
+    # --- the status
+
+    def enter(self, phase: Phase, text: str, cause: str | None = None) -> str:
+        """Tell of another phase, in the timeline too. Returns the id of the record."""
+        record = self.record(self.status.mission, self.status.phase, phase, text, cause)
+        self.publish(phase, text)
+        return record
+
+    def publish(self, phase: Phase, text: str) -> None:
+        progress = self._progress()
+        self.status = MissionStatus(
+            mission=self.status.mission,
+            phase=phase,
+            t=self._bus.now(),
+            text=text,
+            waypoint=progress.waypoint,
+            waypoints=progress.waypoints,
+            goal=progress.goal,
+        )
+        self._status_out.put(encode(self.status))
+        self._on_status(self.status)
+
+    def publish_news(self, phase: Phase, text: str) -> None:
+        """Publish what is done within a phase, if it is something else than was told last."""
+        progress = self._progress()
+        if (text, progress.waypoint, progress.goal) != (self.status.text, self.status.waypoint, self.status.goal):
+            self.publish(phase, text)
+
+    # --- the tree
+
+    @property
+    def snapshot(self) -> TreeSnapshot:
+        """The tree as it was told last."""
+        return TreeSnapshot(mission=self.status.mission, t=self._bus.now(), nodes=self._portrait.nodes)
+
+    def publish_tree(self) -> bool:
+        """Publish the tree if it has changed; tells whether it has."""
+        if not self._portrait.update():
+            return False
+        self._tree_out.put(encode(self.snapshot))
+        return True
