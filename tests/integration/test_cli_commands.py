@@ -2,33 +2,29 @@
 
 from __future__ import annotations
 
-import json
-import os
 import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import msgspec
 import psutil
 import pytest
+from command_line import Command
 
 from skillwing.bt_missions.running.library import find_mission
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.dsl import load
 from skillwing.m600.robot import ROBOT
-from skillwing.services import cli
 from skillwing.services.bus import Sample
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.commands.connection import connect
 from skillwing.services.commands.exit_codes import FAILED, NO_SYSTEM, OK, REFUSED, USAGE
 from skillwing.services.mocking.system import mock_processes
 from skillwing.services.processes.launcher import Launcher
-from skillwing.services.processes.run_state import RunState, read_run_state, started, write_run_state
+from skillwing.services.processes.run_state import announced, read_run_state, write_run_state
 from skillwing.services.protocol import FireExtern, Keys, ResourceChange, decode, encode
 from skillwing.services.telemetry.journal import read_records
 from skillwing.services.telemetry.recorder import RECORDING_FILE
@@ -40,63 +36,12 @@ PATIENCE = 60.0
 
 
 @pytest.fixture(scope="module")
-def runtime(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """A runtime directory of the tests' own, so that a system that runs here by chance is neither used nor hurt."""
-    directory = tmp_path_factory.mktemp("runtime")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("XDG_RUNTIME_DIR", str(directory))
-        patch.delenv("SKILLWING_CONNECT", raising=False)
-        yield directory
-
-
-@pytest.fixture(scope="module")
 def system(runtime: Path) -> Iterator[Launcher]:
     specs = [spec for spec in mock_processes(ROBOT) if spec.name in RUNNING]
     with Launcher("m600", "m600", runtime / "run", clock="wall") as launcher:
         launcher.start(specs)
-        write_run_state(
-            RunState(
-                robot="m600",
-                endpoint=launcher.endpoint,
-                skillset=str(ROBOT.skillset),
-                clock="wall",
-                pid=os.getpid(),
-                pid_started=started(os.getpid()) or "",
-                run_dir=str(launcher.run_dir),
-                mock=True,
-            )
-        )
-        yield launcher
-    (runtime / "skillwing" / "m600.json").unlink()
-
-
-@dataclass
-class Said:
-    """What a command has left behind."""
-
-    code: int
-    out: str
-    error: str
-
-    @property
-    def json(self) -> Any:
-        return json.loads(self.out)
-
-
-Command = Callable[..., Said]
-
-
-@pytest.fixture
-def skillwing(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Command:
-    def run(*words: str) -> Said:
-        monkeypatch.setattr("sys.argv", ["skillwing", *words])
-        with pytest.raises(SystemExit) as ended:
-            cli.main()
-        captured = capsys.readouterr()
-        code = ended.value.code
-        return Said(code if isinstance(code, int) else 0, captured.out, captured.err)
-
-    return run
+        with announced(ROBOT, launcher.endpoint, launcher.run_dir, clock="wall", mock=True):
+            yield launcher
 
 
 @pytest.fixture
@@ -199,9 +144,19 @@ def test_status_shows_processes_goals_and_resources(ready: Command) -> None:
     assert status["processes"]["skill/land"]["state"] == "down"
     assert status["resources"]["SDK_authority"] == "AVAILABLE"
     said = ready("status")
-    assert said.code == OK
+    assert said.code == FAILED, "some do not run"
     assert "skill/land" in said.out
     assert "SDK_authority" in said.out
+    assert "in the air" not in said.out
+
+
+def test_a_drone_that_is_left_alone_in_the_air_is_told(ready: Command) -> None:
+    assert ready("trigger", "flight_status", "IN_AIR").code == OK
+    assert "m600 is in the air, and nobody commands it. End that with `skillwing start land`" in ready("status").out
+    (left,) = ready("status", "--json").json["unattended"]
+    assert (left["state"], left["ends_with"]) == ("IN_AIR", ["land"])
+    found = {finding["about"]: finding for finding in ready("doctor", "--json").json["findings"]}
+    assert "nobody commands it" in found["unattended"]["what"]
 
 
 def test_resources_and_data(ready: Command) -> None:

@@ -45,14 +45,9 @@ PATIENCE = 20.0
 
 
 @pytest.fixture(scope="module")
-def winch(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SkillsetProcesses]:
+def winch(mocked: Callable[[str, str], SkillsetProcesses]) -> SkillsetProcesses:
     """Whoever has a goal run ends it."""
-    folder = tmp_path_factory.mktemp("winch")
-    skillset, script = folder / "winch.skillset", folder / "winch.mock.toml"
-    skillset.write_text(WINCH, encoding="utf-8")
-    script.write_text(SCRIPT, encoding="utf-8")
-    with SkillsetProcesses(skillset, run_dir=folder / "run", scripts=[script]) as winch:
-        yield winch
+    return mocked(WINCH, SCRIPT)
 
 
 @contextmanager

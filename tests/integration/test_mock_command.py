@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import time
-from collections.abc import Callable, Iterator
-from contextlib import redirect_stderr, redirect_stdout
-from dataclasses import dataclass
-from io import StringIO
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import psutil
 import pytest
+from command_line import Command
 
-from skillwing.services import cli
 from skillwing.services.commands.exit_codes import FAILED, OK, REFUSED, USAGE
 
 pytestmark = pytest.mark.slow
@@ -41,38 +36,6 @@ output = {level = {input = "to"}}
 [resources]
 valve = "OPEN"
 """
-
-
-@dataclass
-class Said:
-    code: int
-    out: str
-    error: str
-
-    @property
-    def json(self) -> Any:
-        return json.loads(self.out)
-
-
-Command = Callable[..., Said]
-
-
-@pytest.fixture(scope="module")
-def skillwing(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Command]:
-    """The command line, with a runtime directory of its own."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("XDG_RUNTIME_DIR", str(tmp_path_factory.mktemp("runtime")))
-        patch.delenv("SKILLWING_CONNECT", raising=False)
-
-        def run(*words: str) -> Said:
-            patch.setattr("sys.argv", ["skillwing", *words])
-            out, error = StringIO(), StringIO()
-            with redirect_stdout(out), redirect_stderr(error), pytest.raises(SystemExit) as ended:
-                cli.main()
-            code = ended.value.code
-            return Said(code if isinstance(code, int) else 0, out.getvalue(), error.getvalue())
-
-        yield run
 
 
 @pytest.fixture(scope="module")

@@ -9,16 +9,13 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
-from io import StringIO
 from pathlib import Path
-from typing import Any
 
 import psutil
 import pytest
+from command_line import Command, Said
 
-from skillwing.services import cli
 from skillwing.services.commands.exit_codes import FAILED, OK, REFUSED
 from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.restart_policy import DEATHS_IN_A_ROW
@@ -44,43 +41,17 @@ skillset pump {
 SCRIPT = "[skill.fill]\ndelay = 3600.0\n"
 
 
-@dataclass
-class Said:
-    code: int
-    out: str
-    error: str
-
-    @property
-    def json(self) -> Any:
-        return json.loads(self.out)
-
-    @property
-    def serious(self) -> set[str]:
-        """What a `doctor --json` found that is serious."""
-        return {finding["about"] for finding in self.json["findings"] if finding["serious"]}
-
-
-Command = Callable[..., Said]
-
-
-@pytest.fixture(scope="module")
-def skillwing(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Command]:
-    """The command line, with a runtime directory of its own."""
+@pytest.fixture(scope="module", autouse=True)
+def nobody_tells_robot_time() -> Iterator[None]:
+    """So that there is no need to listen for long."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("XDG_RUNTIME_DIR", str(tmp_path_factory.mktemp("runtime")))
-        patch.delenv("SKILLWING_CONNECT", raising=False)
-        # Nobody tells robot time here: no need to listen for long.
         patch.setattr("skillwing.services.diagnosis.examination.CLOCK_WATCH", 0.1)
+        yield
 
-        def run(*words: str) -> Said:
-            patch.setattr("sys.argv", ["skillwing", *words])
-            out, error = StringIO(), StringIO()
-            with redirect_stdout(out), redirect_stderr(error), pytest.raises(SystemExit) as ended:
-                cli.main()
-            code = ended.value.code
-            return Said(code if isinstance(code, int) else 0, out.getvalue(), error.getvalue())
 
-        yield run
+def serious(said: Said) -> set[str]:
+    """What a `doctor --json` has found that is serious."""
+    return {finding["about"] for finding in said.json["findings"] if finding["serious"]}
 
 
 @dataclass
@@ -138,7 +109,7 @@ def pump(skillwing: Command, tmp_path_factory: pytest.TempPathFactory) -> Iterat
 
 def test_a_system_that_is_well_is_left_in_peace(pump: Pump) -> None:
     said = pump.doctor()
-    assert (said.code, said.serious) == (OK, set())
+    assert (said.code, serious(said)) == (OK, set())
     assert "pump is well." in pump.skillwing("doctor").out
 
 
@@ -176,10 +147,10 @@ def test_a_process_that_is_stopped_is_found(pump: Pump) -> None:
     os.kill(pump.pid("skill/drain"), signal.SIGSTOP)
     try:
         said = pump.doctor()
-        assert (said.code, said.serious) == (FAILED, {"process_stopped"})
+        assert (said.code, serious(said)) == (FAILED, {"process_stopped"})
     finally:
         os.kill(pump.pid("skill/drain"), signal.SIGCONT)
-    pump.until(lambda: pump.doctor().serious == set())
+    pump.until(lambda: serious(pump.doctor()) == set())
 
 
 def test_two_processes_of_one_name_are_found(pump: Pump) -> None:
@@ -191,7 +162,7 @@ def test_two_processes_of_one_name_are_found(pump: Pump) -> None:
     with subprocess.Popen([*command, "--connect", pump.state().endpoint], stderr=subprocess.PIPE, text=True) as second:
         assert second.stderr is not None
         assert "skill/drain runs" in second.stderr.readline()
-        found = pump.doctor().serious
+        found = serious(pump.doctor())
         second.terminate()
         second.communicate()
     # The one that was replaced may have noticed, and ended, while the doctor looked.
@@ -200,13 +171,13 @@ def test_two_processes_of_one_name_are_found(pump: Pump) -> None:
     pump.until(lambda: pump.process("skill/drain").life == "lives" and pump.pid("skill/drain") != first)
     # A process that is only just starting is no reason to worry, and may still read whatever the next test writes.
     pump.until(lambda: pump.skillwing("status", "--json").json["processes"]["skill/drain"]["state"] == "runs")
-    assert pump.doctor().serious == set()
+    assert serious(pump.doctor()) == set()
 
 
 def test_a_skillset_that_has_changed_since_is_found(pump: Pump) -> None:
     pump.skillset.write_text(SKILLSET.replace("EMPTY", "DRY"), encoding="utf-8")
     try:
-        assert pump.doctor().serious == {"schema_mismatch"}
+        assert serious(pump.doctor()) == {"schema_mismatch"}
     finally:
         pump.skillset.write_text(SKILLSET, encoding="utf-8")
 
@@ -220,7 +191,7 @@ def test_what_dies_again_and_again_is_given_up(pump: Pump) -> None:
     pump.until(lambda: pump.process("mocked_world").life == "given up")
     pump.until(lambda: f"It died {DEATHS_IN_A_ROW} times in" in pump.said())
     said = pump.doctor()
-    assert "process_down" in said.serious
+    assert "process_down" in serious(said)
     assert "it stays down" in said.out
     said = pump.skillwing("start", "drain", "--follow")
     assert said.code == OK, said
@@ -229,7 +200,7 @@ def test_what_dies_again_and_again_is_given_up(pump: Pump) -> None:
 def test_without_its_router_a_system_is_told_to_be_without(pump: Pump) -> None:
     os.kill(pump.pid("router"), signal.SIGSTOP)
     try:
-        assert "no_router" in pump.doctor().serious
+        assert "no_router" in serious(pump.doctor())
     finally:
         os.kill(pump.pid("router"), signal.SIGCONT)
 
@@ -241,6 +212,6 @@ def test_killed_with_9_it_leaves_a_file_that_is_known_to_be_stale(pump: Pump) ->
     runner.kill()
     assert psutil.wait_procs([runner, *processes], timeout=PATIENCE)[1] == []
     said = pump.doctor()
-    assert said.serious == {"no_system"}
+    assert serious(said) == {"no_system"}
     assert "stale_run_state" in {finding["about"] for finding in said.json["findings"]}
     assert "stale_run_state" not in {finding["about"] for finding in pump.doctor().json["findings"]}

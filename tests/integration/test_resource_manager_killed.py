@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -42,13 +42,8 @@ COFFEE = b"spilt coffee" * 1000
 
 
 @pytest.fixture(scope="module")
-def digger(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SkillsetProcesses]:
-    folder = tmp_path_factory.mktemp("digger")
-    skillset, script = folder / "digger.skillset", folder / "digger.mock.toml"
-    skillset.write_text(SKILLSET, encoding="utf-8")
-    script.write_text(SCRIPT, encoding="utf-8")
-    with SkillsetProcesses(skillset, run_dir=folder / "run", scripts=[script]) as digger:
-        yield digger
+def digger(mocked: Callable[[str, str], SkillsetProcesses]) -> SkillsetProcesses:
+    return mocked(SKILLSET, SCRIPT)
 
 
 def test_killed_while_a_goal_asks_for_its_grant(digger: SkillsetProcesses) -> None:

@@ -10,7 +10,6 @@ import os
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from importlib import import_module
 from importlib.metadata import entry_points
 from pathlib import Path
 from types import MappingProxyType
@@ -80,8 +79,8 @@ class Robot:
     checker: `package.module:function`, which raises InvalidOptionError for run options that the functional layer could
     not run with, before anything is started; None if only its processes can tell.
     published_by: of each datum that is published only while one of some skills runs, those skills.
-    not_to_be_left: of resources, the states in which nobody should leave the robot alone, with a sentence in the past
-    that says so.
+    not_to_be_left: of resources, the states in which nobody should leave the robot alone, with what follows then on
+    `the robot is`, such as `in the air`.
     """
 
     name: str
@@ -221,12 +220,7 @@ def _make_importable(root: Path) -> None:
 
 
 def _loaded(path: str) -> Robot:
-    module, _, attribute = path.partition(":")
-    try:
-        robot = getattr(import_module(module), attribute)
-    except Exception as error:  # a package that somebody else writes may fail in any way
-        sentence = f"The robot `{path}` cannot be loaded: {type(error).__name__}: {error}. Mend its module."
-        raise InvalidOptionError("robot", sentence) from error
+    robot = imported({"robot": path}, "robot")
     if not isinstance(robot, Robot):
         raise InvalidOptionError("robot", f"`{path}` is no `Robot`. Name the table of a robot: `package.robot:ROBOT`.")
     return robot

@@ -3,15 +3,24 @@
 from __future__ import annotations
 
 import io
+from pathlib import Path
+from typing import TYPE_CHECKING, cast
 
 import pytest
 from rich.console import Console
 
+from skillwing.dsl import parse
+from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.client.connection import Target
+from skillwing.services.commands.connection import System
 from skillwing.services.commands.process_table import duration, process_table
-from skillwing.services.commands.top import FEWEST, busiest
+from skillwing.services.commands.top import FEWEST, SystemTop, busiest
 from skillwing.services.processes.proc_files import Usage
 from skillwing.services.processes.process_state import Condition, ProcessState
 from skillwing.services.processes.roll_call import Entry
+
+if TYPE_CHECKING:
+    from skillwing.services.bus.zenoh_bus import ZenohBus
 
 USED = Usage(cpu=1.0, memory=46 << 20, uptime=200.0, stopped=False)
 ENTRIES = [
@@ -33,6 +42,23 @@ def test_the_table_shows_what_each_process_uses() -> None:
     assert isinstance(console.file, io.StringIO)
     lines = [line.split() for line in console.file.getvalue().splitlines()]
     assert lines[1] == ["a", "runs", "1", "3", "min", "20", "s", "1.0", "46", "MB"]
+
+
+def test_what_processes_elsewhere_use_is_not_known_and_not_nothing() -> None:
+    network = InProcessNetwork()
+    target = Target("kite-of-a-test", "tcp/elsewhere:7447", Path("kite.skillset"), "wall")
+    kite = parse("skillset kite { skill reel { result { success DONE } } }")
+    top = SystemTop(System(target, cast("ZenohBus", network.bus("cli")), kite))
+    network.bus("reel").declare_alive("kite/alive/skill/reel")
+    network.run_for(0.1)
+    top.look()
+    used = top.facts()["processes"]["skill/reel"]
+    assert (used["state"], used["cpu_percent"], used["memory_bytes"]) == ("runs", None, None)
+    console = Console(file=io.StringIO(), width=100)
+    console.print(top.picture())
+    assert isinstance(console.file, io.StringIO)
+    assert "skill/reel" in console.file.getvalue()
+    assert "CPU" not in console.file.getvalue()
 
 
 @pytest.mark.parametrize(

@@ -20,8 +20,11 @@ class System:
 
     def __init__(self, *, simulated: bool = True) -> None:
         self.network = InProcessNetwork()
-        self.unfinished = Unfinished(ROBOT.load_skillset(), ROBOT.not_to_be_left, simulated=simulated)
-        self.unfinished.attach(self.network.bus("attendance"))
+        self.unfinished = Unfinished(ROBOT.name, ROBOT.load_skillset(), ROBOT.not_to_be_left, simulated=simulated)
+        self.told: list[str] = []
+        self.unfinished.attach(
+            self.network.bus("attendance"), on_change=lambda: self.told.append(self.unfinished.words)
+        )
         self.bus = self.network.bus("robot")
 
     def tell(self, key: str, message: GoalStatus | MissionStatus | Record) -> str:
@@ -47,11 +50,22 @@ def test_a_robot_in_the_air_is_told_of_with_what_was_cut_short(simulated: bool, 
     assert system.unfinished.words == ""
     assert system.mission("RUNNING") == "Cut short: mission patrol."
     assert system.goto(State.RUNNING) == "Cut short: mission patrol, goto."
-    assert system.flight("IN_AIR", 3.0) == f"Cut short: mission patrol, goto. The drone was in the air. {fate}"
-    assert system.mission("ABORTED") == f"Cut short: goto. The drone was in the air. {fate}"
-    assert system.goto(State.TERMINATED) == f"The drone was in the air. {fate}"
+    assert system.flight("IN_AIR", 3.0) == f"Cut short: mission patrol, goto. m600 was in the air. {fate}"
+    assert system.mission("ABORTED") == f"Cut short: goto. m600 was in the air. {fate}"
+    assert system.goto(State.TERMINATED) == f"m600 was in the air. {fate}"
     assert system.flight("ON_GROUND", 9.0) == ""
     assert system.flight("IN_AIR", 4.0) == "", "an old word that comes late"
+
+
+def test_every_change_is_told_as_it_comes_and_once() -> None:
+    system = System()
+    for phase in ("RUNNING", "PAUSED", "ABORTED"):
+        system.mission(phase)
+    system.flight("IN_AIR", 1.0)
+    system.goto(State.RUNNING)
+    system.goto(State.TERMINATED)
+    in_air = f"m600 was in the air. {SIMULATED}"
+    assert system.told == ["Cut short: mission patrol.", "", in_air, f"Cut short: goto. {in_air}", in_air]
 
 
 def test_a_mission_that_was_killed_is_not_cut_short_any_more() -> None:

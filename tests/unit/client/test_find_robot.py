@@ -66,10 +66,11 @@ def test_a_part_of_a_namespace_package_keeps_its_name() -> None:
     ("change", "sentence"),
     [
         ("ROBOT = 5", "is no `Robot`"),
-        ("ROBOT = ROBOTS", "NameError"),
-        ("def", "SyntaxError"),
-        ("import nowhere", "No module named 'nowhere'"),
-        ("", "has no attribute 'ROBOT'"),
+        ("ROBOT = ROBOTS", r"robot\.py:1` raises NameError"),
+        ("def", r"robot\.py:1` is no Python"),
+        ("import nowhere", r"robot\.py:1` imports `nowhere`, and there is no such module"),
+        ("raise SystemExit", r"robot\.py:1` ends Python"),
+        ("", "has no `ROBOT`"),
     ],
 )
 def test_a_table_that_cannot_be_used_is_said_in_a_sentence(folder: Path, change: str, sentence: str) -> None:

@@ -11,6 +11,7 @@ import pytest
 from skillwing.services.diagnosis import findings
 from skillwing.services.diagnosis.evidence import ClockSeen, Disk, Evidence, Probe, Reply, SystemSeen
 from skillwing.services.diagnosis.findings import LITTLE_ROOM, RULES, SYSTEM_RULES, diagnose
+from skillwing.services.diagnosis.unattended import Unattended
 from skillwing.services.processes.proc_files import Listener, Usage
 from skillwing.services.processes.process_state import Condition, ProcessState
 from skillwing.services.processes.roll_call import Entry
@@ -33,6 +34,9 @@ WELL = SystemSeen(
     goals=(GoalStatus(goal_id="g", skill="goto", state=State.RUNNING, t=1.0),),
     clients=frozenset({"client/mission-1"}),
     disk=Disk(Path("runs/x"), 10 * LITTLE_ROOM, writable=True),
+)
+IN_AIR = Unattended(
+    robot="m600", resource="flight_status", state="IN_AIR", where="in the air", ends_with=("land", "return_home")
 )
 
 
@@ -110,6 +114,12 @@ def clock(elapsed: float, factor: float = 1.0, ticks: int = 100) -> SystemSeen:
             "Nobody has published `battery` yet",
         ),
         (replace(WELL, clients=frozenset()), "goal_of_nobody", False, "skillwing interrupt goto"),
+        (
+            replace(WELL, left_alone=(IN_AIR,)),
+            "unattended",
+            True,
+            "m600 is in the air, and nobody commands it. End that with `skillwing start land`",
+        ),
         (replace(WELL, disk=Disk(Path("runs/x"), 0, writable=False)), "disk_not_writable", True, "runs/x"),
         (replace(WELL, disk=Disk(Path("runs/x"), 5 << 20, writable=True)), "disk_full", True, "5 MB left"),
     ],

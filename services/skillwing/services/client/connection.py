@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from itertools import count
@@ -35,6 +35,7 @@ class Target:
 
     topology: how its processes meet; whoever comes from outside is a client of the router in any case.
     processes: those that were started, and what has become of them; empty where only the robot's table tells.
+    not_to_be_left: as in that table.
     """
 
     robot: str
@@ -46,6 +47,7 @@ class Target:
     mock: bool = False
     topology: Topology = "router"
     processes: tuple[ProcessState, ...] = ()
+    not_to_be_left: Mapping[str, Mapping[str, str]] = field(default_factory=dict[str, Mapping[str, str]])
 
 
 def find_target(
@@ -61,7 +63,8 @@ def find_target(
     endpoint = endpoint or os.environ.get("SKILLWING_CONNECT")
     if endpoint:
         known = find_robot(table or robot or os.environ.get("SKILLWING_ROBOT") or DEFAULT_ROBOT)
-        return Target(robot if table and robot else known.name, endpoint, known.skillset, known.clock)
+        name = robot if table and robot else known.name
+        return Target(name, endpoint, known.skillset, known.clock, not_to_be_left=known.not_to_be_left)
     systems = running_systems() if robot is None else tuple(filter(None, [read_run_state(robot)]))
     match systems:
         case ():
@@ -98,6 +101,7 @@ def _target(state: RunState) -> Target:
         mock=state.mock,
         topology=state.topology,
         processes=state.processes,
+        not_to_be_left=state.not_to_be_left,
     )
 
 

@@ -19,6 +19,7 @@ from skillwing.services.commands.process_table import process_table
 from skillwing.services.commands.unfinished import Unfinished
 from skillwing.services.processes.ending import Ending
 from skillwing.services.processes.launcher import Death, Launcher
+from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.roll_call import Entry, RollCall, entries_of
 from skillwing.services.processes.run_state import Announcement
 from skillwing.services.protocol import Keys
@@ -67,7 +68,7 @@ class Attendance:
             if self._reports is not None:
                 self._reports.attach(self._bus, self._tell)
             if self._unfinished is not None:
-                self._unfinished.attach(self._bus)
+                self._unfinished.attach(self._bus, lambda: self._announce(self._launcher.states))
             self._launcher.on_change = lambda: self._bus.post(_nothing)
             if self._live is not None:
                 undoing.enter_context(self._live)
@@ -103,13 +104,17 @@ class Attendance:
 
     def _look(self) -> None:
         states = self._launcher.states
-        self._announcement.update(states, "" if self._unfinished is None else self._unfinished.words)
+        self._announce(states)
         # Cut off from the router, nobody's silence means anything.
         alive = self._alive if self._bus.connected else None
         entries = entries_of(states, alive)
         for sentence in self._roll_call.look(entries, time.monotonic()):
             self._tell(sentence, "green" if sentence.endswith("again.") else "red")
         self._show(entries)
+
+    def _announce(self, states: tuple[ProcessState, ...]) -> None:
+        """Also between two looks, when other things are under way: `down` tells of those when it ends the system."""
+        self._announcement.update(states, "" if self._unfinished is None else self._unfinished.words)
 
     def _tell(self, sentence: str, style: str = "") -> None:
         self._console.print(Text(sentence, style=style))

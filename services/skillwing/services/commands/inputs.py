@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any, cast
 
 import msgspec
 
-from skillwing.dsl.model import ArrayType, EnumType, Field, ScalarType, Skill, StructType, Type
-from skillwing.dsl.suggest import listed
-from skillwing.services.core.values import type_text
+from skillwing.dsl.model import ArrayType, EnumType, Field, ScalarType, Skill, StructType, Type, UnknownNameError
+from skillwing.dsl.suggest import closest, listed
+from skillwing.services.core.values import fit_fields, type_text
 from skillwing.services.errors import InvalidInputError
 
 TRUTHS = {"true": True, "false": False}
@@ -27,20 +27,27 @@ def parse_inputs(skill: Skill, words: Sequence[str]) -> dict[str, Any]:
     """The inputs that words of the form NAME=VALUE give, typed as the skill declares them.
 
     Structures and arrays are written as values separated by commas, as JSON, or field by field. Raises
-    UnknownNameError for an input that the skill does not have, and InvalidInputError with a sentence for each word
-    that cannot be read. What is missing or out of range is for others to judge.
+    InvalidInputError with a sentence for each word that cannot be read, and for each input that is missing besides.
+    Where every word can be read, what is missing or out of range is for others to judge.
     """
     values: dict[str, Any] = {}
     problems: dict[str, str] = {}
+    meant: set[str] = set()
     for word in words:
         path, equals, text = word.partition("=")
         if not equals or not path:
             problems[word] = f"`{word}` is not of the form NAME=VALUE."
             continue
         name, *rest = path.split(".")
-        kind = _type_at(skill.input(name), rest)
+        try:
+            field = skill.input(name)
+        except UnknownNameError as error:
+            problems[path] = str(error)
+            meant.add(closest(name, error.known) or name)
+            continue
+        kind = _type_at(field, rest)
         if kind is None:
-            problems[path] = f"`{name}` has no field `{'.'.join(rest)}`; it is {type_text(skill.input(name).type)}."
+            problems[path] = f"`{name}` has no field `{'.'.join(rest)}`; it is {type_text(field.type)}."
             continue
         try:
             value = read_value(text, kind, path)
@@ -50,8 +57,18 @@ def parse_inputs(skill: Skill, words: Sequence[str]) -> dict[str, Any]:
         if not _put(values, [name, *rest], value):
             problems[path] = f"`{path}` is given twice; give it once."
     if problems:
-        raise InvalidInputError(skill.name, problems)
+        raise InvalidInputError(skill.name, problems | _unfit(skill, values, {*problems, *meant}))
     return values
+
+
+def _unfit(skill: Skill, values: dict[str, Any], told: Collection[str]) -> dict[str, str]:
+    """What is wrong with values besides their ranges. told: places of which, or of a part of which, that is said."""
+    _, found = fit_fields(skill.inputs, values)
+    return {
+        each.path: each.sentence
+        for each in found
+        if each.kind != "range" and not any(f"{path}.".startswith(f"{each.path}.") for path in told)
+    }
 
 
 def _type_at(field: Field, path: Sequence[str]) -> Type | None:

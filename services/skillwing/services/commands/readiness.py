@@ -2,21 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from itertools import product
-from math import prod
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Sequence
 
-from skillwing.dsl.expressions import Expression, names_used
-from skillwing.dsl.guards import holds, sufficient_changes
-from skillwing.dsl.model import Result, Skill, Skillset
+from skillwing.dsl.expressions import names_used
+from skillwing.dsl.guards import holds
+from skillwing.dsl.model import Skill, Skillset
 from skillwing.dsl.suggest import listed
 from skillwing.services.commands.situation import Situation
-
-if TYPE_CHECKING:
-    from skillwing.services.mocking.script import When
-
-_MOST_COMBINATIONS = 4096
+from skillwing.services.diagnosis.consequences import causes, states_wanted
 
 
 def ways_out(skillset: Skillset, skill: Skill, failing: Sequence[str], now: Situation) -> Iterator[str]:
@@ -31,7 +24,7 @@ def ways_out(skillset: Skillset, skill: Skill, failing: Sequence[str], now: Situ
         if check.kind == "resource" and holds(check.expression, now.states):
             yield f"{check.name}: holds by now. Start it again."
             continue
-        wanted = _wanted(skillset, check.expression, now.states) if check.kind == "resource" else {}
+        wanted = states_wanted(skillset, check.expression, now.states) if check.kind == "resource" else {}
         for resource, targets in wanted.items():
             yield f"{check.name}: {_who_moves(skillset, resource, targets, now)}"
         for name in sorted(names_used(check.expression, "data")):
@@ -50,19 +43,6 @@ def ways_out(skillset: Skillset, skill: Skill, failing: Sequence[str], now: Situ
 def way_out_of_busy(skill: str, mission: str | None) -> str:
     """What to do about a goal of the same skill. mission: which has started it, as in `Situation.running`."""
     return f"`{skill}` runs{_started_by(mission)}; {_way_to_end(skill, mission)}"
-
-
-def _wanted(skillset: Skillset, guard: Expression, states: Mapping[str, str]) -> dict[str, list[str]]:
-    """The states in which a guard would hold, for each resource that could make it so alone; else for all it names."""
-    names = sorted(names_used(guard, "resource"))
-    every = {name: skillset.resource(name).states for name in names}
-    alone = sufficient_changes(guard, skillset, states)
-    if alone or prod(map(len, every.values())) > _MOST_COMBINATIONS:
-        return alone
-    together = [dict(zip(names, chosen, strict=True)) for chosen in product(*every.values())]
-    good = [each for each in together if holds(guard, {**states, **each})]
-    found = {name: sorted({each[name] for each in good}, key=every[name].index) for name in names}
-    return {name: targets for name, targets in found.items() if targets and states[name] not in targets}
 
 
 def _who_moves(skillset: Skillset, resource: str, targets: Sequence[str], now: Situation) -> str:
@@ -104,7 +84,9 @@ def _leads(skill: Skill, resource: str, targets: Sequence[str]) -> bool:
 
 def _who_reports(skillset: Skillset, resource: str, targets: Sequence[str], now: Situation) -> str:
     """Who brings a resource to a state that skills do not give it. By hand only where no robot would contradict."""
-    starts = " or ".join(f"`skillwing start {name}`" for name in _causes(skillset, resource, targets, now))
+    starts = " or ".join(
+        f"`skillwing start {name}`" for name in causes(skillset, resource, targets, now.states, now.reactions)
+    )
     by_hand = f"`skillwing trigger {resource} {targets[0]}`"
     match now.reporter:
         case "robot":
@@ -113,35 +95,6 @@ def _who_reports(skillset: Skillset, resource: str, targets: Sequence[str], now:
             return f"the mocked world does that after {starts}, or {by_hand}" if starts else f"here {by_hand} does that"
         case "nobody":
             return f"no bridge is there to report that (docs/robots.md), {by_hand} does in its place"
-
-
-def _causes(skillset: Skillset, resource: str, targets: Sequence[str], now: Situation) -> list[str]:
-    """The skills of which the model says that the robot has come there when they succeed, or its mock that it will."""
-    moments = [each.when for each in now.reactions if each.when and each.trigger.get(resource) in targets]
-    return [
-        skill.name
-        for skill in skillset.skills
-        if any(_is_begin_or_success(skill, moment) for moment in moments)
-        or any(_promises(skillset, result, resource, targets, now.states) for result in skill.results)
-    ]
-
-
-def _is_begin_or_success(skill: Skill, moment: When) -> bool:
-    if moment.starts == skill.name:
-        return True
-    endings = {moment.ending} if isinstance(moment.ending, str) else set(moment.ending)
-    successes = {result.name for result in skill.results if result.success}
-    return moment.ends == skill.name and (not moment.ending or not successes.isdisjoint(endings))
-
-
-def _promises(
-    skillset: Skillset, result: Result, resource: str, targets: Sequence[str], states: Mapping[str, str]
-) -> bool:
-    """Whether a success has this resource in one of these states, by its postcondition."""
-    if not result.success or result.post is None or names_used(result.post, "data") | names_used(result.post, "input"):
-        return False
-    promised = _wanted(skillset, result.post, states).get(resource, [])
-    return bool(promised) and set(promised) <= set(targets)
 
 
 def _who_tells(datum: str, now: Situation) -> str:

@@ -128,7 +128,7 @@ def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, setting: S
     console = make_console()
     deaths: SimpleQueue[Death] = SimpleQueue()
     skillset = robot.load_skillset()
-    unfinished = Unfinished(skillset, robot.not_to_be_left, simulated=setting.clock == "robot")
+    unfinished = Unfinished(robot.name, skillset, robot.not_to_be_left, simulated=setting.clock == "robot")
     launcher = Launcher(
         robot.name,
         skillset.name,

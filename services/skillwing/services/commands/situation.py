@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from skillwing.dsl import UnknownNameError
 from skillwing.services.bus.reading import message_reader
+from skillwing.services.diagnosis.consequences import reactions_known
 from skillwing.services.errors import InvalidOptionError, RefusedError, UnansweredError
 from skillwing.services.names import CLIENT, DATA_MANAGER, MISSION, MOCKED_WORLD, RESOURCE_MANAGER, skill_process
 from skillwing.services.processes.launcher import ROUTER
@@ -65,7 +66,7 @@ def situation(system: System) -> Situation:
         running=running_skills(system, alive),
         unheard=unheard,
         published_by=_published_by(system),
-        reactions=_reactions(system),
+        reactions=reactions_known(system.target.skillset, system.skillset),
     )
 
 
@@ -119,13 +120,3 @@ def _reporter(system: System, alive: Collection[str], *, silent: bool) -> Report
     above = {ROUTER, DATA_MANAGER, RESOURCE_MANAGER, RECORDER, MISSION, *skills}
     below = {name for name in names if name not in above and not name.startswith(CLIENT)}
     return "nobody" if silent and not below else "robot"
-
-
-def _reactions(system: System) -> tuple[Reaction, ...]:
-    from skillwing.services.mocking.script_file import load_scripts  # noqa: PLC0415 - needed after a refusal only
-    from skillwing.services.mocking.system import scripts_for  # noqa: PLC0415
-
-    try:
-        return load_scripts(scripts_for(system.target.skillset), system.skillset).reactions
-    except (InvalidOptionError, OSError):
-        return ()

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import typer
 from rich.console import Console
 from rich.text import Text
 
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.client.connection import Target
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
+from skillwing.services.commands.exit_codes import FAILED, OK
 from skillwing.services.commands.output import (
     DOES_NOT_ANSWER,
     end_text,
@@ -17,43 +23,89 @@ from skillwing.services.commands.output import (
     state_text,
 )
 from skillwing.services.commands.process_table import process_facts, process_table
+from skillwing.services.diagnosis.unattended import Unattended, left_alone
 from skillwing.services.errors import RefusedError, UnansweredError
 from skillwing.services.names import skill_process
 from skillwing.services.processes.launcher import ROUTER
 from skillwing.services.processes.process_state import Condition, headcount
 from skillwing.services.processes.roll_call import Entry
-from skillwing.services.protocol import GoalStatus, QueryStates, Record, ResourceStates
+from skillwing.services.protocol import GoalStatus, QueryStates, Record, ResourceStates, State
 from skillwing.services.telemetry.present import Present
 
 
+@dataclass(frozen=True)
+class Look:
+    """What was seen of a system.
+
+    goals: of each skill the one that runs, else the latest. silent: the skills whose manager is there and does not
+    answer; blocked: what managers have reported of hooks that kept them, by skill. states: None if nobody tells.
+    left_alone: where the robot is that nobody should leave it, if nobody commands it.
+    """
+
+    target: Target
+    processes: list[Entry]
+    goals: list[GoalStatus]
+    silent: list[str]
+    blocked: Mapping[str, str]
+    states: ResourceStates | None
+    left_alone: tuple[Unattended, ...]
+
+    @property
+    def is_whole(self) -> bool:
+        """Every process runs, and answers."""
+        all_run = all(entry.condition is Condition.RUNS for entry in self.processes)
+        return all_run and not self.silent and self.states is not None
+
+    @property
+    def troubles(self) -> dict[str, str]:
+        """What is wrong with the managers of skills, by skill."""
+        return {**self.blocked, **dict.fromkeys(self.silent, DOES_NOT_ANSWER)}
+
+
 def status(robot: RobotOption = None, as_json: JsonOption = False) -> None:
-    """Show the system's processes, the goals of its skills and the states of its resources."""
+    """Show the system's processes, the goals of its skills and the states of its resources.
+
+    Exit codes: 0 every process runs and answers, 1 one of them does not, 3 no system is running.
+    """
     with connect(robot, wait_for_clock=False) as system:
-        present = Present()
-        reader = message_reader(Record, present.add_record)
-        system.bus.subscribe(system.keys.timeline, reader, events=True)
-        alive = system.alive()
-        processes = system.entries(alive)
-        goals: list[GoalStatus] = []
-        troubles: dict[str, str] = {}
-        for skill in (skill.name for skill in system.skillset.skills):
-            try:
-                goal = system.ask_for_goal(skill)
-            except UnansweredError:
-                if skill_process(skill) in alive:
-                    troubles[skill] = DOES_NOT_ANSWER
-                continue
-            if goal is not None:
-                present.add_status(goal)
-                goals.append(goal)
-        states = _states(system)
-        # What managers have reported of their hooks has come with the history of the timeline, before their answers.
-        reports = {skill.name: present.skill(skill.name).blocked for skill in system.skillset.skills}
-        troubles = {skill: text for skill, text in reports.items() if text} | troubles
+        seen = _look(system)
     if as_json:
-        _print_json(system.target, processes, goals, troubles, states)
+        print_json(_facts(seen))
     else:
-        _print(system.target, processes, goals, troubles, states)
+        _print(make_console(), seen)
+    raise typer.Exit(OK if seen.is_whole else FAILED)
+
+
+def _look(system: System) -> Look:
+    present = Present()
+    system.bus.subscribe(system.keys.timeline, message_reader(Record, present.add_record), events=True)
+    alive = system.alive()
+    processes = system.entries(alive)
+    goals: list[GoalStatus] = []
+    silent: list[str] = []
+    skills = [skill.name for skill in system.skillset.skills]
+    for skill in skills:
+        try:
+            goal = system.ask_for_goal(skill)
+        except UnansweredError:
+            if skill_process(skill) in alive:
+                silent.append(skill)
+            continue
+        if goal is not None:
+            present.add_status(goal)
+            goals.append(goal)
+    states = _states(system)
+    running = [goal.skill for goal in goals if goal.state is not State.TERMINATED]
+    return Look(
+        target=system.target,
+        processes=processes,
+        goals=goals,
+        silent=silent,
+        # What managers have reported of their hooks has come with the history of the timeline, before their answers.
+        blocked={skill: text for skill in skills if (text := present.skill(skill).blocked)},
+        states=states,
+        left_alone=left_alone(system.target, system.skillset, states.states if states else {}, alive, running),
+    )
 
 
 def _states(system: System) -> ResourceStates | None:
@@ -63,58 +115,48 @@ def _states(system: System) -> ResourceStates | None:
         return None
 
 
-def _print_json(
-    target: Target,
-    processes: list[Entry],
-    goals: list[GoalStatus],
-    troubles: dict[str, str],
-    states: ResourceStates | None,
-) -> None:
-    print_json(
-        {
-            "robot": target.robot,
-            "endpoint": target.endpoint,
-            "pid": target.pid,
-            "run_dir": None if target.run_dir is None else str(target.run_dir),
-            "mock": target.mock,
-            "topology": target.topology,
-            "t": None if states is None else states.t,
-            "processes": {entry.state.name: process_facts(entry) for entry in processes},
-            "goals": [
-                {"skill": each.skill, "goal_id": each.goal_id, "state": each.state, "terminal": each.terminal}
-                for each in goals
-            ],
-            "troubles": troubles,
-            "resources": {} if states is None else states.states,
-        }
-    )
+def _facts(seen: Look) -> dict[str, Any]:
+    target, states = seen.target, seen.states
+    return {
+        "robot": target.robot,
+        "endpoint": target.endpoint,
+        "pid": target.pid,
+        "run_dir": None if target.run_dir is None else str(target.run_dir),
+        "mock": target.mock,
+        "topology": target.topology,
+        "t": None if states is None else states.t,
+        "processes": {entry.state.name: process_facts(entry) for entry in seen.processes},
+        "goals": [
+            {"skill": each.skill, "goal_id": each.goal_id, "state": each.state, "terminal": each.terminal}
+            for each in seen.goals
+        ],
+        "troubles": seen.troubles,
+        "unattended": seen.left_alone,
+        "resources": {} if states is None else states.states,
+    }
 
 
-def _print(
-    target: Target,
-    processes: list[Entry],
-    goals: list[GoalStatus],
-    troubles: dict[str, str],
-    states: ResourceStates | None,
-) -> None:
-    console = make_console()
+def _print(console: Console, seen: Look) -> None:
+    target, states = seen.target, seen.states
     traits = [*(["mock"] if target.mock else []), *(["mesh"] if target.topology == "mesh" else [])]
     told = f" ({', '.join(traits)})" if traits else ""
     time = "" if states is None or target.clock == "wall" else f" at {states.t:.1f} s"
     console.print(Text(f"{target.robot}{told}{time}", style="bold"), f"  {target.endpoint}", end="")
     console.print(f"  logs in {target.run_dir}/logs" if target.run_dir else "")
-    console.print(headcount(entry.condition for entry in processes if entry.state.name != ROUTER))
-    for entry in processes:
+    console.print(headcount(entry.condition for entry in seen.processes if entry.state.name != ROUTER))
+    for entry in seen.processes:
         if entry.condition is not Condition.RUNS and entry.state.last_words:
             console.print(Text(entry.state.last_words, style="red"))
+    for each in seen.left_alone:
+        console.print(Text(f"{each.what} {each.remedy}", style="red"))
     console.print()
-    console.print(process_table(processes))
-    if goals or not troubles:
-        _print_goals(console, goals)
+    console.print(process_table(seen.processes))
+    if seen.goals or not seen.troubles:
+        _print_goals(console, seen.goals)
     console.print()
-    for skill, text in troubles.items():
+    for skill, text in seen.troubles.items():
         console.print(Text(f"{skill}: {text}", style="red"))
-    if troubles:
+    if seen.troubles:
         console.print()
     rows = [] if states is None else [(name, state_text(state)) for name, state in states.states.items()]
     print_table(console, ("RESOURCE", "STATE"), rows)

@@ -58,7 +58,8 @@ def top(
 ) -> None:
     """Show every process, skill and resource of the running system, live, until q or Ctrl-C.
 
-    With --once or --json, or where nobody looks on, once. CPU is percent of one core.
+    With --once or --json, or where nobody looks on, once. CPU is percent of one core; what processes of another
+    machine or of containers use is not known here.
     """
     console = make_console()
     with connect(robot, wait_for_clock=False) as system:
@@ -177,7 +178,9 @@ class SystemTop:
         target = self._system.target
         time_of_robot = "" if target.clock == "wall" else f" at {self._now:.1f} s"
         title = Text.assemble((f"{target.robot}{' (mock)' if target.mock else ''}{time_of_robot}", "bold"))
-        title.append(f"   {target.endpoint}   CPU {sum(self._cpu.values()):.0f} % of a core", style="dim")
+        measured = any(entry.used is not None for entry in self._entries)
+        use = f"   CPU {sum(self._cpu.values()):.0f} % of a core" if measured else ""
+        title.append(f"   {target.endpoint}{use}", style="dim")
         if len(entries) < len(self._entries):
             title.append(f"   {len(self._entries) - len(entries)} more processes", style="dim")
         skill_table = make_table(("SKILL", "STATE", "FOR", "PROGRESS", "ENDED LAST"), right=("FOR",))
@@ -190,7 +193,7 @@ class SystemTop:
             )
         troubles = [Text(f"{skill}: {text}", "red") for skill, text in self._troubles().items()]
         between = [Text(), *troubles] if troubles else []
-        processes = process_table(entries, self._cpu)
+        processes = process_table(entries, self._cpu if measured else None)
         return Group(title, Text(), processes, Text(), skill_table, *between, Text(), resource_table)
 
     def _troubles(self) -> dict[str, str]:
@@ -222,7 +225,7 @@ class SystemTop:
             "processes": {
                 entry.state.name: {
                     **process_facts(entry),
-                    "cpu_percent": round(self._cpu.get(entry.state.name, 0.0), 2),
+                    "cpu_percent": None if entry.used is None else round(self._cpu.get(entry.state.name, 0.0), 2),
                     "memory_bytes": None if entry.used is None else entry.used.memory,
                 }
                 for entry in self._entries

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from skillwing.services.diagnosis.unattended import Unattended
 from skillwing.services.processes.proc_files import Listener
 from skillwing.services.processes.roll_call import Entry
 from skillwing.services.protocol import DataReading, ErrorReply, GoalStatus
@@ -64,7 +65,8 @@ class SystemSeen:
     local: it runs on this machine, and is known by its run state. router: somebody answered there as a router does;
     listener: who has its port, None if nobody or unknown. The rest is empty where there is no router.
     states: of the resources, None if nobody told; resources: their names in the skillset file. clients: who owns goals.
-    published_by: of data that are published only while one of some skills runs, those skills.
+    published_by: of data that are published only while one of some skills runs, those skills. left_alone: where
+    nobody should leave the robot, and it is, and nobody commands it.
     """
 
     robot: str
@@ -84,6 +86,7 @@ class SystemSeen:
     clients: frozenset[str] = frozenset()
     disk: Disk | None = None
     published_by: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
+    left_alone: tuple[Unattended, ...] = ()
 
 
 @dataclass(frozen=True)

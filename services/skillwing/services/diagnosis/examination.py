@@ -16,6 +16,7 @@ from skillwing.services.bus.zenoh_session import RouterUnreachableError, open_cl
 from skillwing.services.client.connection import Target, find_target
 from skillwing.services.diagnosis.evidence import Disk, Evidence, Probe, SystemSeen
 from skillwing.services.diagnosis.probing import Question, alive, probe, watch_clock
+from skillwing.services.diagnosis.unattended import left_alone
 from skillwing.services.errors import NoSystemError
 from skillwing.services.ids import new_goal_id
 from skillwing.services.names import CLIENT, DATA_MANAGER, RESOURCE_MANAGER, skill_process
@@ -34,6 +35,7 @@ from skillwing.services.protocol import (
     QueryStates,
     ResourceStates,
     StartGoal,
+    State,
     decode,
 )
 from skillwing.services.robot import Robot, find_robot
@@ -96,7 +98,10 @@ def examine_system(target: Target) -> SystemSeen:
         goals = probe(session, tuple(_goal_questions(skillset, keys, held)))
         data = probe(session, tuple(_data_questions(skillset, keys)) if DATA_MANAGER in held else ())
         clock = watch_clock(session, CLOCK_WATCH)
-    states = next(iter(_messages(probes[:1], ResourceStates)), None)
+    known = next(iter(_messages(probes[:1], ResourceStates)), None)
+    states = None if known is None else known.states
+    statuses = tuple(_messages(goals, GoalStatus))
+    running = [goal.skill for goal in statuses if goal.state is not State.TERMINATED]
     return SystemSeen(
         robot=target.robot,
         endpoint=target.endpoint,
@@ -108,12 +113,13 @@ def examine_system(target: Target) -> SystemSeen:
         probes=probes,
         clock_seen=clock,
         data=tuple(_messages(data, DataReading)),
-        states=None if states is None else states.states,
+        states=states,
         resources=frozenset(resource.name for resource in skillset.resources),
-        goals=tuple(_messages(goals, GoalStatus)),
+        goals=statuses,
         clients=frozenset(name for name in held if name.startswith(CLIENT)),
         disk=disk,
         published_by={} if (table := _table(target)) is None else table.published_by,
+        left_alone=left_alone(target, skillset, states or {}, held, running),
     )
 
 

@@ -278,6 +278,11 @@ def goals_of_nobody(system: SystemSeen) -> Iterator[Finding]:
             )
 
 
+def unattended(system: SystemSeen) -> Iterator[Finding]:
+    for each in system.left_alone:
+        yield Finding(about="unattended", what=each.what, remedy=each.remedy)
+
+
 def disk(system: SystemSeen) -> Iterator[Finding]:
     place = system.disk
     if place is None:
@@ -308,6 +313,7 @@ SYSTEM_RULES: tuple[SystemRule, ...] = (
     clock,
     stale_data,
     goals_of_nobody,
+    unattended,
     disk,
 )
 

@@ -91,18 +91,17 @@ class MockWorld:
 
         Then only it is there, and skills may start: none is refused for a state or a datum that is still on its way.
         """
-        self._unanswered = 0
+        self._unanswered = 0  # of the questions and requests that belong to the beginning
         self._take(self._reactions.begin())
         self._ask(self._keys.resource_states, encode(QueryStates()), "ask for the resources")
         for item in self._skillset.data:
             self._ask(self._keys.data(item.name), encode(QueryData()), f"ask for {item.name}")
 
     def _appear(self) -> None:
-        if self._alive is None and self._unanswered == 0:
-            self._publish_all()
-            for item in self._skillset.data:
-                self._bus.every(item.period or DEFAULT_PERIOD, self._publish[item.name])
-            self._alive = self._bus.declare_alive(self._keys.alive(self.name))
+        self._publish_all()
+        for item in self._skillset.data:
+            self._bus.every(item.period or DEFAULT_PERIOD, self._publish[item.name])
+        self._alive = self._bus.declare_alive(self._keys.alive(self.name))
 
     # --- what is due -------------------------------------------------------------------------------------------------
 
@@ -132,12 +131,15 @@ class MockWorld:
                 self._bus.ask(self._keys.mocked_skill(skill), request, lambda answer: _complain(f"end {skill}", answer))
 
     def _ask(self, key: str, payload: bytes, what: str) -> None:
+        belongs_to_beginning = self._alive is None
+        self._unanswered += belongs_to_beginning
+
         def take(answer: Answer) -> None:
             _complain(what, answer)
-            self._unanswered -= 1
-            self._appear()
+            self._unanswered -= belongs_to_beginning
+            if belongs_to_beginning and self._unanswered == 0:
+                self._appear()
 
-        self._unanswered += 1
         ask_until_answered(self._bus, key, payload, take)
 
     # --- data --------------------------------------------------------------------------------------------------------

@@ -33,7 +33,8 @@ class RunState(msgspec.Struct, frozen=True, kw_only=True):
     robot time; pid and pid_started: of the process that runs it; run_dir: where its logs are; mock: nothing in it is
     real; topology: how its processes meet; processes: those that were started, and what has become of them; briefing:
     what missions are told of the place, by mission; viewer: the page on which browsers see it, None for none;
-    unfinished: what to say of what it would cut short if it ended now, empty if nothing.
+    unfinished: what to say of what it would cut short if it ended now, empty if nothing; not_to_be_left: as in the
+    robot's table.
     """
 
     robot: str
@@ -49,6 +50,7 @@ class RunState(msgspec.Struct, frozen=True, kw_only=True):
     briefing: dict[str, dict[str, Any]] = {}
     viewer: str | None = None
     unfinished: str = ""
+    not_to_be_left: dict[str, dict[str, str]] = {}
 
 
 def runtime_dir() -> Path:
@@ -151,6 +153,7 @@ def announced(
             processes=tuple(processes),
             briefing=dict(briefing),
             viewer=viewer,
+            not_to_be_left={resource: dict(states) for resource, states in robot.not_to_be_left.items()},
         )
     )
     try:

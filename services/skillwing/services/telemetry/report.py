@@ -63,8 +63,8 @@ class Witnessed(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Report(msgspec.Struct, frozen=True, kw_only=True):
-    """`result` is success, failure, aborted or unfinished. Clearance is of the hull from the nearest obstacle; it and
-    collisions are None if no truth was recorded."""
+    """`result` is success, failure, aborted or unfinished. Clearance is from the nearest obstacle to what holds the
+    whole vehicle; it and collisions are None if no truth was recorded."""
 
     mission: str
     result: str

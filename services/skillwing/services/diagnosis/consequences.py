@@ -1,0 +1,86 @@
+"""Which skills bring a robot into a state that only the robot itself can report.
+
+A skillset says what skills do to the resources that are theirs. That a drone is on the ground after `land` follows from
+a postcondition, or from what a mock of the robot does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping
+from itertools import product
+from math import prod
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from skillwing.dsl.expressions import Expression, names_used
+from skillwing.dsl.guards import holds, sufficient_changes
+from skillwing.dsl.model import Result, Skill, Skillset
+from skillwing.services.errors import InvalidOptionError
+
+if TYPE_CHECKING:
+    from skillwing.services.mocking.script import Reaction, When
+
+_MOST_COMBINATIONS = 4096
+
+
+def causes(
+    skillset: Skillset,
+    resource: str,
+    targets: Collection[str],
+    states: Mapping[str, str],
+    reactions: Iterable[Reaction],
+) -> list[str]:
+    """The skills after which a resource is in one of these states.
+
+    The model says so of their success, or the mock of this robot brings it there when they begin or succeed. states: of
+    all resources now; reactions: of the mock.
+    """
+    moments = [each.when for each in reactions if each.when and each.trigger.get(resource) in targets]
+    return [
+        skill.name
+        for skill in skillset.skills
+        if any(_is_begin_or_success(skill, moment) for moment in moments)
+        or any(_promises(skillset, result, resource, targets, states) for result in skill.results)
+    ]
+
+
+def states_wanted(skillset: Skillset, guard: Expression, states: Mapping[str, str]) -> dict[str, list[str]]:
+    """The states in which a guard would hold, for each resource that could make it so alone; else for all it names."""
+    names = sorted(names_used(guard, "resource"))
+    every = {name: skillset.resource(name).states for name in names}
+    alone = sufficient_changes(guard, skillset, states)
+    if alone or prod(map(len, every.values())) > _MOST_COMBINATIONS:
+        return alone
+    together = [dict(zip(names, chosen, strict=True)) for chosen in product(*every.values())]
+    good = [each for each in together if holds(guard, {**states, **each})]
+    found = {name: sorted({each[name] for each in good}, key=every[name].index) for name in names}
+    return {name: targets for name, targets in found.items() if targets and states[name] not in targets}
+
+
+def reactions_known(file: Path, skillset: Skillset) -> tuple[Reaction, ...]:
+    """What a mock of this robot does, as the script beside its skillset file says; none where it cannot be read."""
+    from skillwing.services.mocking.script_file import load_scripts  # noqa: PLC0415 - needed when something is amiss
+    from skillwing.services.mocking.system import scripts_for  # noqa: PLC0415
+
+    try:
+        return load_scripts(scripts_for(file), skillset).reactions
+    except (InvalidOptionError, OSError):
+        return ()
+
+
+def _is_begin_or_success(skill: Skill, moment: When) -> bool:
+    if moment.starts == skill.name:
+        return True
+    endings = {moment.ending} if isinstance(moment.ending, str) else set(moment.ending)
+    successes = {result.name for result in skill.results if result.success}
+    return moment.ends == skill.name and (not moment.ending or not successes.isdisjoint(endings))
+
+
+def _promises(
+    skillset: Skillset, result: Result, resource: str, targets: Collection[str], states: Mapping[str, str]
+) -> bool:
+    """Whether a success has this resource in one of these states, by its postcondition."""
+    if not result.success or result.post is None or names_used(result.post, "data") | names_used(result.post, "input"):
+        return False
+    promised = states_wanted(skillset, result.post, states).get(resource, [])
+    return bool(promised) and set(promised) <= set(targets)

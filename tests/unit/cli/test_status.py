@@ -1,0 +1,50 @@
+"""When `skillwing status` says that a system is whole."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from skillwing.services.client.connection import Target
+from skillwing.services.commands.output import DOES_NOT_ANSWER
+from skillwing.services.commands.status import Look
+from skillwing.services.processes.proc_files import Usage
+from skillwing.services.processes.process_state import Condition, ProcessState
+from skillwing.services.processes.roll_call import Entry
+from skillwing.services.protocol import ResourceStates
+
+USED = Usage(cpu=1.0, memory=1, uptime=100.0, stopped=False)
+RUNS = Entry(ProcessState(name="skill/goto", pid=7), Condition.RUNS, USED)
+WHOLE = Look(
+    target=Target("m600", "tcp/127.0.0.1:7447", Path("m600.skillset"), "robot"),
+    processes=[RUNS],
+    goals=[],
+    silent=[],
+    # What a hook has done once is told, and over.
+    blocked={"goto": "`on_dispatch` blocks."},
+    states=ResourceStates(revision=1, t=1.0, states={}),
+    left_alone=(),
+)
+
+
+def test_whoever_runs_and_answers_makes_a_system_whole() -> None:
+    assert WHOLE.is_whole
+    assert WHOLE.troubles == {"goto": "`on_dispatch` blocks."}
+
+
+@pytest.mark.parametrize(
+    "seen",
+    [
+        *(replace(WHOLE, processes=[RUNS, replace(RUNS, condition=each)]) for each in Condition if each != "runs"),
+        replace(WHOLE, silent=["goto"]),
+        replace(WHOLE, states=None),
+    ],
+)
+def test_one_that_does_not_makes_it_less(seen: Look) -> None:
+    assert not seen.is_whole
+
+
+def test_a_manager_that_does_not_answer_now_counts_more_than_what_it_did() -> None:
+    assert replace(WHOLE, silent=["goto"]).troubles == {"goto": DOES_NOT_ANSWER}
