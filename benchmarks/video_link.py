@@ -1,6 +1,6 @@
 """The live video over a link that narrows: figures and the plot of docs/video.md.
 
-    python benchmarks/video_link.py [--write] [--pictures FOLDER]
+    python benchmarks/video_link.py [--no-times] [--write] [--pictures FOLDER]
 
 Streams the flight around the inspection building (seed 1) over links of constant bandwidth, over links that lose
 packets, and once around through two zones. Times of processing are processor times.
@@ -70,7 +70,7 @@ HEADS = ["kbit/s received", "FPS", "SSIM", "latency p50 [ms]", "p95 [ms]", "lost
 
 
 def costs(world: World, album: Album) -> str:
-    """Milliseconds of processor time for one picture, medians over 4 s of the flight at 400 kbit/s."""
+    """Processor time for one picture, in a sentence: medians over 4 s of the flight at 400 kbit/s."""
     orbiter, camera = Orbiter(world, album), Camera(world, RayScene(world.triangles()))
     encoder, decoder = Encoder(WIDTH, HEIGHT, 15.0), Decoder()
     times: dict[str, list[float]] = {}
@@ -91,7 +91,8 @@ def costs(world: World, album: Album) -> str:
         data = timed("to encode", lambda picture=picture, motion=motion: encode(picture, motion.t))
         seen = timed("to decode", lambda data=data: decoder.decode(data))
         timed("for its SSIM", lambda picture=picture, seen=seen: similarity(picture, seen))
-    return ", ".join(f"{median(each):.1f} ms {name}" for name, each in times.items())
+    told = ", ".join(f"{median(each):.1f} ms {name}" for name, each in times.items())
+    return f"Processor time for one picture (median, at 400 kbit/s): {told}."
 
 
 def plot(trial: Trial, file: Path) -> None:
@@ -136,6 +137,7 @@ def plot(trial: Trial, file: Path) -> None:
 
 def main() -> None:
     parser = make_parser(__doc__)
+    parser.add_argument("--no-times", action="store_true", help="tell no times, on a machine that has other work")
     parser.add_argument("--pictures", type=Path, help="keep what the ground saw last in each trial")
     options = parser.parse_args()
     world = inspection_world(SEED)
@@ -164,9 +166,8 @@ def main() -> None:
         [
             f"{machine()}; world `inspection`, seed {SEED}; `stream(min_fps=10, min_quality=0.7)`, on a link that is "
             f"{CONSTANT[0]:g} Mbit/s wide for {WIDE:g} s and then as narrow as the table says; figures from "
-            f"{SETTLED - WIDE:g} s later on, or of the last 2 s before the skill's end. Processor time for one picture "
-            "(median, at 400 kbit/s): "
-            f"{costs(world, album)}.",
+            f"{SETTLED - WIDE:g} s later on, or of the last 2 s before the skill's end."
+            + ("" if options.no_times else f" {costs(world, album)}"),
             table(["bandwidth [Mbit/s]", *HEADS], constant),
             "With a bandwidth of 1 Mbit/s and packets that the air swallows:",
             table(["loss [%]", *HEADS], lossy),

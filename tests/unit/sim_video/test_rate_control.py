@@ -4,18 +4,28 @@ from __future__ import annotations
 
 import math
 
-from hypothesis import given, settings
+import pytest
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from skillwing.m600.skills.shortfall import Shortfall
 from skillwing.sim_mujoco.topics import LinkStatus, VideoStatus
 from skillwing.sim_mujoco.video.codec import FASTEST_RATE
+from skillwing.sim_mujoco.video.pieces import parts_of
+from skillwing.sim_mujoco.video.protection import HIGHEST_LOSS, LOSSY, MOST_PARITY, RISK, parity_against, risk
 from skillwing.sim_mujoco.video.rate_control import (
+    ENOUGH_FPS,
+    GOOD_ENOUGH,
     HIGHEST_FPS,
+    NEARLY_ALL,
+    PARITY_COST,
     PICTURE_COST,
     SHARE,
     SLOWEST_RATE,
+    SPARE_FPS,
     STEP,
+    WARIER,
+    WARIEST,
     RateController,
     Rates,
 )
@@ -27,8 +37,14 @@ ATTEMPTS = 2 * math.log2(600.0 / 4.0)
 """Changes of a settled loop in ten minutes: attempts at a higher frame rate and their revocations, ever more seldom."""
 
 
-def link(t: float, bandwidth: float) -> LinkStatus:
-    return LinkStatus(t=t, bandwidth=bandwidth, latency=0.03, loss=0.0, queued=0.0, sent=0.0, dropped=0)
+LOST_CHANGES = 4 * ATTEMPTS
+"""The same where packets are lost: caution has attempts of its own, and each may move the bit rate twice."""
+UNTIL_A_KEYFRAME = 0.35
+"""For how long nothing can be shown after a lost picture [s]: the way there and back, and the pause between two."""
+
+
+def link(t: float, bandwidth: float, loss: float = 0.0) -> LinkStatus:
+    return LinkStatus(t=t, bandwidth=bandwidth, latency=0.03, loss=loss, queued=0.0, sent=0.0, dropped=0)
 
 
 def quality(rates: Rates, difficulty: float) -> float:
@@ -37,27 +53,49 @@ def quality(rates: Rates, difficulty: float) -> float:
     return 1.0 - min(1.0, 0.22 * difficulty * (3300.0 / bits) ** 0.55)
 
 
-class Loop:
-    """A controller between a link and a ground that sees what the model says."""
+def shown(rates: Rates, parity: int, loss: float) -> float:
+    """Pictures a second that can be decoded: each that is lost takes with it those until a keyframe gets through."""
+    lost = risk(parts_of(round(rates.bitrate / rates.fps / 8.0)), parity, loss)
+    through = (1.0 - lost) ** 2
+    return rates.fps * through / (through + lost * (1.0 + UNTIL_A_KEYFRAME * rates.fps))
 
-    def __init__(self, min_fps: float, min_quality: float, difficulty: float) -> None:
+
+class Loop:
+    """A controller between a link and a ground that sees what the model says. The air loses `loss` of all packets, and
+    the modem says that it is `told`."""
+
+    def __init__(
+        self, min_fps: float, min_quality: float, difficulty: float, *, loss: float = 0.0, told: float | None = None
+    ) -> None:
         self.control = RateController(min_fps, min_quality)
-        self.difficulty = difficulty
+        self.min_fps, self.min_quality, self.difficulty = min_fps, min_quality, difficulty
+        self.loss, self.told = loss, loss if told is None else told
         self.t = 0.0
 
     def run(self, seconds: float, bandwidth: float, wobble: float = 0.0) -> None:
         for _ in range(round(seconds / 0.25)):
             self.t += 0.25
             noise = wobble * math.sin(7.3 * self.t)
-            self.control.link(self.t, link(self.t, bandwidth * (1.0 + noise)))
+            self.control.link(self.t, link(self.t, bandwidth * (1.0 + noise), self.told))
             self.control.report(self.t, self.seen(noise))
 
     def seen(self, noise: float = 0.0) -> VideoStatus:
         rates = self.control.rates
         seen = min(1.0, max(0.0, quality(rates, self.difficulty) + 0.1 * noise))
+        fps = shown(rates, self.control.parity(round(rates.bitrate / rates.fps / 8.0)), self.loss)
         return VideoStatus(
-            t=self.t, stream="", fps=rates.fps, quality=seen, bitrate=rates.bitrate, lost=0.0, latency=0.05
+            t=self.t, stream="", fps=fps, quality=seen, bitrate=rates.bitrate, lost=self.loss, latency=0.05
         )
+
+    def shortfall(self, seconds: float, bandwidth: float) -> float:
+        """The largest shortfall, as the skill sees it, while so much time goes by."""
+        shortfall, end, worst = Shortfall(self.t), self.t + seconds, 0.0
+        while self.t < end:
+            self.run(0.25, bandwidth)
+            seen = self.seen()
+            good = seen.fps >= self.min_fps and (seen.quality or 0.0) >= self.min_quality
+            worst = max(worst, shortfall.observe(self.t, good=good))
+        return worst
 
 
 @settings(max_examples=60)
@@ -108,11 +146,94 @@ def test_what_can_be_kept_is_kept(fps: float, wanted: float, hard: float, bandwi
     lowest = min(HIGHEST_FPS, 1.2 * fps)
     affordable = max(SLOWEST_RATE, (SHARE * bandwidth - PICTURE_COST * HIGHEST_FPS) / STEP**2)
     if quality(Rates(affordable, lowest), hard) >= wanted + 0.05:
-        shortfall, start = Shortfall(loop.t), loop.t
-        while loop.t < start + 60.0:
-            loop.run(0.25, bandwidth)
-            shortfall.observe(loop.t, good=(loop.seen().quality or 0.0) >= wanted)
-            assert shortfall.total < 4.0
+        assert loop.shortfall(60.0, bandwidth) < 4.0
+
+
+lossy = st.floats(0.01, 0.3)
+misjudged = st.floats(0.25, 1.0)
+"""The share of what is lost that the modem knows of."""
+
+
+@settings(max_examples=25)
+@given(st.floats(1.0, 24.0), st.floats(0.3, 0.9), difficulty, st.floats(1e5, 3e6), lossy, misjudged)
+def test_both_demands_are_held_where_both_can_be(
+    fps: float, wanted: float, hard: float, bandwidth: float, loss: float, known: float
+) -> None:
+    """At the lowest frame rate and with all caution, if the link then has room for good pictures that get through."""
+    lowest = min(HIGHEST_FPS, SPARE_FPS * fps)
+    told = loss * known
+    prepared = max(told, LOSSY) * WARIER**WARIEST
+    budget = SHARE * bandwidth * (1.0 - told) - (PICTURE_COST + MOST_PARITY * PARITY_COST) * max(lowest, 15.0)
+    # Each piece may cost as much parity as one piece alone.
+    bitrate = budget / (1.0 + parity_against(prepared, 1)) / STEP**2
+    assume(bitrate >= SLOWEST_RATE)
+    parity = parity_against(prepared, parts_of(round(bitrate / lowest / 8.0)))
+    rates = Rates(bitrate, lowest)
+    assume(quality(rates, hard) >= wanted + GOOD_ENOUGH)
+    assume(shown(rates, parity, loss) >= min(ENOUGH_FPS * fps, NEARLY_ALL * lowest))
+    loop = Loop(fps, wanted, hard, loss=loss, told=told)
+    loop.run(120.0, bandwidth)
+    assert loop.shortfall(60.0, bandwidth) < 4.0
+
+
+@settings(max_examples=15)
+@given(min_fps, min_quality, difficulty, st.floats(2e4, 5e6), st.floats(0.0, 1.0), misjudged)
+def test_on_a_constant_link_that_loses_packets_the_rates_settle(
+    fps: float, wanted: float, hard: float, bandwidth: float, loss: float, known: float
+) -> None:
+    loop = Loop(fps, wanted, hard, loss=loss, told=loss * known)
+    loop.run(90.0, bandwidth, wobble=0.03)
+    settled = loop.control.changes
+    assert settled <= 40
+    loop.run(300.0, bandwidth, wobble=0.03)
+    assert loop.control.changes - settled <= LOST_CHANGES
+
+
+@settings(max_examples=25)
+@given(min_fps, st.floats(0.3, 0.97), difficulty, st.floats(2e4, 3e6), lossy | st.floats(0.99, 1.0), misjudged)
+def test_where_they_cannot_both_be_held_the_skill_learns_of_it(
+    fps: float, wanted: float, hard: float, bandwidth: float, loss: float, known: float
+) -> None:
+    """Whatever is chosen: not even the whole link, at the fewest pictures, makes them good; or hardly one arrives."""
+    whole = min(max(bandwidth, SLOWEST_RATE), FASTEST_RATE)
+    assume(quality(Rates(whole, fps), hard) < wanted or loss >= 0.99)
+    assert Loop(fps, wanted, hard, loss=loss, told=loss * known).shortfall(60.0, bandwidth) >= 4.0
+
+
+def test_a_modem_that_knows_too_little_is_believed_less_once_too_few_pictures_arrive() -> None:
+    loop = Loop(12.0, 0.5, 1.0, loss=0.15, told=0.02)
+    loop.run(4.0, 1e6)
+    before = loop.seen().fps
+    loop.run(20.0, 1e6)
+    assert before < 12.0 <= loop.seen().fps
+
+
+def test_what_a_crowded_modem_drops_is_no_reason_for_parity() -> None:
+    control = RateController(10.0, 0.5)
+    for k in range(80):
+        t = 0.25 * k
+        control.link(t, LinkStatus(t=t, bandwidth=3e4, latency=0.03, loss=0.0, queued=2.0, sent=3e4, dropped=k))
+        control.report(t, VideoStatus(t=t, stream="", fps=2.0, quality=0.9, bitrate=3e4, lost=0.5, latency=1.0))
+    assert control.parity(5000) == 0
+
+
+@given(st.floats(0.0, 1.0), st.integers(1, 40))
+def test_parity_is_as_little_as_is_safe_enough(loss: float, parts: int) -> None:
+    parity = parity_against(loss, parts)
+    assert (parity == 0) == (loss <= LOSSY)
+    if loss <= LOSSY:
+        return
+    loss = min(loss, HIGHEST_LOSS)
+    assert risk(parts, parity, loss) <= RISK or parity == MOST_PARITY
+    assert parity == 1 or risk(parts, parity - 1, loss) > RISK
+
+
+@given(st.integers(1, 4), st.integers(0, 3), st.floats(0.0, 1.0))
+def test_a_risk_is_the_sum_over_all_that_may_happen(parts: int, parity: int, loss: float) -> None:
+    pieces = parts + parity
+    cases = (format(k, f"0{pieces}b").count("1") for k in range(2**pieces))
+    expected = sum(loss**lost * (1.0 - loss) ** (pieces - lost) for lost in cases if lost > parity)
+    assert risk(parts, parity, loss) == pytest.approx(expected, abs=1e-12)
 
 
 @settings(max_examples=40)

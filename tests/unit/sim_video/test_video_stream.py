@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from functools import reduce
+from operator import xor
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from skillwing.sim_mujoco.topics import VideoPiece
+from skillwing.sim_mujoco.video import erasure
 from skillwing.sim_mujoco.video.codec import AccessUnit, Decoder, Encoder, Picture, UndecodableError, jpeg
 from skillwing.sim_mujoco.video.pieces import LARGEST, Assembly, cut
 from skillwing.sim_mujoco.video.receiver import Receiver
@@ -92,14 +96,56 @@ def test_pieces_fit_a_packet_and_make_the_whole(size: int) -> None:
     assert last.unit.data == bytes(size)
 
 
-@given(st.lists(st.binary(max_size=4 * LARGEST), min_size=1, max_size=10), st.data())
-def test_with_parity_any_one_piece_of_a_picture_may_be_lost(contents: list[bytes], data: st.DataObject) -> None:
+@settings(max_examples=50)
+@given(st.lists(st.binary(max_size=4 * LARGEST), min_size=1, max_size=4), st.integers(0, 5), st.data())
+def test_of_the_pieces_of_a_picture_as_many_may_be_lost_as_there_is_parity(
+    contents: list[bytes], parity: int, data: st.DataObject
+) -> None:
     assembly = Assembly()
     for frame, content in enumerate(contents):
-        pieces = list(cut(AccessUnit(content, keyframe=False), "goal", frame, 0, 0.0, parity=True))
-        gone = data.draw(st.integers(0, len(pieces)))
-        found = [assembly.add(header, part) for k, (header, part) in enumerate(pieces) if k != gone]
+        pieces = list(cut(AccessUnit(content, keyframe=False), "goal", frame, 0, 0.0, parity=parity))
+        gone = data.draw(st.sets(st.integers(0, len(pieces) - 1), max_size=parity))
+        found = [assembly.add(header, part) for k, (header, part) in enumerate(pieces) if k not in gone]
         assert [whole.unit.data for whole in found if whole is not None] == [content]
+
+
+@settings(max_examples=50)
+@given(st.integers(1, 40), st.integers(1, 8), st.integers(0, 20), st.data())
+def test_any_pieces_that_are_as_many_as_the_parts_give_all_of_them(
+    parts: int, count: int, length: int, data: st.DataObject
+) -> None:
+    rng = np.random.default_rng(parts * 1000 + length)
+    pieces = [rng.bytes(length) for _ in range(parts)]
+    numbered = dict(enumerate([*pieces, *erasure.parity(pieces, count, length)]))
+    kept = data.draw(st.sets(st.sampled_from(sorted(numbered)), min_size=parts, max_size=parts))
+    assert erasure.restore({number: numbered[number] for number in kept}, parts, length) == pieces
+    with pytest.raises(ValueError, match="missing"):
+        erasure.restore({number: numbered[number] for number in sorted(kept)[1:]}, parts, length)
+
+
+@given(st.lists(st.binary(max_size=20), min_size=1, max_size=10))
+def test_the_first_parity_is_the_exclusive_or(pieces: list[bytes]) -> None:
+    (parity,) = erasure.parity(pieces, 1, 20)
+    expected = reduce(xor, (int.from_bytes(piece.ljust(20, b"\0"), "big") for piece in pieces))
+    assert int.from_bytes(parity, "big") == expected
+
+
+def test_a_picture_of_too_many_pieces_goes_with_as_much_parity_as_the_code_has() -> None:
+    for size, parity in ((253 * LARGEST, 3), (256 * LARGEST, 0), (300 * LARGEST, 0)):
+        header, _ = next(cut(AccessUnit(bytes(size), keyframe=True), "goal", 0, 0, 0.0, parity=8))
+        assert header.parity == parity
+
+
+@given(st.lists(st.tuples(st.integers(0, 9), st.integers(1, 4), st.integers(0, 4), st.integers(0, 5000)), max_size=12))
+def test_pieces_that_do_not_belong_together_make_nothing_up(story: list[tuple[int, int, int, int]]) -> None:
+    """Whatever arrives under one number: a picture is made of pieces that say the same of it, and of its size."""
+    assembly = Assembly()
+    for part, parts, parity, size in story:
+        header = VideoPiece(
+            t=0.0, stream="", sequence=0, frame=1, part=part, parts=parts, size=size, keyframe=True, parity=parity
+        )
+        whole = assembly.add(header, b"x")
+        assert whole is None or len(whole.unit.data) == size
 
 
 @given(

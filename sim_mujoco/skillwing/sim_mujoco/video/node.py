@@ -69,6 +69,7 @@ class VideoNode:
         holder = self._holder
         holder.require_fresh(command.goal_id, command.token)
         if command.run:
+            _require_possible(command)
             holder.take(command.goal_id, command.token)
             return self._start(command)
         if holder.goal == command.goal_id:
@@ -82,12 +83,6 @@ class VideoNode:
 
     def _start(self, command: topics.ControlVideo) -> str:
         assert self._bus is not None
-        if not 0.0 < command.min_fps <= HIGHEST_FPS or not 0.0 <= command.min_quality <= 1.0:
-            raise RefusedError(
-                ErrorCode.BAD_REQUEST,
-                f"{command.min_fps:g} pictures a second of quality {command.min_quality:g} cannot be had",
-                f"ask for up to {HIGHEST_FPS:g} a second, and a quality between 0 and 1",
-            )
         if self._stream is not None and self._stream.goal == command.goal_id:
             return "streaming"
         self._stop()
@@ -131,8 +126,8 @@ class VideoNode:
             return
         if unit.keyframe:
             stream.keyframe_at, stream.wants_keyframe = header.t, False
-        protects = stream.control.protects
-        for piece, data in cut(unit, stream.goal, stream.frame, stream.sequence, header.t, parity=protects):
+        parity = stream.control.parity(len(unit.data))
+        for piece, data in cut(unit, stream.goal, stream.frame, stream.sequence, header.t, parity=parity):
             self._sent.put(data, encode(piece))
             stream.sequence += 1
         stream.frame += 1
@@ -168,6 +163,16 @@ class VideoNode:
                 changes=stream.control.changes,
             )
             self._status.put(encode(status))
+
+
+def _require_possible(command: topics.ControlVideo) -> None:
+    """Raise RefusedError for demands that no link can meet."""
+    if not 0.0 < command.min_fps <= HIGHEST_FPS or not 0.0 <= command.min_quality <= 1.0:
+        raise RefusedError(
+            ErrorCode.BAD_REQUEST,
+            f"{command.min_fps:g} pictures a second of quality {command.min_quality:g} cannot be had",
+            f"ask for up to {HIGHEST_FPS:g} a second, and a quality between 0 and 1",
+        )
 
 
 class VideoOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

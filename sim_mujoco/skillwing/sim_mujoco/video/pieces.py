@@ -1,33 +1,40 @@
-"""Access units cut into pieces that fit a packet, and put together again where no more than one is missing.
-
-On a link that loses packets a parity piece goes with each picture: the exclusive or of all its pieces, as in RFC 5109.
-"""
+"""Access units cut into pieces that fit a packet, and put together again where no more are missing than there is
+parity."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
-from functools import reduce
-from operator import xor
 
 from skillwing.sim_mujoco.topics import VideoPiece
+from skillwing.sim_mujoco.video import erasure
 from skillwing.sim_mujoco.video.codec import AccessUnit
 
 LARGEST = 1200
 """Bytes of a piece: with its headers it fits an Ethernet frame on any route."""
 
 
+def parts_of(size: int) -> int:
+    """Into how many pieces so many bytes are cut."""
+    return max(1, -(-size // LARGEST))
+
+
+def _length(size: int, parts: int) -> int:
+    """Of all pieces but the last, which may be shorter. They are of one length, so that parity costs least."""
+    return -(-size // parts)
+
+
 def cut(
-    unit: AccessUnit, stream: str, frame: int, sequence: int, t: float, *, parity: bool = False
+    unit: AccessUnit, stream: str, frame: int, sequence: int, t: float, *, parity: int = 0
 ) -> Iterator[tuple[VideoPiece, bytes]]:
-    """The pieces of picture number `frame`, taken at `t`, and their parity if that is wanted; the first one gets this
-    `sequence` number."""
+    """The pieces of picture number `frame`, taken at `t`, and so many of parity, or as many as the code allows; the
+    first one gets this `sequence` number."""
     size = len(unit.data)
-    parts = max(1, -(-size // LARGEST))
-    pieces = [unit.data[part * LARGEST : (part + 1) * LARGEST] for part in range(parts)]
-    if parity:
-        pieces.append(_parity(pieces, min(size, LARGEST)))
-    for part, data in enumerate(pieces):
+    parts = parts_of(size)
+    length = _length(size, parts)
+    pieces = [unit.data[part * length : (part + 1) * length] for part in range(parts)]
+    parity = max(0, min(parity, erasure.ELEMENTS - parts))
+    for part, data in enumerate((*pieces, *erasure.parity(pieces, parity, length))):
         header = VideoPiece(
             t=t,
             stream=stream,
@@ -37,6 +44,7 @@ def cut(
             parts=parts,
             size=size,
             keyframe=unit.keyframe,
+            parity=parity,
         )
         yield header, data
 
@@ -56,30 +64,31 @@ class Assembly:
     is missing of an earlier one is lost. Pure."""
 
     _frame: int = -1
+    _shape: tuple[int, int, int] = 0, 0, 0
     _pieces: dict[int, bytes] = field(default_factory=dict)
     _complete: bool = False
 
     def add(self, piece: VideoPiece, data: bytes) -> Received | None:
         """The access unit that this piece completes, if it does."""
+        shape = piece.parts, piece.parity, piece.size
         if piece.frame != self._frame:
-            self._frame, self._pieces, self._complete = piece.frame, {}, False
-        if self._complete or piece.part > piece.parts or len(data) > LARGEST:
+            self._frame, self._shape, self._pieces, self._complete = piece.frame, shape, {}, False
+        if self._complete or shape != self._shape or not _possible(piece, data):
             return None
         self._pieces[piece.part] = data
         if len(self._pieces) < piece.parts:
             return None
         self._complete = True
-        whole = b"".join(self._part(part, piece) for part in range(piece.parts))
-        return Received(piece.frame, piece.t, AccessUnit(whole, piece.keyframe))
-
-    def _part(self, part: int, piece: VideoPiece) -> bytes:
-        """What arrived, or what the parity says about the one that did not."""
-        if part in self._pieces:
-            return self._pieces[part]
-        return _parity(self._pieces.values(), max(0, min(LARGEST, piece.size - part * LARGEST)))
+        parts = erasure.restore(self._pieces, piece.parts, _length(piece.size, piece.parts))
+        return Received(piece.frame, piece.t, AccessUnit(b"".join(parts)[: piece.size], piece.keyframe))
 
 
-def _parity(pieces: Iterable[bytes], size: int) -> bytes:
-    """The exclusive or of pieces that are filled up with zeros; its first `size` bytes."""
-    numbers = (int.from_bytes(piece.ljust(LARGEST, b"\0"), "big") for piece in pieces)
-    return reduce(xor, numbers, 0).to_bytes(LARGEST, "big")[:size]
+def _possible(piece: VideoPiece, data: bytes) -> bool:
+    """Whether `cut` may have made this piece, as far as can be seen from it alone."""
+    last = piece.parts + piece.parity
+    return (
+        piece.part < last
+        and (not piece.parity or last <= erasure.ELEMENTS)
+        and piece.parts == parts_of(piece.size)
+        and len(data) <= LARGEST
+    )
