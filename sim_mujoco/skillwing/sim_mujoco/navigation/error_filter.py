@@ -49,7 +49,7 @@ class ErrorFilter:
     def predict(self, dt: float, impulse: Matrix, turn: Matrix) -> None:
         """Let `dt` pass, in which specific force in the world frame summed up to `impulse` (3,) [m/s]; `turn` (3, 3)
         turns body coordinates into the world's."""
-        transition, lever = self._transition, _cross(impulse)
+        transition, lever = self._transition, cross_matrix(impulse)
         transition[POSITION, VELOCITY] = dt * np.eye(3)
         transition[POSITION, ANGLES] = -0.5 * dt * lever
         transition[VELOCITY, ANGLES] = -lever
@@ -81,6 +81,7 @@ def surprise(residual: Matrix, spread: Matrix) -> float:
     return float(residual @ np.linalg.solve(spread, residual))
 
 
-def _cross(v: Matrix) -> Matrix:
+def cross_matrix(v: Matrix) -> Matrix:
+    """The matrix (3, 3) that makes the cross product v x u of a vector u."""
     x, y, z = v
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

@@ -1,11 +1,15 @@
 """The navigation system: alignment, fixes that come late, fixes that lie, and what is left without them.
 
-Call `inertial` with every sample, `epoch` every 0.1 s with the barometer's height, `fix` with each fix.
+Call `inertial` with every sample, `epoch` every 0.1 s with the barometer's height, `fix` with each fix, `odometry` with
+what odometry says, if there is one.
 
 A fix is compared with where the drone was when it was measured, and corrects where it is now. It is believed if it
 lies within five sigma of inertial navigation, and if fixes have not jumped: each is compared with the one before and
 the speed meanwhile, and what they jump by is summed up. So a receiver that jumps is not believed later, when
 navigation without it has become so uncertain that its fixes could be true; but it is when it has jumped back.
+
+While there are fixes, odometry only proves itself. Without them its velocity keeps the drone's from drifting, and the
+position drifts as odometry does instead of faster and faster (`odometry_aid.py`).
 """
 
 from __future__ import annotations
@@ -18,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skillwing.sim_mujoco.frames.poses import rotations
-from skillwing.sim_mujoco.frames.vectors import Quaternion, Vector, heading_of, scale, wrap
+from skillwing.sim_mujoco.frames.vectors import Quaternion, Vector, heading_of, scale, to_world, wrap
 from skillwing.sim_mujoco.navigation.error_filter import (
     ANGLES,
     BAROMETER,
@@ -28,8 +32,10 @@ from skillwing.sim_mujoco.navigation.error_filter import (
     SIZE,
     VELOCITY,
     ErrorFilter,
+    cross_matrix,
     surprise,
 )
+from skillwing.sim_mujoco.navigation.odometry_aid import GATED, WEIGHED, OdometryReport, Reputation
 from skillwing.sim_mujoco.navigation.strapdown import ZERO, Strapdown
 from skillwing.sim_mujoco.sensors.gnss import Receiver
 from skillwing.sim_mujoco.sensors.instruments import BAROMETER_NOISE, IMU_PERIOD
@@ -48,8 +54,10 @@ _SILENCE = 1.0
 """Over a longer silence jumps cannot be told from motion [s]."""
 _STILL, _STILL_RATE = 0.03, 0.002
 """How still a drone stands on the ground: [m/s], [rad/s]."""
-_DRIFTING = 0.5
-"""Velocities with more than this uncertainty are no use for holding a place [m/s]."""
+_DRIFTING = 0.2
+"""Velocities with more than this uncertainty are no use for holding a place, or for setting down softly [m/s]."""
+_FIXED = 0.5
+"""So long after a fix that was used there are fixes [s]."""
 _COLOURED = 2.0
 """Position errors of a receiver change slowly, so that averaging its fixes helps little: they count so much noisier."""
 
@@ -59,8 +67,8 @@ class Solution:
     """Where the navigation system says the drone is at `t`; fields as in `Motion`.
 
     `sigma` and `height_sigma` [m] are how uncertain it is of the position, by its own account. While not `valid` it is
-    too uncertain to fly by: position and velocity are dead reckoning; attitude and rate are still good. The velocity
-    is vouched for (`velocity_valid`) a little longer.
+    too uncertain to say where the drone is: position and velocity are dead reckoning; attitude and rate are still good.
+    While it still vouches for the velocity (`velocity_valid`), as odometry can make it, the drone can hold its place.
     """
 
     t: float
@@ -76,10 +84,11 @@ class Solution:
 
 @dataclass(slots=True)
 class _Past:
-    """What a fix measured at `t` should have been: position, velocity, heading (7,)."""
+    """What a fix measured at `t` should have been: position, velocity, heading (7,); and the attitude then."""
 
     t: float
     expected: NDArray[np.float64]
+    quaternion: Quaternion
 
 
 class FixSteps:
@@ -136,6 +145,9 @@ class Navigator:
         self._past: deque[_Past] = deque(maxlen=_PAST)
         self._steps = FixSteps(receiver)
         self._disbelieved = 0
+        self._fixed_at = -math.inf
+        self._odometry_at = -math.inf
+        self._reputation = Reputation()
         self._standing = True
 
     @property
@@ -163,7 +175,7 @@ class Navigator:
             self._is_valid,
             self._sigma,
             math.hypot(self._filter.sigma(POSITION)[2], self._receiver.height),
-            all(sigma <= _DRIFTING for sigma in self._filter.sigma(VELOCITY)),
+            self._vouches_for_velocity,
         )
 
     def inertial(self, force: Vector, rate: Vector) -> None:
@@ -186,7 +198,8 @@ class Navigator:
         state.impulse = state.turn = ZERO
         # What the receiver's fixes wander together the filter cannot see. Unlike max, np.max overlooks no NaN.
         self._sigma = math.hypot(float(np.max(self._filter.sigma(POSITION)[:2])), self._receiver.level)
-        self._past.append(_Past(t, np.array([*state.position, *state.velocity, heading_of(state.quaternion)])))
+        expected = np.array([*state.position, *state.velocity, heading_of(state.quaternion)])
+        self._past.append(_Past(t, expected, state.quaternion))
 
     def fix(self, now: float, t: float, fix: NDArray[np.float32], *, usable: bool) -> str | None:
         """Take a fix (7,) measured at `t`; what speaks against a receiver that gave it, after what it gave before.
@@ -205,6 +218,16 @@ class Navigator:
         else:
             return self._weigh(self._state, now, t, fix, usable=usable)
         return None
+
+    def odometry(self, report: OdometryReport) -> None:
+        """Take odometry's word for the velocity. One of a moment that is no longer remembered comes too late."""
+        state, past = self._state, self._remembered(report.t)
+        if state is None or past is None or report.t <= self._odometry_at:
+            return
+        self._odometry_at = report.t
+        self._reputation.meet(report.since)
+        if report.good and not self._standing:
+            self._weigh_velocity(state, past, report)
 
     def place(self, position: Vector, heading: float) -> None:
         """Know suddenly that the drone is at rest somewhere: for tests."""
@@ -262,6 +285,7 @@ class Navigator:
         if not self._steps.jumped and self._likely(residual, design):
             self._disbelieved = 0
             if usable:
+                self._fixed_at = t
                 self._correct(state, self._filter.update(residual, design, self._noise**2))
             return None
         self._disbelieved += 1
@@ -273,7 +297,7 @@ class Navigator:
         self, t: float, fix: NDArray[np.float32], delay: float
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
         """Residual (7,) of a fix and how today's errors show in it (7, 16); None if the past is not known."""
-        past = next((past for past in self._past if abs(past.t - t) < 1e-6), None)
+        past = self._remembered(t)
         if past is None:
             return None
         residual = fix - past.expected
@@ -283,6 +307,23 @@ class Navigator:
         design[:3, VELOCITY] = -delay * np.eye(3)
         design[6, ANGLES.start + 2] = 1.0
         return residual, design
+
+    def _weigh_velocity(self, state: Strapdown, past: _Past, report: OdometryReport) -> None:
+        velocity = np.array(to_world(past.quaternion, report.velocity))
+        residual = velocity - past.expected[3:6]
+        design = np.zeros((3, SIZE))
+        design[:, VELOCITY] = np.eye(3)
+        # Body axes are turned into the world by an attitude that may be wrong.
+        design[:, ANGLES] = cross_matrix(velocity)
+        spread = design @ self._filter.covariance @ design.T + GATED**2 * np.eye(3)
+        agrees, fixed = surprise(residual, spread) <= _GATE, past.t - self._fixed_at <= _FIXED
+        self._reputation.observe(agrees=agrees, fixed=fixed)
+        # Once navigation has drifted, almost anything would agree with it.
+        if agrees and not fixed and self._reputation.earned and self._vouches_for_velocity:
+            self._correct(state, self._filter.update(residual, design, np.full(3, WEIGHED**2)))
+
+    def _remembered(self, t: float) -> _Past | None:
+        return next((past for past in self._past if abs(past.t - t) < 1e-6), None)
 
     def _likely(self, residual: NDArray[np.float64], design: NDArray[np.float64]) -> bool:
         spread = design @ self._filter.covariance @ design.T + np.diag(self._noise**2)
@@ -302,3 +343,7 @@ class Navigator:
     @property
     def _is_valid(self) -> bool:
         return self._sigma <= self._receiver.trusted
+
+    @property
+    def _vouches_for_velocity(self) -> bool:
+        return all(sigma <= _DRIFTING for sigma in self._filter.sigma(VELOCITY))
