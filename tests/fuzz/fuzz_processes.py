@@ -170,6 +170,7 @@ class Thrower:
             topics.PILOT: "sim",
             topics.GUIDANCE_COMMAND: "guidance",
             topics.OBSTACLE_COMMAND: "obstacles",
+            topics.LANDING_PLACE: "obstacles",
             topics.MAPPING_COMMAND: "mapping",
             topics.MAP_SNAPSHOT: "mapping",
             topics.CAMERA_COMMAND: "sim",

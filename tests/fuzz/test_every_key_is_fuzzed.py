@@ -19,7 +19,6 @@ ONLY_OBSERVED = {
     KEYS.candidate("x"): "a liveliness token, too",
     KEYS.judge("x"): "a liveliness token, too",
     topics.IMU: "nobody reads it yet",
-    topics.SLAM_ODOMETRY: "the map is made where the odometry is",
     topics.GNSS: "read where it is made, and by whoever looks on",
     topics.VIDEO_ENCODER: "only a running stream listens",
 }

@@ -46,6 +46,7 @@ GUIDANCE_STATUS = "fl/guidance/status"  # GuidanceStatus, 20 Hz
 AUTHORITY = "fl/authority"  # Revoked, events: the bridge tells whose commands no longer count
 OBSTACLE_COMMAND = "fl/obstacles/command"  # query SelectObstacleSource -> Done
 OBSTACLE_STATUS = "fl/obstacles/status"  # ObstacleStatus, 10 Hz
+LANDING_PLACE = "fl/obstacles/landing"  # query Empty -> LandingPlace
 SLAM_ODOMETRY = "fl/slam/odometry"  # Odometry, 10 Hz: one for each scan
 MAPPING_COMMAND = "fl/mapping/command"  # query ControlMapping -> Done
 MAPPING_STATUS = "fl/mapping/status"  # MappingStatus, 2 Hz
@@ -182,7 +183,7 @@ class Health(Message, frozen=True, kw_only=True):
 
 
 class Truth(Message, frozen=True, kw_only=True):
-    """Ground truth for judges: `clearance` is the distance of the hull from the nearest obstacle."""
+    """Ground truth for judges: `clearance` is the distance of the blades' tips from the nearest obstacle, at `t`."""
 
     t: Time
     position: Vector3
@@ -279,7 +280,7 @@ class Turn(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
 
 
 class Stop(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="stop"):
-    """End the motion of `goal_id`: brake, then hold position. Status reports HOLDING once at rest."""
+    """End the motion of `goal_id`: brake, then hold position. Status reports STOPPED once at rest."""
 
 
 Motion = TakeOff | Land | FlyTo | Orbit | Hold | Turn | Stop
@@ -356,10 +357,10 @@ class SelectObstacleSource(Message, frozen=True, kw_only=True):
 
 
 class ObstacleStatus(Message, frozen=True, kw_only=True):
-    """`free_distance`: metres that are free along the way from the drone to guidance's target, and up to 1.3 m behind
-    it (None: no way, or the source does not look along it); `horizon`: how far along it anything would be seen that
-    is worth avoiding; `ahead`: nearest obstacle in the direction of view or motion; `stamp`: when the measurement
-    was taken; `across`: the source looks to both sides of the nose, not along it."""
+    """`free_distance`: metres that are free along the way from the drone to guidance's target, and as far behind it as
+    the drone needs room (None: no way, or the source does not look along it); `horizon`: how far along it anything
+    would be seen that is worth avoiding; `ahead`: nearest obstacle in the direction of view or motion; `stamp`: when
+    the measurement was taken; `across`: the source looks to both sides of the nose, not along it."""
 
     t: Time
     source: ObstacleSource
@@ -368,6 +369,14 @@ class ObstacleStatus(Message, frozen=True, kw_only=True):
     ahead: float | None
     stamp: Time | None
     across: bool = False
+
+
+class LandingPlace(Message, frozen=True, kw_only=True):
+    """Where to land, as far as is known what stands below the drone: at `place` (ENU, at the drone's height), or, if
+    that is None, where it is. `text` says why."""
+
+    place: Vector3 | None
+    text: Sentence = ""
 
 
 class ControlMapping(Message, frozen=True, kw_only=True):
@@ -469,8 +478,8 @@ class EncoderStatus(Message, frozen=True, kw_only=True):
 class VideoPiece(Message, frozen=True, kw_only=True):
     """One of `parts` pieces of picture number `frame`, taken at `t`, that has `size` bytes in all.
 
-    `sequence` counts the pieces of a stream. Part number `parts` is the parity of all others, with which one that is
-    lost can be restored.
+    `sequence` counts the pieces of a stream. From part number `parts` on come `parity` pieces more: of all of them any
+    `parts` make the picture (`skillwing.sim_mujoco.video.erasure`).
     """
 
     t: Time
@@ -481,6 +490,7 @@ class VideoPiece(Message, frozen=True, kw_only=True):
     parts: Annotated[int, msgspec.Meta(ge=1, le=4096)]
     size: Annotated[int, msgspec.Meta(ge=0, le=4096 * 1200)]
     keyframe: bool
+    parity: Annotated[int, msgspec.Meta(ge=0, le=255)] = 0
 
 
 class VideoStatus(Message, frozen=True, kw_only=True):

@@ -8,6 +8,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from skillwing.services.core.refusal import RefusedError
+from skillwing.services.protocol import ErrorCode
 from skillwing.services.testing import FakeLayer
 from skillwing.sim_mujoco import topics
 from skillwing.sim_mujoco.topics import (
@@ -81,6 +83,8 @@ class M600Layer(FakeLayer):
         self.diverged = False
         self.laps_done = 0.0
         self.source = ObstacleSource.NONE
+        self.landing_place: Vector3 | None = None
+        self.refuses: type[Motion] | None = None
         self.mapping = False
         self.body = Holder()
         self.nose = Holder()
@@ -91,6 +95,7 @@ class M600Layer(FakeLayer):
         self.publish(topics.GEOFENCE, FENCE, events=True)
         self.answer(topics.GUIDANCE_COMMAND, GuidanceCommand, self._command)
         self.answer(topics.OBSTACLE_COMMAND, SelectObstacleSource, self._select)
+        self.answer(topics.LANDING_PLACE, topics.Empty, lambda _: topics.LandingPlace(place=self.landing_place))
         self.answer(topics.MAPPING_COMMAND, ControlMapping, self._control)
         self.bus.every(PERIOD, self._tick)
         self.bus.every(0.1, self._sense)
@@ -122,6 +127,8 @@ class M600Layer(FakeLayer):
     # --- commands ----------------------------------------------------------------------------------------------------
 
     def _command(self, command: GuidanceCommand) -> Done:
+        if self.refuses is not None and isinstance(command.motion, self.refuses):
+            raise RefusedError(ErrorCode.NOT_ALLOWED, "not there")
         if isinstance(command.motion, Stop):
             for axis in (self.body, self.nose):
                 if axis.goal_id == command.goal_id:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 from drone import Drone
 
-from skillwing.m600.skills.land import LandManager
+from skillwing.m600.skills.land import PATIENCE, LandManager
+from skillwing.sim_mujoco.topics import FlyTo
 
 
 @pytest.fixture
@@ -47,3 +48,57 @@ def test_a_second_landing_has_its_own_patience(drone: Drone) -> None:
 
 def test_on_the_ground_it_is_not_ready() -> None:
     Drone(LandManager).start().assert_ended("NR", failing=["flying"])
+
+
+# --- where to ---------------------------------------------------------------------------------------------------------
+
+
+def test_lands_where_it_is_if_nobody_knows_better(drone: Drone) -> None:
+    drone.start(speed=2.0).assert_ended("S_LANDED")
+    assert drone.layer.motions == ["Land", "Stop"]
+    assert drone.layer.position[:2] == (0.0, 0.0)
+
+
+def test_lands_beside_what_stands_below(drone: Drone) -> None:
+    drone.layer.landing_place = (3.0, 1.0, 5.0)
+    drone.start(speed=2.0).assert_ended("S_LANDED")
+    assert drone.layer.motions == ["FlyTo", "Land", "Stop"]
+    assert drone.layer.position[:2] == (3.0, 1.0)
+
+
+def test_lands_on_the_way_where_it_is_blocked(drone: Drone) -> None:
+    drone.layer.landing_place = (3.0, 0.0, 5.0)
+    drone.layer.blocked_at = 1.0
+    drone.start(speed=2.0)
+    drone.run(3.0)
+    drone.layer.blocked_at = None
+    drone.run(6.0)
+    assert drone.layer.motions == ["FlyTo", "Land", "Stop"]
+    assert drone.layer.on_ground
+
+
+def test_lands_where_it_is_if_guidance_does_not_fly_to_the_place(drone: Drone) -> None:
+    drone.layer.landing_place = (3.0, 0.0, 5.0)
+    drone.layer.refuses = FlyTo
+    drone.start(speed=2.0).assert_ended("S_LANDED")
+    assert drone.layer.motions == ["FlyTo", "Land", "Stop"]
+    assert drone.layer.position[:2] == (0.0, 0.0)
+
+
+def test_lands_where_it_is_if_nobody_answers(drone: Drone) -> None:
+    drone.layer.landing_place = (3.0, 0.0, 5.0)
+    drone.layer.deaf = 1
+    drone.start(speed=2.0).assert_ended("S_LANDED", within=PATIENCE + 5.0)
+    assert drone.layer.motions == ["Land", "Stop"]
+
+
+@pytest.mark.parametrize("after", [0.0, 0.5, 3.0])
+def test_an_interrupted_landing_goes_no_further(drone: Drone, after: float) -> None:
+    drone.layer.landing_place = (2.0, 0.0, 5.0)
+    goal = drone.start(speed=0.5)
+    drone.run(after)
+    goal.interrupt().assert_ended("IT")
+    motions = list(drone.layer.motions)
+    drone.run(3.0)
+    assert drone.layer.motions == motions
+    assert not drone.layer.on_ground

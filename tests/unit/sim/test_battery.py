@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skillwing.sim_mujoco.simulator.battery import CAPACITY, CELLS, Battery, open_circuit_voltage
+from skillwing.sim_mujoco.simulator.battery import CAPACITY, CELLS, PACKS, Battery, open_circuit_voltage
 
 HOVER = 137.3
 charges = st.floats(0.0, 100.0)
@@ -46,6 +46,30 @@ def test_a_full_battery_hovers_for_about_twenty_minutes_and_then_is_empty() -> N
     assert battery.percent == 0.0
     battery.drain(HOVER, 1.0)
     assert battery.percent == 0.0
+
+
+@given(st.floats(20.0, 100.0), st.integers(1, PACKS - 1), st.floats(50.0, 150.0))
+def test_packs_that_fail_take_their_charge_along_and_the_others_carry_the_load(
+    percent: float, packs: int, thrust: float
+) -> None:
+    whole, broken = Battery(percent), Battery(percent)
+    broken.fail(packs)
+    assert broken.percent == pytest.approx(percent * (1.0 - packs / PACKS))
+    left = broken.percent
+    for battery in (whole, broken):
+        battery.drain(thrust, 1.0)
+    assert broken.voltage < whole.voltage
+    assert broken.percent == pytest.approx(left - 100.0 * broken.current / CAPACITY)
+
+
+@pytest.mark.parametrize("fail", [[0], [PACKS], [3, 3]])
+def test_one_pack_at_least_is_left(fail: list[int]) -> None:
+    battery = Battery()
+    *first, last = fail
+    for packs in first:
+        battery.fail(packs)
+    with pytest.raises(ValueError, match="has to be left"):
+        battery.fail(last)
 
 
 @pytest.mark.parametrize("percent", [-1.0, 100.1, float("nan")])

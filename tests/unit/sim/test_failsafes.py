@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable
 
 import pytest
 from flight_rig import WORLD, Rig, airborne
+from hypothesis import given
+from hypothesis import strategies as st
 
 from skillwing.sim_mujoco.axis import RefusedError
+from skillwing.sim_mujoco.frames.vectors import to_body
 from skillwing.sim_mujoco.geofence import Box
+from skillwing.sim_mujoco.navigation.odometry_aid import OdometryReport
 from skillwing.sim_mujoco.simulator.autopilot import Autopilot, Estimate, Limits, Mode, Setpoint
 from skillwing.sim_mujoco.simulator.battery import CELLS
+from skillwing.sim_mujoco.simulator.descent import sink_speed
 from skillwing.sim_mujoco.simulator.failsafes import CRITICAL_CHARGE, NAVIGATION_REGAINED, Emergencies
 from skillwing.sim_mujoco.simulator.physics import Physics
 from skillwing.sim_mujoco.simulator.simulator import Simulator
@@ -175,6 +181,45 @@ def test_a_critical_battery_lands_the_drone_whatever_guidance_wants() -> None:
     assert rig.sim.autopilot.failsafe == "battery critical: staying on the ground"
     with pytest.raises(RefusedError, match="battery critical"):
         rig.command("again", TakeOff(height=4.0, speed=1.0))
+
+
+def test_blind_it_comes_down_in_a_hurry_and_softly() -> None:
+    rig = airborne()
+    rig.sim.set_fault("gnss", "blackout", on=True)
+    assert rig.fly(15.0, lambda: rig.sim.autopilot.mode is Mode.NAVIGATION)
+    assert not rig.sim.autopilot.follows
+    begun = rig.sim.t
+    assert rig.fly(10.0, lambda: rig.sim.autopilot.on_ground)
+    rig.fly(0.5)
+    assert rig.sim.t - begun < 6.0
+    assert rig.sim.collisions == 0
+    assert rig.sim.autopilot.failsafe == "no navigation: staying on the ground"
+
+
+def test_lost_but_sure_of_its_velocity_it_lands_where_it_is() -> None:
+    rig = airborne()
+    sim, navigator = rig.sim, rig.sim._navigator
+    navigator._receiver = dataclasses.replace(navigator._receiver, trusted=0.1)
+
+    def told_odometry_until(mode: Mode | None) -> bool:
+        velocity = to_body(sim.motion.quaternion, sim.motion.velocity)
+        sim.odometry(OdometryReport(sim.t, 0.0, velocity, good=True))
+        return sim.autopilot.mode is mode
+
+    rig.fly(3.0, lambda: told_odometry_until(None))
+    sim.set_fault("gnss", "blackout", on=True)
+    assert rig.fly(5.0, lambda: told_odometry_until(Mode.NAVIGATION))
+    assert rig.fly(15.0, lambda: told_odometry_until(Mode.OFF))
+    assert sim.collisions == 0
+    assert math.dist(sim.motion.position[:2], (0.0, 0.0)) < 0.3
+
+
+@given(st.floats(0.0, 40.0), st.floats(0.0, 40.0))
+def test_in_a_hurry_it_is_slow_enough_near_the_ground_to_brake(high: float, low: float) -> None:
+    low, high = sorted((low, high))
+    slow, fast = sink_speed(low, hurry=True), sink_speed(high, hurry=True)
+    assert 0.5 <= slow <= fast <= 3.0
+    assert fast**2 - slow**2 <= 2.0 * 1.5 * (high - low) + 1e-9, "braking with 1.5 m/s2 at most"
 
 
 def test_a_drone_that_loses_a_rotor_lands_on_the_others_and_says_so() -> None:

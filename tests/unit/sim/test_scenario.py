@@ -99,6 +99,33 @@ def test_a_plan_switches_exactly_where_what_is_wanted_changes(
         assert on is fault.is_wanted(float(t), position)
 
 
+FAULTS = st.builds(
+    Fault,
+    st.sampled_from(["zed", "lidar"]),
+    st.sampled_from(["noise", "bias"]),
+    st.integers(0, 20).map(float),
+    st.none() | st.integers(1, 20).map(float),
+    st.sampled_from([0.5, 1.0, 2.0]),
+)
+
+
+@given(st.lists(FAULTS, max_size=6))
+def test_where_faults_of_one_kind_overlap_one_of_them_is_on_as_long_as_any_is_wanted(faults: list[Fault]) -> None:
+    plan, on = FaultPlan(faults), dict[tuple[str, str], float | None]()
+    for t in map(float, range(45)):
+        for fault, switched in plan.switches(t, HERE):
+            if switched:
+                on[fault.sensor, fault.kind] = fault.magnitude
+            else:
+                del on[fault.sensor, fault.kind]
+        wanted = [fault for fault in faults if fault.is_wanted(t, HERE)]
+        assert on.keys() == {(fault.sensor, fault.kind) for fault in wanted}
+        for (sensor, kind), magnitude in on.items():
+            same = [fault for fault in wanted if (fault.sensor, fault.kind) == (sensor, kind)]
+            latest = max(fault.at for fault in same)
+            assert magnitude in [fault.magnitude for fault in same if fault.at == latest]
+
+
 def test_a_fault_that_nothing_can_have_is_refused() -> None:
     for sensor, kind in (("nose", "blackout"), ("zed", "gremlin"), ("rotor/9", "stopped"), ("rotor/1", "freeze")):
         with pytest.raises(UnknownFaultError):

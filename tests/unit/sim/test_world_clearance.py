@@ -29,7 +29,7 @@ def test_it_is_the_least_distance_to_any_point_on_any_triangle(
     soup = Triangles(
         triangles.reshape(-1, 3).astype(np.float32), np.arange(3 * len(first), dtype=np.int32).reshape(-1, 3), labels
     )
-    distance = Clearance(soup, ignore=1).distance(point, reach=40.0)
+    distance = Clearance(soup, ignore=1, reach=40.0).distance(point)
     share = np.linspace(0.0, 1.0, 60)
     u, v = (each.ravel() for each in np.meshgrid(share, share))
     u, v = u[u + v <= 1.0], v[u + v <= 1.0]
@@ -39,6 +39,22 @@ def test_it_is_the_least_distance_to_any_point_on_any_triangle(
     grid = 8.0 / 59
     assert distance <= min(sampled, 40.0) + 1e-4
     assert distance >= min(sampled - grid, 40.0) - 1e-4
+
+
+@given(
+    st.integers(0, 1000), st.lists(st.tuples(*[st.floats(-0.7, 0.7)] * 3), max_size=20), st.tuples(*[coordinate] * 3)
+)
+@settings(max_examples=50, deadline=None)
+def test_along_a_way_it_tells_what_it_tells_of_each_place(
+    seed: int, steps: list[tuple[float, float, float]], start: tuple[float, float, float]
+) -> None:
+    corners = np.random.default_rng(seed).uniform(-20.0, 20.0, (90, 3)).astype(np.float32)
+    soup = Triangles(corners, np.arange(90, dtype=np.int32).reshape(-1, 3), np.zeros(30, np.int8))
+    along, place = Clearance(soup, ignore=1), start
+    for step in ((0.0, 0.0, 0.0), *steps):
+        x, y, z = (at + by for at, by in zip(place, step, strict=True))
+        place = x, y, z
+        assert along.distance(place) == Clearance(soup, ignore=1).distance(place)
 
 
 def test_what_is_ignored_or_out_of_reach_does_not_count() -> None:

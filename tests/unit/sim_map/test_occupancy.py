@@ -70,6 +70,17 @@ def test_the_order_of_points_and_their_number_in_a_voxel_do_not_matter(cloud: ND
     assert one.fit(one.hit_by(cloud)) == other.fit(other.hit_by(cloud))
 
 
+@given(st.lists(clouds, min_size=1, max_size=15))
+@settings(max_examples=50, deadline=None)
+def test_to_ask_what_is_occupied_changes_nothing(scans: list[NDArray[np.float32]]) -> None:
+    often, once = make_grid(), make_grid()
+    for scan in scans * 2:
+        integrate(often, scan)
+        integrate(once, scan)
+        assert often.count_occupied() == len(often.occupied())
+    assert np.array_equal(often.occupied(), once.occupied())
+
+
 @given(clouds, st.integers(-4, 4))
 @settings(max_examples=30, deadline=None)
 def test_a_world_moved_by_whole_voxels_gives_the_same_map_there(cloud: NDArray[np.float32], steps: int) -> None:

@@ -169,7 +169,7 @@ def test_the_filter_finds_the_pose_from_which_the_walls_fit(error: np.ndarray) -
     wrong = np.zeros(SIZE)
     wrong[POSE] = error
     wrong[ATTITUDE] *= 0.3
-    found = update(truth.plus(wrong), 0.3**2 * np.eye(SIZE), Registration(points, (planes,)), iterations=8)
+    found = update(truth.plus(wrong), 0.3**2 * np.eye(SIZE), Registration(points, planes), iterations=8)
     assert np.abs(found.state.minus(truth)[POSE]).max() < 0.01
 
 

@@ -78,14 +78,17 @@ class GuidanceClient:
         """Metres that are free on the way to the target; None where nobody can tell."""
         return None if self._status.value is None else self._status.value.free_distance
 
-    def fly(self, goal: Goal[Any], motion: Motion) -> None:
-        """Start a motion for the goal, in place of the goal's earlier one."""
+    def fly(self, goal: Goal[Any], motion: Motion, on_refused: Callable[[str], None] | None = None) -> None:
+        """Start a motion for the goal, in place of the goal's earlier one.
+
+        on_refused: what to do about a refusal, told in a sentence, in place of failing the goal.
+        """
         self._forget()
         self._goal = goal
         self._status.follow()
         self._named_at = self._bus.now()
         self._watchdog = self._bus.every(SILENCE_LIMIT / 4, self._watch)
-        self._send(goal, motion, self._taken, self._refused)
+        self._send(goal, motion, self._taken, on_refused or self._refused)
 
     def stop(self, goal: Goal[Any]) -> None:
         """Brake, and confirm the goal's interruption when the drone is at rest."""

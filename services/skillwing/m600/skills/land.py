@@ -2,55 +2,104 @@
 
 from __future__ import annotations
 
+from enum import Enum, auto
+
 from skillwing.m600.generated.managers import AbstractLandManager
 from skillwing.m600.generated.types import LandFeedback, LandInputs
 from skillwing.m600.latest import Latest
 from skillwing.m600.skills.guidance_client import Axis, GuidanceClient
 from skillwing.m600.skills.headway import Headway
 from skillwing.m600.skills.whereabouts import Whereabouts
+from skillwing.services.bus import Answer, Answered
 from skillwing.services.managers.skill_manager import Goal
-from skillwing.services.protocol import Terminal
+from skillwing.services.protocol import ProtocolError, Terminal, decode, encode
 from skillwing.sim_mujoco.topics import (
     FLIGHT,
+    LANDING_PLACE,
     AxisStatus,
+    Empty,
     FlightState,
+    FlyTo,
     Land,
+    LandingPlace,
     MotionState,
+    Nose,
+    Vector3,
 )
+
+PATIENCE = 1.0
+"""So long a landing waits to hear of a better place [s]."""
+ASIDE = 1.0
+"""Speed at which the drone flies there [m/s]."""
+AT_AN_END = frozenset({MotionState.DONE, MotionState.BLOCKED, MotionState.ABORTED})
+"""The way aside is flown, or as much of it as can be."""
+
+
+class Stage(Enum):
+    """Of a landing."""
+
+    ASKING = auto()
+    """Where to."""
+    GOING_ASIDE = auto()
+    DESCENDING = auto()
+    STOPPING = auto()
 
 
 class LandManager(AbstractLandManager):
-    """Descends where the drone is, until it stands and its rotors are off."""
+    """Descends until the drone stands and its rotors are off: where it is, or beside what is known to stand below.
+
+    Whoever does not answer where to land, or refuses to fly there, does not keep the drone from landing where it is.
+    """
 
     def setup(self) -> None:
         self.guidance = GuidanceClient(self, Axis.BODY, self._on_guidance)
         self.whereabouts = Whereabouts(self)
         self.flight = Latest(self.bus, FLIGHT, FlightState, self._on_flight, at_rest=True)
+        self._stage = Stage.ASKING
         self._descent: Headway | None = None
 
     def on_dispatch(self, goal: Goal[LandInputs]) -> None:
+        self._stage, self._descent = Stage.ASKING, None
         self.whereabouts.follow()
         self.flight.follow()
-        self.guidance.fly(goal, Land(speed=goal.inputs.speed))
+        self.bus.ask(LANDING_PLACE, encode(Empty()), lambda answer: self._told(goal, answer), timeout=PATIENCE)
 
-    def progress(self, goal: Goal[LandInputs]) -> LandFeedback:
-        return LandFeedback(height=self.guidance.remaining)
+    def progress(self, goal: Goal[LandInputs]) -> LandFeedback | None:
+        return LandFeedback(height=self.guidance.remaining) if self._stage is Stage.DESCENDING else None
 
     def on_interrupt(self, goal: Goal[LandInputs]) -> None:
+        self._stage = Stage.STOPPING
         self.guidance.stop(goal)
 
     def on_ended(self, goal: Goal[LandInputs], terminal: Terminal) -> None:
-        self._descent = None
         self.whereabouts.rest()
         self.flight.rest()
         self.guidance.release(goal)
+
+    def _told(self, goal: Goal[LandInputs], answer: Answer) -> None:
+        if self.current is None or self.current.id != goal.id or self._stage is not Stage.ASKING:
+            return
+        place = _place(answer)
+        if place is None:
+            self._descend(goal)
+        else:
+            self._stage = Stage.GOING_ASIDE
+            aside = FlyTo(target=place, speed=ASIDE, nose=Nose.FREE)
+            self.guidance.fly(goal, aside, on_refused=lambda _: self._descend(goal))
+
+    def _descend(self, goal: Goal[LandInputs]) -> None:
+        self._stage = Stage.DESCENDING
+        self.guidance.fly(goal, Land(speed=goal.inputs.speed))
 
     def _on_flight(self, flight: FlightState) -> None:
         if self.current is not None and flight.on_ground and not flight.rotors_on:
             self.terminated_LANDED(self.current.id)
 
     def _on_guidance(self, goal: Goal[LandInputs], axis: AxisStatus) -> None:
-        if axis.state is MotionState.ABORTED:
+        if self._stage is Stage.GOING_ASIDE:
+            if axis.state in AT_AN_END:
+                self._descend(goal)
+        elif axis.state is MotionState.ABORTED:
             self.failed(goal.id, f"Guidance gave up the landing: {axis.text}.")
         elif axis.state is MotionState.BLOCKED or self._hangs():
             self.terminated_BLOCKED(goal.id)
@@ -64,3 +113,11 @@ class LandManager(AbstractLandManager):
         if self._descent is None:
             self._descent = Headway(now, depth)
         return self._descent.stalled(now, depth)
+
+
+def _place(answer: Answer) -> Vector3 | None:
+    """Where else to land, if somebody knows."""
+    try:
+        return decode(answer.payload, LandingPlace).place if isinstance(answer, Answered) else None
+    except ProtocolError:
+        return None

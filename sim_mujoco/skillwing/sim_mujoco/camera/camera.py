@@ -54,6 +54,9 @@ class Camera:
         self._directions = directions.astype(np.float32)
         self._unit = (directions / length).astype(np.float32)
         self._length = length[..., 0].astype(np.float32)
+        row, column = np.divmod(np.arange(HEIGHT * WIDTH), WIDTH)
+        self._lit_like = row // 2 * 2 * WIDTH + column // 2 * 2
+        """Of each pixel the one of which the sun is asked: every other one of every other row."""
 
     def picture(self, motion: Motion, tilt: float = 0.0) -> Picture:
         """Red, green and blue (180, 320, 3) of what is seen from there."""
@@ -94,12 +97,12 @@ class Camera:
         """1 where the sun shines, 0 in the shade: found for every other pixel of every other row that faces it, and
         taken over by its neighbours below and to the right."""
         everywhere = np.zeros(HEIGHT * WIDTH, dtype=np.float32)
-        row, column = seen // WIDTH, seen % WIDTH
-        asked = np.flatnonzero((row % 2 == 0) & (column % 2 == 0) & (normals @ SUN > 0.0))
+        sources = self._lit_like.take(seen)
+        asked = np.flatnonzero((sources == seen) & (normals @ SUN > 0.0))
         starts = (places[asked] + normals[asked] * _CLOSE).astype(np.float32)
         towards = np.ascontiguousarray(np.broadcast_to(SUN, starts.shape))
         everywhere[seen[asked]] = self._rays.distances(starts, towards, FAR) == 0.0
-        return everywhere[row // 2 * 2 * WIDTH + column // 2 * 2]
+        return everywhere.take(sources)
 
 
 def _downward(tilt: float) -> NDArray[np.float64]:

@@ -61,6 +61,12 @@ def to_world(q: Quaternion, v: Vector) -> Vector:
     return add(add(scale(v[0], x), scale(v[1], y)), scale(v[2], z))
 
 
+def to_body(q: Quaternion, v: Vector) -> Vector:
+    """`v` in world coordinates, turned into body coordinates."""
+    x, y, z = axes(q)
+    return dot(x, v), dot(y, v), dot(z, v)
+
+
 def heading_of(q: Quaternion) -> float:
     """Heading of the body's x axis."""
     w, x, y, z = q

@@ -284,11 +284,16 @@ class BodyMotion:
             return
         elif isinstance(leg, FlyTo):
             self._go(path.end, leg.target, leg.speed, t)
-        elif self._lookout.knows_the_way(t) or t - self._turning_since > _WORD_WITHIN or not self._lookout.sees(t):
+        elif self._knows_enough(t):
             self._fly(leg.arc(path.end, self._lookout.speed_limit(t), t), t)
 
+    def _knows_enough(self, t: float) -> bool:
+        """For a round to begin: there is a word on its way, or none is to be had."""
+        lookout = self._lookout
+        return lookout.knows_the_way(t) or t - self._turning_since > _WORD_WITHIN or not lookout.has_depth_map(t)
+
     def _advance_wait(self, t: float, navigation: Navigation, path: Path) -> None:
-        if self._lookout.is_clear(t):
+        if self._lookout.lets_go_on(t):
             self._begin_leg(path.end, navigation, t)
         elif t - path.began > path.profile.duration + _PATIENCE:
             self.axis.become(MotionState.BLOCKED, f"no view of the way ahead for {_PATIENCE:g} s")

@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 from enum import Enum, auto
 
+from skillwing.sim_mujoco.extent import TIP_RADIUS
 from skillwing.sim_mujoco.guidance.trajectory import BRAKING
 from skillwing.sim_mujoco.topics import ObstacleSource, ObstacleStatus
 
-MARGIN = 2.0
+MARGIN = TIP_RADIUS + 1.2
 """Distance between the drone's centre and an obstacle when it has stopped for it [m]."""
-LEAST_MARGIN = 1.2
-"""The same for what shows itself only at the very end of what can be seen: hull and drift [m]."""
-ROOM_AT_THE_END = 1.0
+LEAST_MARGIN = TIP_RADIUS + 0.5
+"""The same for what shows itself only at the very end of what can be seen: the drone, drift and noise [m]."""
+ROOM_AT_THE_END = TIP_RADIUS + 0.4
 """What stands nearer than this behind the end of a way stands on it [m]."""
 STALE = 0.6
 """Reports whose measurement is older than this are no information [s]."""
@@ -21,6 +22,8 @@ LATENCY = 0.4
 one agrees, 0.1 s until the next report, and a tenth for the autopilot to lean back."""
 SETTLING = 0.25
 """A report measured sooner than this after a way began may still speak of the way before [s]."""
+GONE = 3.0
+"""An obstacle process that has said nothing for so long makes no depth map any more [s]."""
 CRAWL = 0.3
 """No view is so short that it forbids this speed [m/s]."""
 
@@ -65,8 +68,9 @@ class Lookout:
         self._report = status
 
     def begin(self, t: float) -> None:
-        """A new way begins at `t`. If there is a depth map, a word on this way is expected of it."""
-        self._began, self._watched, self._expected = t, False, self.sees(t)
+        """A new way begins at `t`. If there is a depth map, a word on this way is expected of it, however old its last
+        measurement: a sensor that is silent just now must not let the drone fly off unwatched."""
+        self._began, self._watched, self._expected = t, False, self.has_depth_map(t)
 
     @property
     def free_distance(self) -> float | None:
@@ -77,19 +81,22 @@ class Lookout:
         """The depth map's sensor looks to the sides of the nose."""
         return self._report is not None and self._report.across
 
-    def sees(self, t: float) -> bool:
-        """There is a depth map, of whatever direction, and it is young enough to be believed."""
-        return self._fresh(t) is not None
+    def has_depth_map(self, t: float) -> bool:
+        """Somebody makes one, of whatever direction and whether or not it is young enough to be believed."""
+        report = self._report
+        return report is not None and report.source is not ObstacleSource.NONE and t - report.t <= GONE
 
     def knows_the_way(self, t: float) -> bool:
         """The latest report is fresh and measured after the way began, so that it speaks of it if it can."""
         report = self._fresh(t)
         return report is not None and report.stamp is not None and report.stamp >= self._began + SETTLING
 
-    def is_clear(self, t: float) -> bool:
-        """The way that began last is in view."""
+    def lets_go_on(self, t: float) -> bool:
+        """The way that began last is in view; or it never was, and the depth map looks elsewhere or was given up."""
         report = self._fresh(t)
-        return report is not None and report.free_distance is not None
+        if report is None:
+            return self._is_unwatched
+        return report.free_distance is not None or not self._watched
 
     def speed_limit(self, t: float) -> float:
         """No faster than this [m/s], as far as the sensor's reach is known; infinity without a depth map."""
@@ -111,10 +118,16 @@ class Lookout:
 
     def _without_word(self, t: float) -> View:
         """No fresh report speaks of this way, or not yet."""
-        if not (self._watched or self._expected):
+        if self._is_unwatched:
             return View.UNWATCHED
         waiting = not self._watched and t - self._began <= SETTLING + STALE
         return View.CLEAR if waiting else View.BLIND
+
+    @property
+    def _is_unwatched(self) -> bool:
+        """No word on this way has come, and none is expected: there was no depth map, or it was given up meanwhile."""
+        given_up = self._report is None or self._report.source is ObstacleSource.NONE
+        return not self._watched and (given_up or not self._expected)
 
     def _fresh(self, t: float) -> ObstacleStatus | None:
         report = self._report

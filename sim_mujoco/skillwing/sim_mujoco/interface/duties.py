@@ -54,6 +54,7 @@ Fencing tokens do not come down to the vehicle: guidance has refused what no lon
 | `fl/battery`, `fl/range` | `BATTERY_STATUS`; `DISTANCE_SENSOR` looking down |
 | `fl/autopilot/setpoint` | `SET_POSITION_TARGET_LOCAL_NED` with position, velocity, acceleration and yaw; arm on the \
 first one that rises |
+| `fl/slam/odometry` | `ODOMETRY`, which autopilots fuse as external vision |
 """
 
 GUIDANCE = f"""\

@@ -52,7 +52,7 @@ Besides navigation and flight state, without which nothing flies. The managers t
 | skill | asks | follows |
 |---|---|---|
 | `takeoff` | `fl/guidance/command` | `fl/geofence`, `fl/guidance/status`, `fl/navigation` |
-| `land` | `fl/guidance/command` | `fl/flight`, `fl/guidance/status`, `fl/navigation` |
+| `land` | `fl/guidance/command`, `fl/obstacles/landing` | `fl/flight`, `fl/guidance/status`, `fl/navigation` |
 | `hover` | `fl/guidance/command` | `fl/guidance/status` |
 | `goto` | `fl/guidance/command` | `fl/geofence`, `fl/guidance/status`, `fl/navigation` |
 | `goto_straight` | `fl/guidance/command` | `fl/geofence`, `fl/guidance/status`, `fl/navigation` |

@@ -60,11 +60,12 @@ class OccupancyGrid:
         self._low = np.array(low)
         self._shape = np.array(grid_shape(low, high, size))
         self._log_odds = np.zeros(int(self._shape.prod()), dtype=np.int8)
+        self._raised: list[Voxels] = []
+        """Voxels that hits have made occupied, some of them several times, and some free again since."""
 
     def hit_by(self, points: NDArray[np.float32]) -> Voxels:
         """The voxels that any of these points (N, 3), world frame, lies in."""
-        voxels = np.sort(self._voxels_at(points.T))
-        return voxels[np.flatnonzero(np.diff(voxels, prepend=-1))]
+        return _once_each(self._voxels_at(points.T))
 
     def fit(self, hits: Voxels) -> Fit:
         """Compare what a scan hit with what is known so far.
@@ -86,19 +87,25 @@ class OccupancyGrid:
         before = self._log_odds[hits]
         # All of a voxel's duplicates write the same value here, so it is lowered once.
         self._log_odds[passed] = np.maximum(self._log_odds[passed] + np.int8(_MISS), _LOWEST)
-        self._log_odds[hits] = np.minimum(before + np.int8(_HIT), _HIGHEST)
+        after = np.minimum(before + np.int8(_HIT), _HIGHEST)
+        self._log_odds[hits] = after
+        self._raised.append(hits[(before <= _OCCUPIED) & (after > _OCCUPIED)])
 
     def clear(self) -> None:
         """Forget everything."""
         self._log_odds.fill(0)
+        self._raised.clear()
 
     def occupied(self) -> Voxels:
-        """The occupied voxels."""
-        return np.flatnonzero(self._log_odds > _OCCUPIED)
+        """The occupied voxels, found among those that ever were: a box has millions, of which few are hit."""
+        raised = _once_each(np.concatenate([np.empty(0, dtype=np.int64), *self._raised]))
+        occupied = raised[self._log_odds[raised] > _OCCUPIED]
+        self._raised = [occupied]
+        return occupied
 
     def count_occupied(self) -> int:
         """How many voxels are occupied."""
-        return int(np.count_nonzero(self._log_odds > _OCCUPIED))
+        return len(self.occupied())
 
     def centres(self, voxels: Voxels) -> NDArray[np.float32]:
         """Centres (N, 3) of voxels [m], world frame."""
@@ -144,6 +151,12 @@ class OccupancyGrid:
     def _centres64(self, voxels: Voxels) -> NDArray[np.float64]:
         cells = np.stack(np.unravel_index(voxels, tuple(self._shape)), axis=-1)
         return (cells.astype(np.float64) + 0.5) * self.size + self._low
+
+
+def _once_each(voxels: Voxels) -> Voxels:
+    """The same without repetitions, ascending. Sorting, unlike numpy's `unique`, takes no table of hashes."""
+    ascending = np.sort(voxels)
+    return ascending[np.flatnonzero(np.diff(ascending, prepend=-1))]
 
 
 def grid_shape(low: Vector, high: Vector, size: float) -> tuple[int, ...]:

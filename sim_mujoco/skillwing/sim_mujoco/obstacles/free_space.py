@@ -1,4 +1,4 @@
-"""How far a way is free: the hull with a margin, swept along it through the local map of one sensor.
+"""How far a way is free: the drone with a margin, swept along it through the local map of one sensor.
 
 A way is known only while the sensor looks along it; then what has left the field of view is taken from memory. Line of
 sight needs no reckoning: from the drone to any place in the tube around a straight way, the ray runs inside the tube.
@@ -16,17 +16,18 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from skillwing.sim_mujoco.extent import TIP_RADIUS
 from skillwing.sim_mujoco.frames.vectors import Vector
-from skillwing.sim_mujoco.obstacles.local_map import LocalMap
+from skillwing.sim_mujoco.obstacles.local_map import MEMORY, LocalMap
 from skillwing.sim_mujoco.obstacles.views import View
 from skillwing.sim_mujoco.sensors.scans import PlacedPoints
 
 Points = NDArray[np.float64]
 
-TUBE_RADIUS: Final = 1.3
-"""Hull radius of 0.65 m, and as much again for drift and noise [m]."""
-NARROW: Final = 0.85
-"""The tube of a drone that stands near something already: hull and noise [m]."""
+TUBE_RADIUS: Final = TIP_RADIUS + 0.6
+"""The drone, and room for drift, noise and what a voxel does not show of its surface [m]."""
+NARROW: Final = TIP_RADIUS + 0.4
+"""The tube of a drone that stands near something already, at least [m]."""
 STALE: Final = 0.5
 """A look along the way that is older than this says nothing any more [s]."""
 _CLEAR = 0.1
@@ -80,6 +81,12 @@ class FreeSpace:
             lambda places: sighting.view.sees_through((seen.turn.T @ (places - seen.origin).T).T),
         )
 
+    def known(self, t: float) -> LocalMap | None:
+        """What it remembers at time `t`; None once that is all too old to be true where the drone believes it to be."""
+        if not self._looks or t - self._looks[-1].seen.stamp > MEMORY:
+            return None
+        return self._map
+
     def forget(self) -> None:
         """Another sensor begins from nothing."""
         self._looks.clear()
@@ -107,7 +114,7 @@ class FreeSpace:
         if looked is None:
             return Outlook(None, ahead, view.reach, stamp)
         stamp, horizon = looked
-        return Outlook(_free_distance(self._map, corners, view.sight), ahead, horizon, stamp)
+        return Outlook(free_distance(self._map, corners, view.sight), ahead, horizon, stamp)
 
     def _look_along(self, t: float, corners: Sequence[Points]) -> tuple[float, float] | None:
         """When the sensor looked along the way last, and how far along it anything would be noticed."""
@@ -126,10 +133,10 @@ class FreeSpace:
         return None
 
 
-def _free_distance(known: LocalMap, corners: Sequence[Points], sight: float) -> float:
-    """Metres along the way to what the hull, swept along it, would meet; at most `sight`.
+def free_distance(known: LocalMap, corners: Sequence[Points], sight: float) -> float:
+    """Metres along the way to what the drone, swept along it, would meet; at most `sight`.
 
-    The hull has to fit at the end of the way as well, so this may be more than the length of the way: by as much as
+    The drone has to fit in at the end of the way as well, so this may be more than the length of the way: by as much as
     what stands behind its end is away from there, or by the tube's radius if nothing stands there.
 
     Near something the tube is as wide as the drone is away from it: it can leave, or go along, but not come nearer.
@@ -140,10 +147,11 @@ def _free_distance(known: LocalMap, corners: Sequence[Points], sight: float) -> 
         length = float(np.linalg.norm(b - a))
         if length < 1e-3:
             continue
-        beyond = radius if b is end else 0.0
-        nearest = _nearest(known, a, (b - a) / length, min(length + beyond, sight - flown), radius)
+        in_sight = min(length, sight - flown)
+        room = radius if b is end and in_sight == length else 0.0
+        nearest = _nearest(known, a, (b - a) / length, in_sight, radius, room)
         if math.isfinite(nearest):
-            return flown + nearest
+            return min(flown + nearest, sight)
         flown += length
         if flown >= sight:
             break
@@ -159,16 +167,23 @@ def _tube_radius(known: LocalMap, here: Points) -> float:
     return float(np.clip(gaps[_CLUSTER - 1] - _CLEAR, NARROW, TUBE_RADIUS))
 
 
-def _nearest(known: LocalMap, here: Points, direction: Points, reach: float, radius: float) -> float:
-    """Where along the tube the nearest cluster of points begins [m]; infinity if there is none within reach."""
-    end = here + reach * direction
+def _nearest(
+    known: LocalMap, here: Points, direction: Points, length: float, radius: float, room: float = 0.0
+) -> float:
+    """Where along a tube the nearest cluster of points begins [m]; infinity if there is none.
+
+    Behind the end of the tube counts what is within `room` of it, whatever the direction: a drone that hovers there may
+    be a hand's breadth short of it or past it.
+    """
+    end = here + length * direction
     solid = known.solid_within(np.minimum(here, end) - radius, np.maximum(here, end) + radius)
     away = solid - here
     along = away @ direction
-    near = (along > 0.0) & (along < reach)
-    away, along = away[near], along[near]
-    inside = np.einsum("ij,ij->i", away, away) - along * along < radius**2
-    along = np.sort(along[inside])
+    aside = np.einsum("ij,ij->i", away, away) - along * along
+    from_end = np.linalg.norm(solid - end, axis=1)
+    in_tube = (along > 0.0) & (along <= length) & (aside < radius * radius)
+    behind = (along > length) & (from_end < room)
+    along = np.sort(np.concatenate([along[in_tube], length + from_end[behind]]))
     if len(along) < _CLUSTER:
         return math.inf
     starts = np.flatnonzero(along[_CLUSTER - 1 :] - along[: 1 - _CLUSTER] <= _CLUSTER_LENGTH)

@@ -42,7 +42,8 @@ class LocalMap:
 
     def solid_within(self, low: Points, high: Points) -> Points:
         """Points (N, 3), in the world [m], of the voxels that are agreed on, in the box from `low` to `high` (3,)."""
-        return self._points[:, self._within(low, high) & (self._votes >= AGREEING)].T
+        solid = np.flatnonzero(self._within(low, high) & (self._votes >= AGREEING))
+        return self._points.take(solid, axis=1).T
 
     def forget(self) -> None:
         self.__init__(self._span)

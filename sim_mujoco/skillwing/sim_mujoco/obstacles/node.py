@@ -13,6 +13,7 @@ from skillwing.sim_mujoco.axis import Axis
 from skillwing.sim_mujoco.frames.pose_history import PoseHistory
 from skillwing.sim_mujoco.messaging import answer_with, stream_reader
 from skillwing.sim_mujoco.obstacles.free_space import STALE, FreeSpace, Sighting
+from skillwing.sim_mujoco.obstacles.landing_place import Below
 from skillwing.sim_mujoco.obstacles.views import view_of
 from skillwing.sim_mujoco.options import OptionsError
 from skillwing.sim_mujoco.sensors.scans import DepthPicture, LidarScan
@@ -49,6 +50,7 @@ class ObstaclesNode:
         )
         bus.subscribe(topics.AUTHORITY, message_reader(topics.Revoked, self._on_revoked), events=True)
         bus.serve(topics.OBSTACLE_COMMAND, answer_with(topics.SelectObstacleSource, self._on_command))
+        bus.serve(topics.LANDING_PLACE, lambda request: request.reply(encode(self._landing_place())))
         bus.every(PERIOD, self._publish)
 
     def detach(self) -> None:
@@ -81,11 +83,12 @@ class ObstaclesNode:
         if source is self._source:
             return
         self._source, self._waiting = source, None
-        self._space.forget()
         if self._sensor is not None:
             self._sensor.cancel()
             self._sensor = None
         if source is not ObstacleSource.NONE:
+            # What the last source has seen is kept until then, for whoever wants to land meanwhile.
+            self._space.forget()
             key, read = _STREAMS[source]
             self._sensor = self._bus.subscribe(key, stream_reader(read, self._on_measurement), latest_only=True)
         # Guidance must not begin a segment on the word of a source that has just been given up.
@@ -135,6 +138,19 @@ class ObstaclesNode:
                 across=self._source in LOOKING_ACROSS,
             )
         self._status.put(encode(status))
+
+    def _landing_place(self) -> topics.LandingPlace:
+        assert self._bus is not None
+        t, navigation = self._bus.now(), self._navigation
+        known = self._space.known(t)
+        if known is None or navigation is None or not navigation.valid or t - navigation.t > STALE:
+            return topics.LandingPlace(place=None, text="nothing is known of the ground below")
+        below = Below(known, navigation.position)
+        if not below.taken:
+            return topics.LandingPlace(place=None, text="nothing is known to stand below")
+        place = below.free_place()
+        text = "no free ground is known nearby" if place is None else "something stands below; here the ground is free"
+        return topics.LandingPlace(place=place, text=text)
 
     def _way(self, t: float) -> tuple[topics.Vector3, ...]:
         """Where guidance is flying, as far as it says so itself."""

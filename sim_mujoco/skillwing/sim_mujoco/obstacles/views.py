@@ -90,13 +90,14 @@ class CameraView:
     def sees_through(self, places: Points) -> Mask:
         depth, left, up = places.T
         wide, high = self.across * depth, self.upright * depth
-        ahead = (depth > 0.1) & (np.abs(left) < wide) & (np.abs(up) < high)
+        ahead = np.flatnonzero((depth > 0.1) & (np.abs(left) < wide) & (np.abs(up) < high))
         rows, columns = self.nearest.shape
-        row = _cell(up[ahead] / high[ahead], rows)
-        column = _cell(left[ahead] / wide[ahead], columns)
+        row = _cell(up.take(ahead) / high.take(ahead), rows)
+        column = _cell(left.take(ahead) / wide.take(ahead), columns)
         seen = np.where(np.isfinite(self.nearest), self.nearest, 0.0)
-        ahead[ahead] = (seen - 3 * 0.0015 * seen * seen - _BEYOND)[row, column] > depth[ahead]
-        return ahead
+        through = np.zeros(len(places), dtype=np.bool_)
+        through[ahead] = (seen - 3 * 0.0015 * seen * seen - _BEYOND)[row, column] > depth.take(ahead)
+        return through
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,16 +135,17 @@ class RingView:
 
     def sees_through(self, places: Points) -> Mask:
         distance = np.maximum(np.linalg.norm(places, axis=1), 0.1)
-        in_ring = np.abs(places[:, 0]) <= math.sin(LIDAR_HALF_FAN) * distance
-        (fore, left, up), distance = places[in_ring].T, distance[in_ring]
+        in_ring = np.flatnonzero(np.abs(places[:, 0]) <= math.sin(LIDAR_HALF_FAN) * distance)
+        (fore, left, up), distance = places.T.take(in_ring, axis=1), distance.take(in_ring)
         columns, beams = self.nearest.shape
         turn = np.arctan2(up, left) / (2 * np.pi) % 1.0
         lean = np.arcsin(np.clip(fore / distance, -1.0, 1.0)) / LIDAR_HALF_FAN
         beam = np.round(0.5 * (lean + 1.0) * (beams - 1)).astype(np.int64)
         seen = np.where(np.isfinite(self.nearest), self.nearest, 0.0)
         seen = seen[(turn * columns).astype(np.int64) % columns, np.clip(beam, 0, beams - 1)]
-        in_ring[in_ring] = seen - 2 * _BEYOND > distance
-        return in_ring
+        through = np.zeros(len(places), dtype=np.bool_)
+        through[in_ring] = seen - 2 * _BEYOND > distance
+        return through
 
 
 def _cell(aside: Points, count: int) -> NDArray[np.int64]:

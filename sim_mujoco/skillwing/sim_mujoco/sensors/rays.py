@@ -17,8 +17,8 @@ Floats = NDArray[np.float32]
 class RayScene:
     """Triangles that do not move, prepared for ray queries.
 
-    Embree's robust mode would keep rays from slipping between two triangles that share an edge, for a fifth more time;
-    without it one in half a million does, and is a measurement without a return.
+    Embree's robust mode would keep rays from slipping between two triangles that share an edge, and take more time for
+    every ray. `benchmarks/ray_choices.py` tells how few slip without it, and what that saves.
     """
 
     def __init__(self, triangles: Triangles) -> None:

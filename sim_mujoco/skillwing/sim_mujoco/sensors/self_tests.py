@@ -7,6 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from skillwing.sim_mujoco.sensors.corruptors import Data
 
@@ -47,7 +48,7 @@ class Roughness(SelfTest):
         if np.count_nonzero(seen) < _ENOUGH:
             return None
         bend = np.abs(left + right - 2.0 * middle)[seen] / self._sigma(middle[seen])
-        factor = float(np.median(bend)) / (self._MEDIAN * math.sqrt(6.0))
+        factor = _median(bend) / (self._MEDIAN * math.sqrt(6.0))
         self._times = self._times + 1 if factor > self._LIMIT else 0
         return f"{factor:.0f} times its normal noise" if self._times >= self._AGAIN else None
 
@@ -85,7 +86,7 @@ class Jump(SelfTest):
         change = (now - before)[(now > 0.0) & (before > 0.0)]
         if len(change) < _ENOUGH:
             return
-        jump = float(np.median(change))
+        jump = _median(change)
         third = len(change) // 3
         least = float(np.partition(change if jump > 0.0 else -change, third)[third])
         limit = self._LEAST + self._speed * dt
@@ -119,3 +120,10 @@ class Contradiction:
         """Whether they contradict each other as of now."""
         self._count = max(0, self._count - 1) if agree else min(2 * self._patience, self._count + 1)
         return self._count >= self._patience
+
+
+def _median(values: NDArray[np.floating]) -> float:
+    """Of at least two values: numpy's own takes twice as long."""
+    middle = len(values) // 2
+    lower, upper = np.partition(values, (middle - 1, middle))[middle - 1 : middle + 1]
+    return float(upper if len(values) % 2 else 0.5 * (lower + upper))

@@ -1,8 +1,9 @@
 """The low-level autopilot: follows setpoints, and looks after the drone by itself when that cannot go on.
 
 `failsafes.py` says when it acts by itself and in which order. Wherever it lands it first brakes, and stays inside the
-fence. With a rotor lost it gives the heading up; with navigation lost it comes down level, at the vertical speed that
-the range-finder tells. Rotors stop by themselves on touchdown.
+fence. With a rotor lost it gives the heading up. With navigation lost it holds its place as long as navigation vouches
+for the velocity; blind, it leans against what it can reckon of the velocity, and comes down fast, at the vertical speed
+that the range-finder tells. Rotors stop by themselves on touchdown.
 """
 
 from __future__ import annotations
@@ -105,7 +106,7 @@ class Autopilot:
         dt = GUIDE_PERIOD if self._guided is None else t - self._guided
         self._guided = t
         self._ground_speed.update(now)
-        self._emergencies.navigation(t, now.valid)
+        self._emergencies.navigation(t, valid=now.valid, velocity_valid=now.velocity_valid)
         self._watch_rotors(now, rate)
         self._choose_mode(t, now)
         if self.mode is Mode.OFF:
@@ -113,7 +114,7 @@ class Autopilot:
         target = self._target(dt, now)
         velocity = self._trusted_velocity(now, target)
         wanted = target.velocity
-        if not self._emergencies.navigation_lost:
+        if not self._emergencies.blind:
             wanted = position_to_velocity(now.position, target.position, target.velocity)
         acceleration = self._velocity_loop.acceleration(velocity, wanted, target.acceleration, dt)
         self._attitude_loop.aim(acceleration, target.heading, now.quaternion)
@@ -196,14 +197,15 @@ class Autopilot:
         if self.mode is Mode.FOLLOW and self._setpoint is not None:
             return self._setpoint
         if self.mode in LANDING:
-            sink = (0.0, 0.0, -sink_speed(now.ground))
-            here = now.position if self._emergencies.navigation_lost else self._hold.position
+            blind = self._emergencies.blind
+            sink = (0.0, 0.0, -sink_speed(now.ground, hurry=blind))
+            here = now.position if blind else self._hold.position
             self._hold = Setpoint(add(here, scale(dt, sink)), sink, self._hold.heading)
         return self._hold
 
     def _trusted_velocity(self, now: Estimate, target: Setpoint) -> Vector:
-        """The velocity to fly on: without navigation the range-finder's upright part, and what is left of the rest."""
-        if not self._emergencies.navigation_lost:
+        """The velocity to fly on: blind, the range-finder's upright part, and what is left of the rest."""
+        if not self._emergencies.blind:
             return now.velocity
         x, y, z = now.velocity
         if self._is_near_ground(now):
@@ -219,7 +221,7 @@ class Autopilot:
         late = now.position[2] - target.position[2]
         sinking = late > 0.05 or target.velocity[2] < -0.05 or not target.rotors
         insisting = late > _NEVER_IN_THE_AIR
-        if self._emergencies.navigation_lost:
+        if self._emergencies.blind:
             # It sinks without being told how far, and how fast it moves sideways is not known.
             insisting, velocity = self.mode in LANDING, (0.0, 0.0, velocity[2])
         return self._touchdown.noticed(t, now, velocity, sinking=sinking, insisting=insisting)

@@ -12,6 +12,8 @@ import math
 
 CELLS = 6
 """Cells in series."""
+PACKS = 6
+"""Side by side."""
 CAPACITY = 27.0 * 3600.0
 """Charge of six packs of 4.5 Ah [A s]."""
 _RESISTANCE = 0.009
@@ -39,14 +41,15 @@ class Battery:
         if not 0.0 <= percent <= 100.0:
             raise ValueError(f"a battery cannot hold {percent:g} %; give 0 to 100")
         self._charge = percent / 100.0
+        self._share = 1.0
         self._current = 0.0
         self.voltage = open_circuit_voltage(self._charge)
         """At the terminals, under the present load [V]."""
 
     @property
     def percent(self) -> float:
-        """Charge that is left, in percent of the capacity."""
-        return 100.0 * self._charge
+        """Charge that is left, in percent of what all packs together hold."""
+        return 100.0 * self._charge * self._share
 
     @property
     def current(self) -> float:
@@ -58,12 +61,20 @@ class Battery:
         """Nothing is left: no rotor turns any more."""
         return self._charge <= 0.0
 
+    def fail(self, packs: int) -> None:
+        """So many of the packs fall out, with what is in them; the others carry the load. Raises ValueError where none
+        would be left."""
+        left = self._share - packs / PACKS
+        if packs < 1 or left < 0.5 / PACKS:
+            raise ValueError(f"{packs} of the packs cannot fail; one of {PACKS} has to be left")
+        self._share = left
+
     def drain(self, thrust: float, dt: float) -> None:
         """Give `thrust` [N] for `dt` seconds."""
         power = _AVIONICS + _HOVER_POWER * (max(thrust, 0.0) / _HOVER_THRUST) ** 1.5
-        rest, inner = open_circuit_voltage(self._charge), resistance(self._charge)
+        rest, inner = open_circuit_voltage(self._charge), resistance(self._charge) / self._share
         # The current I that gives power P = (rest - I inner) I; near empty there may be none, then the most there is.
         root = math.sqrt(max(0.0, rest * rest - 4.0 * inner * power))
         self._current = (rest - root) / (2.0 * inner)
         self.voltage = rest - self._current * inner
-        self._charge = max(0.0, self._charge - self._current * dt / CAPACITY)
+        self._charge = max(0.0, self._charge - self._current * dt / (CAPACITY * self._share))

@@ -8,45 +8,66 @@ from numpy.typing import NDArray
 from skillwing.sim_mujoco.frames.vectors import Vector
 from skillwing.sim_mujoco.world.triangles import Triangles
 
+Points = NDArray[np.float64]
+
 _CELL = 4.0
+_STRIDE = 1.0
+"""Within so much of one place the nearest triangle is sought among the same ones [m]."""
 
 
 class Clearance:
-    """Exact distances from points to the triangles that do not carry the label `ignore`.
+    """Exact distances from points to the triangles that do not carry the label `ignore`; at most `reach` [m].
 
     Triangles are looked at in groups, by cubes of 4 m that their middles lie in: of a village only what is near counts.
+    Points that come one after the other along a way are told quickly: what may be the nearest around one of them is
+    kept for those that follow. Their distance differs by no more than they lie apart.
     """
 
-    def __init__(self, triangles: Triangles, ignore: int) -> None:
+    def __init__(self, triangles: Triangles, ignore: int, reach: float = 15.0) -> None:
         keep = np.flatnonzero(triangles.labels != ignore)
         a, b, c = triangles.corners()
         cells = np.floor((a[keep] + b[keep] + c[keep]) / (3.0 * _CELL)).astype(np.int64)
         _, group = np.unique(cells, axis=0, return_inverse=True)
         keep = keep[np.argsort(group, kind="stable")]
         a, b, c = (corner[keep].astype(np.float64) for corner in (a, b, c))
-        self._a, self._ab, self._ac = a, b - a, c - a
+        self._all = a, b - a, c - a
         self._counts = np.bincount(group)
         starts = np.cumsum(self._counts) - self._counts
         self._low = np.minimum.reduceat(np.minimum(np.minimum(a, b), c), starts) if len(keep) else a
         self._high = np.maximum.reduceat(np.maximum(np.maximum(a, b), c), starts) if len(keep) else a
+        self._reach = reach
+        self._middle = np.full(3, np.inf)
+        self._near = self._all
 
-    def distance(self, point: Vector, reach: float = 15.0) -> float:
-        """Distance [m] from `point` to the nearest surface, or `reach` where none is nearer."""
+    def distance(self, point: Vector) -> float:
+        """Distance [m] from `point` to the nearest surface, or the reach where none is nearer."""
         p = np.array(point)
+        if np.linalg.norm(p - self._middle) > _STRIDE:
+            self._middle, self._near = p, self._candidates(p)
+        return float(np.sqrt(_square_distances(p, *self._near).min(initial=self._reach**2)))
+
+    def _candidates(self, p: Points) -> tuple[Points, Points, Points]:
+        """The triangles of which one is nearest, wherever within a stride of `p` one asks."""
         outside = np.maximum(np.maximum(self._low - p, p - self._high), 0.0)
         farthest = np.maximum(np.abs(p - self._low), np.abs(self._high - p))
         # All of a group lies nearer than the farthest corner of its box, so no other needs to be looked at beyond that.
-        within = min(reach * reach, float(np.einsum("ij,ij->i", farthest, farthest).min(initial=np.inf)))
-        near = np.flatnonzero(np.repeat(np.einsum("ij,ij->i", outside, outside) <= within, self._counts))
-        if len(near) == 0:
-            return reach
-        away = p - _closest_points(p, self._a[near], self._ab[near], self._ac[near])
-        return min(reach, float(np.sqrt(np.einsum("ij,ij->i", away, away).min())))
+        certain = float(np.sqrt(_dots(farthest, farthest).min(initial=np.inf)))
+        within = min(self._reach, certain) + 2.0 * _STRIDE
+        near = np.flatnonzero(np.repeat(_dots(outside, outside) <= within**2, self._counts))
+        a, ab, ac = (each[near] for each in self._all)
+        squares = _square_distances(p, a, ab, ac)
+        nearest = float(np.sqrt(squares.min(initial=self._reach**2)))
+        kept = squares <= (nearest + 2.0 * _STRIDE) ** 2
+        return a[kept], ab[kept], ac[kept]
 
 
-def _closest_points(
-    p: NDArray[np.float64], a: NDArray[np.float64], ab: NDArray[np.float64], ac: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _square_distances(p: Points, a: Points, ab: Points, ac: Points) -> Points:
+    """From `p` to each triangle (a, a + ab, a + ac), squared (N,)."""
+    away = p - _closest_points(p, a, ab, ac)
+    return _dots(away, away)
+
+
+def _closest_points(p: Points, a: Points, ab: Points, ac: Points) -> Points:
     """The point of each triangle (a, a + ab, a + ac) nearest to `p`: its plane's foot point or one on an edge."""
     ap = p - a
     d1, d2 = _dots(ab, ap), _dots(ac, ap)
@@ -61,10 +82,10 @@ def _closest_points(
     return np.where(inside[:, None], foot, edge)
 
 
-def _on_edge(p: NDArray[np.float64], start: NDArray[np.float64], edge: NDArray[np.float64]) -> NDArray[np.float64]:
+def _on_edge(p: Points, start: Points, edge: Points) -> Points:
     along = np.clip(_dots(p - start, edge) / np.maximum(_dots(edge, edge), 1e-18), 0.0, 1.0)
     return start + along[:, None] * edge
 
 
-def _dots(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+def _dots(a: Points, b: Points) -> Points:
     return np.einsum("ij,ij->i", a, b)

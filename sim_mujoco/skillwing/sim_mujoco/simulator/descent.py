@@ -12,6 +12,9 @@ LANDING_SPEED, FAST_DESCENT, FLARE_HEIGHT = 0.7, 1.5, 5.0
 """Sink speed near the ground and high above it [m/s], and the distance that the range-finder measures between [m]."""
 STANDING_RANGE = GEAR_HEIGHT + RANGE_MOUNT[2]
 """What the range-finder measures when the drone stands [m]."""
+_HURRIED_DESCENT, _HURRIED_LANDING, _FLARE = 3.0, 0.5, 0.45
+"""In a hurry: the fastest descent that the maker of the M600 allows, the sink speed at touchdown [m/s], and how much
+faster for each metre above it [1/s]."""
 _AT_REST = 0.25
 _SEEN, _BLIND, _CONTRADICTED = 0.4, 1.5, 3.0
 """How long the drone has to be at rest to have landed: with the ground in view at the skids, without a range-finder,
@@ -23,7 +26,8 @@ class Estimate:
     """What the autopilot knows of its motion.
 
     `ground` is the range-finder's distance [m], measured at `ground_at`; None if it sees none or cannot be trusted.
-    `valid` tells whether navigation vouches for the position; while it does not, the velocity is dead reckoning.
+    `valid` and `velocity_valid` tell whether navigation vouches for the position and for the velocity; while it does
+    not, they are dead reckoning.
     """
 
     position: Vector
@@ -32,10 +36,16 @@ class Estimate:
     ground: float | None
     ground_at: float = 0.0
     valid: bool = True
+    velocity_valid: bool = True
 
 
-def sink_speed(ground: float | None) -> float:
-    """How fast to come down [m/s] at a distance from the ground, if it is known."""
+def sink_speed(ground: float | None, *, hurry: bool = False) -> float:
+    """How fast to come down [m/s] at a distance from the ground, if it is known.
+
+    In a `hurry` it is a matter of seconds: the velocity that is not known grows with them.
+    """
+    if hurry and ground is not None:
+        return min(_HURRIED_LANDING + _FLARE * max(0.0, ground - STANDING_RANGE), _HURRIED_DESCENT)
     return FAST_DESCENT if ground is not None and ground > FLARE_HEIGHT else LANDING_SPEED
 
 

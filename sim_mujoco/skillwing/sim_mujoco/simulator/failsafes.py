@@ -62,18 +62,16 @@ class Emergencies:
         self._critical = False
         self._voltage: float | None = None
         self._lost, self._good_since = False, 0.0
+        self.blind = False
+        """Navigation is lost, and not even the velocity can be flown on."""
 
-    @property
-    def navigation_lost(self) -> bool:
-        """Position and velocity cannot be flown on."""
-        return self._lost
-
-    def navigation(self, t: float, valid: bool) -> None:
-        """Whether navigation vouches for the position at `t`."""
+    def navigation(self, t: float, *, valid: bool, velocity_valid: bool) -> None:
+        """Whether navigation vouches for the position at `t`, and for the velocity."""
         if not valid:
             self._lost, self._good_since = True, t
         elif t - self._good_since >= NAVIGATION_REGAINED:
             self._lost = False
+        self.blind = self._lost and not velocity_valid
 
     def battery(self, percent: float, voltage: float, dt: float) -> None:
         """Charge [%] and voltage under load [V], `dt` seconds after the last ones; short sags do not count."""

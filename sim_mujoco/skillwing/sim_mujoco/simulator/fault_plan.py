@@ -29,7 +29,7 @@ class FaultPlan:
     def __init__(self, faults: Iterable[Fault]) -> None:
         """Raises UnknownFaultError."""
         self._faults = tuple(faults)
-        self._on = [False] * len(self._faults)
+        self._on: list[int] = []
         for fault in self._faults:
             check_fault(fault.sensor, fault.kind)
 
@@ -39,9 +39,33 @@ class FaultPlan:
         return not self._faults
 
     def switches(self, t: float, position: Vector) -> Iterator[tuple[Fault, bool]]:
-        """The faults that have to be switched on (True) or off at `t`, with the drone at `position`."""
+        """The faults that have to be switched on (True) or off at `t`, with the drone at `position`.
+
+        A sensor has each kind of fault once: of several that overlap, the one that began last counts, and when it ends
+        the one before counts again.
+        """
         for k, fault in enumerate(self._faults):
             wanted = fault.is_wanted(t, position)
-            if wanted is not self._on[k]:
-                self._on[k] = wanted
-                yield fault, wanted
+            if wanted is (k in self._on):
+                continue
+            if wanted:
+                self._on.append(k)
+                yield fault, True
+            else:
+                yield from self._end(k)
+
+    def _end(self, k: int) -> Iterator[tuple[Fault, bool]]:
+        """What has to be switched when a fault ends."""
+        fault = self._faults[k]
+        last = self._counts(fault)
+        self._on.remove(k)
+        following = self._counts(fault)
+        if following is None:
+            yield fault, False
+        elif last == k and self._faults[following].magnitude != fault.magnitude:
+            yield self._faults[following], True
+
+    def _counts(self, like: Fault) -> int | None:
+        """Which one counts of the faults of this sensor and kind that are on."""
+        same = [k for k in self._on if (self._faults[k].sensor, self._faults[k].kind) == (like.sensor, like.kind)]
+        return same[-1] if same else None

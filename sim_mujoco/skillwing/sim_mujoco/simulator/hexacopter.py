@@ -21,14 +21,17 @@ MIN_THRUST, MAX_THRUST = 4.0, 50.0
 """What a turning rotor can give [N]."""
 ROTOR_LAG = 0.05
 """Time constant of thrust [s]."""
-HULL_RADIUS = 0.65
-"""Radius of a sphere around the centre that holds arms and rotor hubs [m]."""
+ROTOR_RADIUS = 0.27
+"""Half of 21 inches, which is the M600's propellers' diameter; `extent.TIP_RADIUS` holds their tips [m]."""
 GEAR_HEIGHT = 0.565
 """Height of the centre above the ground when the drone stands on its skids [m]."""
 
 _SPIN = (1, -1, 1, -1, 1, -1)
 _ANGLES = tuple(math.radians(30 + 60 * rotor) for rotor in range(ROTORS))
 _SKID = GEAR_HEIGHT - 0.015
+_ROTOR_HEIGHT = 0.06
+_BLADE_HALF = 0.01
+"""Half of the height that a turning blade takes up [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,13 +67,17 @@ def airframe(model: mujoco.MjModel) -> Airframe:
 
 
 def _mjcf() -> str:
-    arms, rotors = "", ""
+    """The air that the blades sweep is a part of the body: it weighs nothing, but what gets into it is hit."""
+    arms, discs, rotors = "", "", ""
     for i, (angle, spin) in enumerate(zip(_ANGLES, _SPIN, strict=True)):
         x, y = ARM * math.cos(angle), ARM * math.sin(angle)
         arms += f"""
           <geom name="arm{i}" type="capsule" fromto="0 0 0 {x:.5f} {y:.5f} 0.02" size="0.02" mass="0.15"/>
           <geom name="motor{i}" type="cylinder" pos="{x:.5f} {y:.5f} 0.03" size="0.03 0.03" mass="0.25"/>
-          <site name="rotor{i}" pos="{x:.5f} {y:.5f} 0.06"/>"""
+          <site name="rotor{i}" pos="{x:.5f} {y:.5f} {_ROTOR_HEIGHT}"/>"""
+        discs += f"""
+          <geom name="disc{i}" type="cylinder" pos="{x:.5f} {y:.5f} {_ROTOR_HEIGHT}"
+                size="{ROTOR_RADIUS} {_BLADE_HALF}" mass="0"/>"""
         rotors += f"""
         <general name="rotor{i}" site="rotor{i}" gear="0 0 1 0 0 {-spin * TORQUE_PER_THRUST}"
                  ctrlrange="0 {MAX_THRUST}" dyntype="filterexact" dynprm="{ROTOR_LAG}"/>"""
@@ -86,7 +93,7 @@ def _mjcf() -> str:
           <freejoint name="root"/>
           <geom name="hub" type="ellipsoid" size="0.25 0.25 0.12" mass="10.4"
                 fluidshape="ellipsoid" fluidcoef="0.5 0.25 1.5 1.0 1.0"/>
-          {skids}{arms}
+          {skids}{arms}{discs}
           <site name="imu"/>
         </body>
       </worldbody>

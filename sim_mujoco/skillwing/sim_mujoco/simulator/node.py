@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import msgspec
 import numpy as np
@@ -15,12 +15,13 @@ from skillwing.services.protocol import ClockTick, ErrorCode, Message, encode
 from skillwing.sim_mujoco import topics
 from skillwing.sim_mujoco.axis import RefusedError
 from skillwing.sim_mujoco.camera.camera import camera_header
-from skillwing.sim_mujoco.frames.vectors import heading_of
+from skillwing.sim_mujoco.frames.vectors import heading_of, to_body
 from skillwing.sim_mujoco.geofence import FenceOptions
 from skillwing.sim_mujoco.messaging import answer_with
 from skillwing.sim_mujoco.navigation.navigator import Solution
+from skillwing.sim_mujoco.navigation.odometry_aid import OdometryReport
 from skillwing.sim_mujoco.options import OptionsError, read_options
-from skillwing.sim_mujoco.scenario import FaultOptions, GustOptions, PilotOptions, ScenarioError, read_scenario
+from skillwing.sim_mujoco.scenario import FaultOptions, GustOptions, PilotOptions, ScenarioError, Seconds, read_scenario
 from skillwing.sim_mujoco.sensors import lidar
 from skillwing.sim_mujoco.sensors.cadence import Cadence
 from skillwing.sim_mujoco.sensors.channel import Measurement
@@ -29,6 +30,7 @@ from skillwing.sim_mujoco.sensors.depth_camera import depth_header
 from skillwing.sim_mujoco.sensors.fittings import GNSS, IMU, LIDAR, RANGE, SENSORS
 from skillwing.sim_mujoco.sensors.health import Change
 from skillwing.sim_mujoco.simulator.autopilot import Limits, Setpoint
+from skillwing.sim_mujoco.simulator.battery import PACKS
 from skillwing.sim_mujoco.simulator.failsafes import CRITICAL_CHARGE
 from skillwing.sim_mujoco.simulator.simulator import Simulator
 from skillwing.sim_mujoco.simulator.wind import Gust
@@ -67,6 +69,7 @@ class SimNode:
         # A setpoint that cannot be read is no setpoint: then the failsafe decides.
         setpoints = message_reader(topics.AutopilotSetpoint, self._on_setpoint)
         bus.subscribe(topics.AUTOPILOT_SETPOINT, setpoints, latest_only=True)
+        bus.subscribe(topics.SLAM_ODOMETRY, message_reader(topics.Odometry, self._on_odometry))
         bus.serve(topics.FAULT, answer_with(topics.SetFault, self._set_fault))
         bus.serve(topics.CAMERA_COMMAND, answer_with(topics.ControlCamera, self._control_camera))
         bus.serve(topics.FAULTS, self._tell_faults)
@@ -198,6 +201,9 @@ class SimNode:
             Setpoint(wanted.position, wanted.velocity, wanted.heading, wanted.rotors, wanted.acceleration)
         )
 
+    def _on_odometry(self, told: topics.Odometry) -> None:
+        self._sim.odometry(odometry_report(told, self._epoch))
+
     def _set_fault(self, wanted: topics.SetFault) -> str:
         try:
             self._sim.set_fault(wanted.sensor, wanted.kind, wanted.on, wanted.magnitude)
@@ -231,6 +237,16 @@ class SimNode:
         return "the computer has the authority" if wanted.authority else "the safety pilot has the authority"
 
 
+def odometry_report(told: topics.Odometry, epoch: float = 0.0) -> OdometryReport:
+    """What navigation makes of odometry's message, with times since `epoch`."""
+    return OdometryReport(
+        told.t - epoch,
+        told.since - epoch,
+        to_body(told.quaternion, told.velocity),
+        told.tracking is topics.Tracking.GOOD,
+    )
+
+
 def _fix_message(t: float, data: np.ndarray) -> topics.Gnss:
     x, y, z, vx, vy, vz, heading = data.tolist()
     return topics.Gnss(t=t, position=(x, y, z), velocity=(vx, vy, vz), heading=heading)
@@ -244,6 +260,13 @@ def _differs(one: topics.FlightState, other: topics.FlightState) -> bool:
     """Whether anything but the time has changed."""
     names = ("on_ground", "rotors_on", "home_valid", "authority", "failsafe", "follows", "holds_heading")
     return any(getattr(one, name) != getattr(other, name) for name in names)
+
+
+class PackOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """So many packs of the battery fall out: `{"at": 40.0, "packs": 3}`."""
+
+    at: Seconds
+    packs: Annotated[int, msgspec.Meta(ge=1, lt=PACKS)]
 
 
 class SimOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -266,6 +289,7 @@ class SimOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     turbulence: float = 0.0
     gusts: tuple[GustOptions, ...] = ()
     battery: float = 100.0
+    packs_fail: tuple[PackOptions, ...] = ()
     battery_floor: float = CRITICAL_CHARGE
     geofence: FenceOptions | None = None
     factor: float = 1.0
@@ -290,6 +314,7 @@ def make_sim(options: dict[str, Any]) -> SimNode:
             gusts=[Gust(g.at, g.velocity, g.duration) for g in wanted.gusts],
             limits=Limits(fence=fence, charge=wanted.battery_floor),
             battery_percent=wanted.battery,
+            packs_fail=[(event.at, event.packs) for event in wanted.packs_fail],
             sensors=wanted.sensors,
             receiver=wanted.receiver,
         )

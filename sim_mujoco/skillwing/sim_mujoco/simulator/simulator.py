@@ -14,9 +14,11 @@ import numpy as np
 
 from skillwing.sim_mujoco.camera.camera import Camera
 from skillwing.sim_mujoco.camera.feed import CAMERA, CameraFeed
+from skillwing.sim_mujoco.extent import TIP_RADIUS
 from skillwing.sim_mujoco.frames.motion import Motion
 from skillwing.sim_mujoco.frames.vectors import Vector
 from skillwing.sim_mujoco.navigation.navigator import EPOCH, Navigator, Solution
+from skillwing.sim_mujoco.navigation.odometry_aid import OdometryReport
 from skillwing.sim_mujoco.sensors import lidar
 from skillwing.sim_mujoco.sensors.cadence import Cadence
 from skillwing.sim_mujoco.sensors.channel import Measurement
@@ -36,11 +38,11 @@ from skillwing.sim_mujoco.sensors.lidar import Lidar
 from skillwing.sim_mujoco.sensors.rays import RayScene
 from skillwing.sim_mujoco.sensors.twins import Twins
 from skillwing.sim_mujoco.simulator.autopilot import Autopilot, Estimate, Limits, Setpoint
-from skillwing.sim_mujoco.simulator.battery import Battery
+from skillwing.sim_mujoco.simulator.battery import PACKS, Battery
 from skillwing.sim_mujoco.simulator.clearance import Clearance
 from skillwing.sim_mujoco.simulator.descent import STANDING_RANGE
 from skillwing.sim_mujoco.simulator.fault_plan import ROTOR, FaultPlan
-from skillwing.sim_mujoco.simulator.hexacopter import HULL_RADIUS, ROTORS
+from skillwing.sim_mujoco.simulator.hexacopter import ROTORS
 from skillwing.sim_mujoco.simulator.physics import Physics
 from skillwing.sim_mujoco.simulator.rotor_faults import ROTOR_FAULTS, ROTOR_NAMES, RotorFaults
 from skillwing.sim_mujoco.simulator.wind import Gust, Wind
@@ -51,7 +53,6 @@ TICK = 0.01
 _STEPS = round(TICK / Physics.dt)
 _IMU_STEPS = 2
 _ERRORS_AT_ONCE = 25
-_CLEARANCE_TICKS = 20
 IDLE_THRUST = 1.0
 """Total thrust below which the rotors count as off; hovering takes more than a hundred times as much [N]."""
 _HOME_FIX = 1.0
@@ -82,14 +83,16 @@ class Simulator:
         gusts: Iterable[Gust] = (),
         limits: Limits | None = None,
         battery_percent: float = 100.0,
+        packs_fail: Iterable[tuple[float, int]] = (),
         sensors: Collection[str] = SENSORS,
         receiver: str = "rtk",
     ) -> None:
         """`pilot` lists when the safety pilot gives the authority (True) or takes it; `wind` [m/s] ENU, with
         `turbulence` of this strength (see `wind.Turbulence`) and `gusts`; `limits` of the autopilot, by default with
-        the world's fence; `sensors` names those that are fitted, and `receiver` the class of the autopilot's own
-        satellite receiver, which always is. Raises UnknownFaultError if a fault names a sensor, rotor or kind that does
-        not exist, ValueError for a wind, a charge or a receiver that cannot be."""
+        the world's fence; `packs_fail` lists when how many packs of the battery fall out; `sensors` names those that
+        are fitted, and `receiver` the class of the autopilot's own satellite receiver, which always is. Raises
+        UnknownFaultError if a fault names a sensor, rotor or kind that does not exist, ValueError for a wind, a charge
+        or a receiver that cannot be, and for a battery of which nothing would be left."""
         self.world = world
         self._physics = Physics(world)
         self._wind = Wind(self._random(6), wind, turbulence, gusts)
@@ -123,11 +126,13 @@ class Simulator:
         self._corruptions[CAMERA] = self.camera.corruption
         self._plan = FaultPlan(faults)
         self._pilot = sorted(pilot)
+        self._packs_fail = sorted(packs_fail)
+        if sum(packs for _, packs in self._packs_fail) >= PACKS:
+            raise ValueError(f"not all packs of a battery can fail; one of {PACKS} has to be left")
         self._ticks = 0
         self._track = deque([self._physics.motion], maxlen=round(lidar.PERIOD / TICK) + 1)
         self._inertial: deque[tuple[float, ...]] = deque(maxlen=round(IMU_BATCH / IMU_PERIOD))
         self._ground, self._range_is_good = (0.0, 0.0), True
-        self.clearance = self._distance_to_hull()
 
     @property
     def t(self) -> float:
@@ -148,6 +153,14 @@ class Simulator:
         return self._physics.collisions
 
     @property
+    def clearance(self) -> float:
+        """From the nearest obstacle, the ground aside, to a sphere that holds the drone to its blades' tips [m].
+
+        What stands beside the drone is so far from the circle of the tips; above and below it there is more room.
+        """
+        return self._clearance.distance(self._physics.motion.position) - TIP_RADIUS
+
+    @property
     def home_valid(self) -> bool:
         """The navigation system knows where it is, and has had time to fix the home point."""
         return self.t >= _HOME_FIX and self._navigator.aligned
@@ -156,11 +169,14 @@ class Simulator:
         """Put the drone at rest somewhere in the air: for tests. Time goes on."""
         self._physics.place(position, heading)
         self._navigator.place(position, heading)
-        self.clearance = self._distance_to_hull()
 
     def command(self, setpoint: Setpoint) -> None:
         """A setpoint for the autopilot."""
         self.autopilot.command(setpoint, self.t)
+
+    def odometry(self, report: OdometryReport) -> None:
+        """What odometry says of the drone's velocity, `report.t` being time of this simulator."""
+        self._navigator.odometry(report)
 
     def set_fault(self, sensor: str, kind: str, on: bool, magnitude: float | None = None) -> None:
         """Switch a corruptor of a sensor, or a fault of a rotor ("rotor/2"). Raises UnknownFaultError."""
@@ -212,8 +228,6 @@ class Simulator:
             happened.health += [(channel.sensor, change) for change in changes]
             if channel.sensor == "range":
                 self._look_down(arrived, changes)
-        if self._ticks % _CLEARANCE_TICKS == 0:
-            self.clearance = self._distance_to_hull()
 
     def _guide(self, happened: Happened) -> None:
         solution = self._navigator.solution(self.t)
@@ -229,6 +243,7 @@ class Simulator:
             ground if known else None,
             measured_at,
             solution.valid,
+            solution.velocity_valid,
         )
         self.autopilot.battery(self.battery.percent, self.battery.voltage)
         self.autopilot.guide(self.t, now, solution.rate)
@@ -301,9 +316,8 @@ class Simulator:
                 self.set_fault(fault.sensor, fault.kind, on, fault.magnitude)
         while self._pilot and self._pilot[0][0] <= self.t + 1e-9:
             _, self.autopilot.authority = self._pilot.pop(0)
-
-    def _distance_to_hull(self) -> float:
-        return self._clearance.distance(self._physics.motion.position) - HULL_RADIUS
+        while self._packs_fail and self._packs_fail[0][0] <= self.t + 1e-9:
+            self.battery.fail(self._packs_fail.pop(0)[1])
 
     def _random(self, stream: int) -> np.random.Generator:
         return np.random.default_rng((self.world.seed, 1000 + stream))

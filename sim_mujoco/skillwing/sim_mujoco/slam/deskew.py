@@ -41,8 +41,11 @@ def deskew(scan: LidarScan, track: Track, reach: float) -> StillScan:
     Between two samples of the track, some milliseconds apart, poses are interpolated linearly. Returns from farther
     than `reach` [m] and from the drone itself are left out.
     """
-    header, columns = scan.header, scan.header.columns
-    times = header.t0 + _shares(columns) * (header.t1 - header.t0)
+    header = scan.header
+    within = (scan.ranges > 0.0) & (scan.ranges <= reach)
+    columns = np.flatnonzero(within.any(axis=1))  # the others look into the sky
+    # The last time is that of the scan's own middle.
+    times = header.t0 + np.append((columns + 0.5) / header.columns, 0.5) * (header.t1 - header.t0)
     before = np.clip(np.searchsorted(track.times, times, side="right") - 1, 0, len(track.times) - 2)
     share = (times - track.times[before]) / (track.times[before + 1] - track.times[before])
     last_turn, last_position = track.turns[-1], track.positions[-1]
@@ -51,8 +54,10 @@ def deskew(scan: LidarScan, track: Track, reach: float) -> StillScan:
     turns = relative[before] + share[:, None, None] * (relative[before + 1] - relative[before])
     places = offsets[before] + share[:, None] * (offsets[before + 1] - offsets[before])
     mount = np.array(header.mount)
-    in_body = _rays(columns, header.beams) * scan.ranges + mount[:, None, None].astype(np.float32)
-    kept = (scan.ranges > 0.0) & (scan.ranges <= reach)
+    ranges = scan.ranges.take(columns, axis=0)
+    in_body = _rays(header.columns, header.beams).take(columns, axis=1) * ranges
+    in_body += mount[:, None, None].astype(np.float32)
+    kept = within.take(columns, axis=0)
     kept &= np.einsum("ijk,ijk->jk", in_body, in_body) > OWN_BODY**2
     numbers = np.flatnonzero(kept)
     points = np.empty((3, len(numbers)), dtype=np.float32)
@@ -61,7 +66,7 @@ def deskew(scan: LidarScan, track: Track, reach: float) -> StillScan:
         moved = row[0] * in_body[0] + row[1] * in_body[1] + row[2] * in_body[2]
         moved += places[:-1, axis, None].astype(np.float32)
         points[axis] = moved.ravel().take(numbers)
-    return StillScan(points.T, scan.ranges.ravel().take(numbers), places[-1] + turns[-1] @ mount)
+    return StillScan(points.T, ranges.ravel().take(numbers), places[-1] + turns[-1] @ mount)
 
 
 def thinned(points: NDArray[np.float32], cell: float) -> NDArray[np.float32]:
@@ -77,12 +82,6 @@ def thinned(points: NDArray[np.float32], cell: float) -> NDArray[np.float32]:
     numbers = np.arange(len(points), dtype=np.int32)
     owners[hashes] = numbers
     return across.take(np.flatnonzero(owners.take(hashes) == numbers), axis=1).T
-
-
-@lru_cache(maxsize=2)
-def _shares(columns: int) -> Floats:
-    """What share of a scan is over in the middle of each column, and at last in its own middle."""
-    return np.append((np.arange(columns) + 0.5) / columns, 0.5)
 
 
 @lru_cache(maxsize=2)

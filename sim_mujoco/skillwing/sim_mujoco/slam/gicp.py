@@ -74,7 +74,7 @@ class GicpMatcher:
         return match
 
     def _first(self, predicted: Prediction, cloud: Any) -> Match:
-        return Match(unchanged(predicted), Agreement(cloud.size(), 0, 0, None), None)
+        return Match(unchanged(predicted), Agreement(cloud.size(), 0, 0), None)
 
     def _register(self, predicted: Prediction, cloud: Any) -> Match:
         prior, covariance = predicted.state, predicted.covariance
@@ -86,7 +86,7 @@ class GicpMatcher:
         posterior = update(
             prior, covariance, lambda state, _: Evidence(information, information @ seen.minus(state)[POSE])
         )
-        agreement = Agreement(cloud.size(), cloud.size(), registered.num_inliers, None)
+        agreement = Agreement(cloud.size(), cloud.size(), registered.num_inliers)
         judgement = judge(agreement, covariance, posterior, _LEAST_CLOSE)
         return Match(unchanged(predicted) if judgement.doubt else posterior, agreement, judgement)
 

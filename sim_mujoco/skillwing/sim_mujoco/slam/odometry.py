@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -42,7 +43,7 @@ class Phase(StrEnum):
     LOST = "LOST"  # poses are not to be believed any more; a new start is needed
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Fix:
     """What a scan made known: the state at `t` in the frame of the planes, the covariance (18, 18) of its error, how
     the scan agrees with the map, and its returns. `believed`: the scan was used; `origin` (3,): where odometry began;
@@ -57,7 +58,7 @@ class Fix:
     way: float
     scan: StillScan
 
-    @property
+    @cached_property
     def levelled(self) -> State:
         """The state as it is given out.
 

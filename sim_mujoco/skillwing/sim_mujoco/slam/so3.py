@@ -19,6 +19,13 @@ def skew(vectors: Floats) -> Floats:
     return matrices
 
 
+def crossed(one: Floats, other: Floats) -> tuple[Floats, Floats, Floats]:
+    """The coordinates (...) of the cross products of vectors (3, ...), coordinate by coordinate, which is much faster
+    than numpy's own."""
+    (x, y, z), (a, b, c) = one, other
+    return y * c - z * b, z * a - x * c, x * b - y * a
+
+
 def exp(vectors: Floats) -> Floats:
     """Rotation matrices (..., 3, 3) of rotation vectors (..., 3) [rad], by Rodrigues' formula."""
     angles = np.linalg.norm(vectors, axis=-1)[..., None, None]
@@ -41,7 +48,7 @@ def between(start: Floats, end: Floats) -> Floats:
     """The smallest rotation (3, 3) that turns the direction of `start` (3,) into that of `end`, unless they are
     opposite."""
     one, other = start / np.linalg.norm(start), end / np.linalg.norm(end)
-    cross = skew(np.cross(one, other))
+    cross = skew(np.array(crossed(one, other)))
     return np.eye(3) + cross + cross @ cross / (1.0 + one @ other)
 
 

@@ -1,0 +1,121 @@
+"""Where to land: here, unless something is known to stand below; then at the nearest place that is known to be free.
+
+Nothing looks down while the drone sinks, so it is memory that counts. What nobody has seen is neither free nor taken:
+a drone that knows nothing of the ground below it lands there, as one without a depth map does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import KDTree
+
+from skillwing.sim_mujoco.frames.vectors import Vector
+from skillwing.sim_mujoco.obstacles.free_space import TUBE_RADIUS, free_distance
+from skillwing.sim_mujoco.obstacles.local_map import LocalMap
+
+Points = NDArray[np.float64]
+
+REACH: Final = 15.0
+"""How far away another place is looked for [m]."""
+ROOM: Final = TUBE_RADIUS + 0.3
+"""Radius around another place in which nothing may stand, for it is not where the drone hovers yet [m]."""
+STEP: Final = 0.4
+"""What rises higher above the ground than this is no ground to land on [m]."""
+SLOPE: Final = 0.4
+"""What is reached from the ground only by steeper ways than this, and by higher steps, is a roof or the like."""
+_OBSTACLE = 3
+"""So many voxels are an obstacle, fewer are noise."""
+_GRID: Final = 0.5
+"""Between the places that are tried, and the side of the squares by which ground counts as seen [m]."""
+_GAP = 2.0
+"""Over what was not seen in between, ground goes on as far as this [m]."""
+_PLOT = 20
+"""So many squares that lie together may be ground, fewer are noise."""
+_SEEN: Final = 0.7
+"""Of the squares around another place so many have to be seen at least."""
+
+
+class Below:
+    """What is known of the ground around a hovering drone, from a local map of its surroundings."""
+
+    def __init__(self, known: LocalMap, here: Vector) -> None:
+        """`here` is the drone's position (ENU) [m]."""
+        self._known, self._here = known, np.array(here)
+        span = np.array([REACH + ROOM, REACH + ROOM, 0.0])
+        low, high = self._here - span, self._here + span
+        low[2], high[2] = -np.inf, self._here[2] + TUBE_RADIUS
+        points = known.solid_within(low, high)
+        self._places = np.floor(points[:, :2] / _GRID).astype(np.int64)
+        self._rising = _above_ground(points, self._places) > STEP
+        self._tree = KDTree(points[:, :2])
+
+    @property
+    def taken(self) -> bool:
+        """Whether something stands where the drone would come down, or a roof is there."""
+        return self._rises(self._here[:2], TUBE_RADIUS)
+
+    def free_place(self) -> Vector | None:
+        """The nearest place, at the drone's height, below which ground was seen, with free ways there and down."""
+        for place in self._tries():
+            if self._is_seen(place) and not self._rises(place, ROOM) and self._is_reached(place):
+                return float(place[0]), float(place[1]), float(self._here[2])
+        return None
+
+    def _tries(self) -> Iterator[Points]:
+        """Places (2,), the nearest first."""
+        steps = np.arange(-REACH, REACH + _GRID, _GRID)
+        east, north = np.meshgrid(steps, steps)
+        offsets = np.column_stack([east.ravel(), north.ravel()])
+        away = np.linalg.norm(offsets, axis=1)
+        near = np.flatnonzero((away > 0.0) & (away <= REACH))
+        for at in near[np.argsort(away[near], kind="stable")]:
+            yield self._here[:2] + offsets[at]
+
+    def _around(self, place: Points, radius: float) -> list[int]:
+        """Which points lie within so much of a place, however high."""
+        return self._tree.query_ball_point(place, radius)
+
+    def _rises(self, place: Points, radius: float) -> bool:
+        return int(np.count_nonzero(self._rising[self._around(place, radius)])) >= _OBSTACLE
+
+    def _is_seen(self, place: Points) -> bool:
+        squares = np.unique(self._places[self._around(place, ROOM)], axis=0)
+        return len(squares) >= _SEEN * np.pi * (ROOM / _GRID) ** 2
+
+    def _is_reached(self, place: Points) -> bool:
+        """Whether the way there leads over seen places, and nothing stands in it."""
+        way = np.append(place, self._here[2]) - self._here
+        length = float(np.linalg.norm(way))
+        below = self._here[:2] + np.arange(0.0, 1.0, _GRID / length)[:, None] * way[:2]
+        gaps, _ = self._tree.query(below[1:], distance_upper_bound=2.0 * _GRID)
+        if not np.isfinite(gaps).all():
+            return False
+        return free_distance(self._known, [self._here, self._here + way], 2.0 * REACH) >= length + TUBE_RADIUS / 2.0
+
+
+def _above_ground(points: Points, places: NDArray[np.int64]) -> Points:
+    """How high points (N, 3), in these squares (N, 2), lie above the ground next to them; 0 where no ground is known.
+
+    Ground is the lowest of what hangs together without steps. Roofs are as flat, but nothing leads up to them.
+    """
+    squares, of = np.unique(places, axis=0, return_inverse=True)
+    heights = np.full(len(squares), np.inf)
+    np.minimum.at(heights, of, points[:, 2])
+    one, other = KDTree(squares * _GRID).query_pairs(_GAP, output_type="ndarray").T
+    apart = _GRID * np.linalg.norm(squares[one] - squares[other], axis=1)
+    joined = np.abs(heights[one] - heights[other]) <= np.maximum(STEP, SLOPE * apart)
+    links = coo_array((joined[joined], (one[joined], other[joined])), shape=(len(squares), len(squares)))
+    _, patch = connected_components(links, directed=False)
+    plots = np.flatnonzero(np.bincount(patch) >= _PLOT)
+    if len(plots) == 0:
+        return np.zeros(len(points))
+    lowest = min(plots, key=lambda plot: float(np.median(heights[patch == plot])))
+    ground = patch == lowest
+    _, next_to = KDTree(squares[ground]).query(squares)
+    return points[:, 2] - heights[ground][next_to][of]

@@ -1,0 +1,129 @@
+"""Where to land by memory: nothing stands below the place that is chosen, nor in the way to it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from skillwing.sim_mujoco.obstacles.free_space import TUBE_RADIUS
+from skillwing.sim_mujoco.obstacles.landing_place import REACH, ROOM, Below
+from skillwing.sim_mujoco.obstacles.local_map import VOXEL, LocalMap
+
+Cloud = NDArray[np.float64]
+HERE = (3.0, -2.0, 4.0)
+NOWHERE: Cloud = np.empty((0, 3))
+
+
+def plain(reach: float = 12.0, slope: float = 0.0) -> Cloud:
+    """Ground around the drone, a point in each voxel."""
+    steps = np.arange(-reach, reach, 0.25)
+    east, north = (axis.ravel() for axis in np.meshgrid(steps + HERE[0], steps + HERE[1]))
+    return np.column_stack([east, north, slope * (east - HERE[0])])
+
+
+def bush(east: float, north: float, radius: float = 0.6, height: float = 1.8) -> Cloud:
+    """Its hull, so far from the drone."""
+    turns, heights = np.meshgrid(np.linspace(0.0, 2.0 * math.pi, 24), np.arange(0.1, height, 0.25))
+    return np.column_stack(
+        [
+            HERE[0] + east + radius * np.cos(turns.ravel()),
+            HERE[1] + north + radius * np.sin(turns.ravel()),
+            heights.ravel(),
+        ]
+    )
+
+
+def wall(east: float, height: float = 7.0) -> Cloud:
+    """From south to north, as high as it is."""
+    along, heights = np.meshgrid(np.arange(-12.0, 12.0, 0.25), np.arange(0.1, height, 0.25))
+    return np.column_stack([np.full(along.size, HERE[0] + east), HERE[1] + along.ravel(), heights.ravel()])
+
+
+def below(*clouds: Cloud, measurements: int = 2, height: float = HERE[2]) -> Below:
+    known, here = LocalMap(), (*HERE[:2], height)
+    for stamp in range(measurements):
+        known.see(np.concatenate(clouds), np.array(here), 0.1 * stamp, lambda places: np.zeros(len(places), bool))
+    return Below(known, here)
+
+
+def gap(place: tuple[float, float, float], *things: Cloud) -> float:
+    """Level distance between a place and the nearest point of some things."""
+    return float(np.linalg.norm(np.concatenate(things)[:, :2] - place[:2], axis=1).min())
+
+
+def test_over_open_ground_nothing_is_taken() -> None:
+    assert not below(plain()).taken
+
+
+def test_ground_that_nobody_has_seen_is_not_taken() -> None:
+    assert not below(NOWHERE).taken
+    assert below(NOWHERE).free_place() is None
+
+
+@pytest.mark.parametrize("slope", [-0.2, 0.2])
+def test_a_slope_is_no_obstacle(slope: float) -> None:
+    assert not below(plain(slope=slope)).taken
+
+
+@given(st.floats(0.0, 2.0 * math.pi), st.floats(0.0, 3.0))
+@settings(max_examples=25, deadline=None)
+def test_what_stands_below_is_landed_beside(bearing: float, away: float) -> None:
+    """As precisely as voxels tell: of what lies in one, the point that was seen last."""
+    thing = bush(away * math.cos(bearing), away * math.sin(bearing))
+    found = below(plain(), thing)
+    assert found.taken or gap(HERE, thing) >= TUBE_RADIUS - VOXEL
+    assert not found.taken or gap(HERE, thing) < TUBE_RADIUS
+    place = found.free_place()
+    assert place is not None
+    assert place[2] == HERE[2]
+    assert math.dist(place, HERE) <= REACH
+    assert gap(place, thing) >= ROOM - VOXEL
+
+
+def test_the_place_is_the_nearest_one() -> None:
+    place = below(plain(), bush(0.8, 0.0)).free_place()
+    assert place is not None
+    assert place[0] < HERE[0]
+    assert math.dist(place, HERE) == pytest.approx(1.5, abs=0.3)
+
+
+def test_no_place_behind_a_wall_is_chosen() -> None:
+    hedge = bush(0.0, 0.0, radius=5.0)
+    found = below(plain(), hedge, bush(0.0, 0.0, radius=3.0), bush(0.0, 0.0, radius=1.0), wall(2.0))
+    place = found.free_place()
+    assert place is None or place[0] < HERE[0] + 2.0
+
+
+def test_over_unseen_ground_no_way_leads() -> None:
+    ground = plain()
+    seen = ground[(np.abs(ground[:, 0] - HERE[0]) > 4.0) | (np.abs(ground[:, 1] - HERE[1]) < 0.3)]
+    place = below(seen[seen[:, 0] < HERE[0] - 4.0], bush(0.0, 0.0)).free_place()
+    assert place is None
+
+
+def test_one_measurement_makes_no_obstacle() -> None:
+    assert not below(plain(), bush(0.0, 0.0), measurements=1).taken
+
+
+@pytest.mark.parametrize("depth", [0.0, -3.0])
+def test_a_roof_is_no_ground(depth: float) -> None:
+    ground = plain()
+    over = np.abs(ground[:, :2] - HERE[:2] - (0.0, 2.0)).max(axis=1) < 6.0
+    ground[:, 2] = np.where(over, depth + 6.0, depth)
+    found = below(ground, height=depth + 11.0)
+    place = found.free_place()
+    assert found.taken
+    assert place is not None
+    assert gap(place, ground[over]) >= ROOM
+
+
+@pytest.mark.parametrize("slope", [-0.2, 0.2])
+def test_a_hillside_is_no_roof(slope: float) -> None:
+    place = below(plain(slope=slope), bush(0.0, 0.0), height=8.0).free_place()
+    assert place is not None
+    assert math.dist(place, (*HERE[:2], 8.0)) < 4.0
