@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
+from skillwing.dsl.model import UnknownNameError
 from skillwing.m600.generated.processes import HOOKS, SKILLSET
 from skillwing.services.robot import ProcessSpec, Robot
 
 SIMULATION = "skillwing.sim_mujoco"
+SIM_TAKES = ("seed", "world", "faults", "scenario", "wind", "turbulence", "gusts", "battery", "packs_fail", "pilot")
+TO_SIM = {**{name: name for name in SIM_TAKES}, "speed": "factor"}
+"""Options of the functional layer that are handed to the simulator, and what it calls them."""
+TO_GUIDANCE = {"fence": "geofence", "watch": "watch"}
+TO_LINK = {"seed": "seed", "scenario": "scenario"}
+TO_MAPPING = {"poses": "poses", "scenario": "scenario"}
+OF_THE_RUN = ("run_dir", "durable", "viewer", "viewer_url")
+"""What managers and recorder are told in the same breath (`services/robot.py`)."""
+OPTIONS = tuple(dict.fromkeys((*TO_SIM, *TO_GUIDANCE, *TO_LINK, *TO_MAPPING, "link", "bounds", *OF_THE_RUN)))
 
 
 def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
@@ -15,35 +26,21 @@ def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
 
     options: `seed` and kind of the `world`, `speed` (robot seconds per wall second, 0 for as fast as possible),
     `faults` as the simulator schedules them (`[{"sensor": "zed", "kind": "blackout", "at": 60.0}]`), the path of a
-    `scenario` file, `wind`, `turbulence`, `gusts`, `battery` at the start, what the safety `pilot` does; `fence` and
-    `bounds`, boxes from `low` to `high`, else those of the site; `watch` False has guidance ignore obstacles; `link`,
-    what the radio can do where (docs/video.md); whence the map has its `poses` (docs/mapping.md). Absent ones keep
-    their defaults.
+    `scenario` file, `wind`, `turbulence`, `gusts`, `battery` at the start, when `packs_fail` of it, what the safety
+    `pilot` does; `fence` and `bounds`, boxes from `low` to `high`, else those of the site; `watch` False has guidance
+    ignore obstacles; `link`, what the radio can do where (docs/video.md); whence the map has its `poses`
+    (docs/mapping.md). Absent ones keep their defaults, and those of the run are for others. Raises UnknownNameError.
     """
-    names = {
-        "seed": "seed",
-        "world": "world",
-        "speed": "factor",
-        "faults": "faults",
-        "scenario": "scenario",
-        "wind": "wind",
-        "turbulence": "turbulence",
-        "gusts": "gusts",
-        "battery": "battery",
-        "pilot": "pilot",
-    }
-    sim = {names[option]: value for option, value in options.items() if option in names and value is not None}
-    guides = {"fence": "geofence", "watch": "watch"}
-    guidance = {guides[option]: value for option, value in options.items() if option in guides and value is not None}
-    site = _site(options)
-    radio = {name: options[name] for name in ("seed", "scenario") if options.get(name) is not None}
-    link = dict(options.get("link") or {}) | radio | site
-    chosen = {name: options[name] for name in ("poses", "scenario") if options.get(name) is not None}
-    mapping = site | dict(options.get("bounds") or {}) | chosen
+    if unknown := options.keys() - set(OPTIONS):
+        raise UnknownNameError(f"option of {ROBOT.name}", min(unknown), OPTIONS)
+    sim, site = _given(options, TO_SIM), _site(options)
+    guidance = site | _given(options, TO_GUIDANCE)
+    link = dict(options.get("link") or {}) | _given(options, TO_LINK) | site
+    mapping = site | dict(options.get("bounds") or {}) | _given(options, TO_MAPPING)
     return (
         # A new simulator would begin with a drone on the ground at time 0, and nobody else would.
         ProcessSpec("sim", f"{SIMULATION}.simulator.node:make_sim", sim, extra="sim", restart="never"),
-        ProcessSpec("guidance", f"{SIMULATION}.guidance.node:make_guidance", site | guidance, extra="sim"),
+        ProcessSpec("guidance", f"{SIMULATION}.guidance.node:make_guidance", guidance, extra="sim"),
         ProcessSpec("obstacles", f"{SIMULATION}.obstacles.node:make_obstacles", essential=False, extra="sim"),
         ProcessSpec(
             "mapping",
@@ -57,6 +54,11 @@ def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
         ProcessSpec("ground", f"{SIMULATION}.video.ground:make_ground", essential=False, extra="sim"),
         ProcessSpec("bridge", "skillwing.m600.bridge.node:make_bridge", {"skillset": str(SKILLSET)}),
     )
+
+
+def _given(options: dict[str, Any], names: Mapping[str, str]) -> dict[str, Any]:
+    """Those of these options that are given, by the names that a process has for them."""
+    return {names[option]: value for option, value in options.items() if option in names and value is not None}
 
 
 def _site(options: dict[str, Any]) -> dict[str, Any]:
@@ -90,5 +92,5 @@ ROBOT = Robot(
         "map_statistics": ("lidar_mapping",),
         "video_quality": ("stream",),
     },
-    not_to_be_left={"flight_status": {"IN_AIR": "The drone was in the air."}},
+    not_to_be_left={"flight_status": {"IN_AIR": "in the air"}},
 )

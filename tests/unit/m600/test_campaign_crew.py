@@ -8,16 +8,15 @@ from pathlib import Path
 import pytest
 
 from skillwing.m600.campaign.command import make_plans
-from skillwing.m600.campaign.crew import Crew
+from skillwing.m600.campaign.crew import Crew, LostFlight
 from skillwing.m600.campaign.plan import FlightPlan
-from skillwing.m600.campaign.result import End
+from skillwing.m600.campaign.result import End, FlightResult
 
 LANDS = """
 import json, sys
 plan = json.loads(sys.argv[1])
 print(json.dumps({"plan": plan, "end": "landed at home", "text": " ".join(sys.argv[2:])}))
 """
-CRASHES = "import sys; sys.exit('Segmentation fault, as it were.')"
 HANGS = "import sys; sys.stdin.read()"
 
 
@@ -32,15 +31,25 @@ def plans(count: int) -> list[FlightPlan]:
 def test_each_plan_is_flown_once(tmp_path: Path) -> None:
     with Crew(3, (sys.executable, "-c", LANDS)) as crew:
         results = list(crew.fly(plans(5), lambda plan: tmp_path / plan.name))
-    assert sorted(result.plan.seed for result in results) == [0, 1, 2, 3, 4]
-    assert all(result.end is End.HOME for result in results)
-    assert {result.text for result in results} == {str(tmp_path / plan.name) for plan in plans(5)}
+    flown = [result for result in results if isinstance(result, FlightResult)]
+    assert sorted(result.plan.seed for result in flown) == [0, 1, 2, 3, 4]
+    assert all(result.end is End.HOME for result in flown)
+    assert {result.text for result in flown} == {str(tmp_path / plan.name) for plan in plans(5)}
 
 
-def test_a_flight_whose_process_dies_breaks_off_and_says_why() -> None:
-    with Crew(2, (sys.executable, "-c", CRASHES)) as crew:
-        (result,) = crew.fly(plans(1), nowhere)
-    assert result.broken == ("broke off: Its process ended with code 1. Segmentation fault, as it were.",)
+@pytest.mark.parametrize(
+    ("work", "why"),
+    [
+        (
+            "import sys; sys.exit('No memory.')",
+            "Its process ended with code 1. No memory.",
+        ),
+        ("import os; os.kill(os.getpid(), 9)", "Its process was killed by signal 9."),
+    ],
+)
+def test_a_flight_whose_process_dies_is_lost_and_says_why(work: str, why: str) -> None:
+    with Crew(2, (sys.executable, "-c", work)) as crew:
+        assert list(crew.fly(plans(1), nowhere)) == [LostFlight(plans(1)[0], why)]
 
 
 def test_calling_a_campaign_off_ends_the_flights_that_are_under_way() -> None:
@@ -58,5 +67,6 @@ def test_the_real_worker_says_what_it_cannot_fly() -> None:
     unknown = FlightPlan(mission="picnic", world="courtyard", seed=1, condition=plans(1)[0].condition)
     with Crew(1) as crew:
         (result,) = crew.fly([unknown], nowhere)
+    assert isinstance(result, FlightResult)
     assert result.end is End.BROKE_OFF
     assert "picnic" in result.error

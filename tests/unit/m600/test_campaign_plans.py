@@ -3,38 +3,81 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from skillwing.bt_missions.running.library import find_mission
 from skillwing.dsl.model import UnknownNameError
+from skillwing.m600.bridge.battery_level import CRITICAL_BELOW, LOW_BELOW
 from skillwing.m600.campaign.command import make_plans, parse_seeds
-from skillwing.m600.campaign.conditions import EARLIEST, SENSOR_FAULTS, Condition, draw
-from skillwing.m600.campaign.plan import FlightPlan, flight_time, planned_way
+from skillwing.m600.campaign.conditions import EARLIEST, LONGEST, SENSOR_FAULTS, SHORTEST, Condition, begins, draw
+from skillwing.m600.campaign.plan import FlightPlan, planned_way, way_time
 from skillwing.m600.robot import ROBOT
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.processes.node_host import make_node
 from skillwing.sim_mujoco.link.radio import Radio, RadioOptions
+from skillwing.sim_mujoco.simulator.battery import PACKS
+from skillwing.sim_mujoco.simulator.failsafes import CRITICAL_CHARGE
 
-FLIGHT_TIME = 60.0
+WAY_TIME = 48.0
+LATEST = LONGEST * WAY_TIME
 SEEDS = st.integers(0, 2**32 - 1)
+
+
+def moments(met: dict[str, Any]) -> list[float]:
+    """When each thing begins that befalls a drone; a pilot who returns has begun before."""
+    faults, gusts, pilot = met.get("faults", []), met.get("gusts", []), met.get("pilot", [])
+    events = [*faults, *gusts, *pilot[:1], *met.get("packs_fail", []), *met.get("link", {}).get("faults", [])]
+    return [event["at"] for event in events]
 
 
 @given(st.sampled_from(Condition), SEEDS)
 def test_the_same_seed_meets_the_same(condition: Condition, seed: int) -> None:
-    assert draw(condition, seed, FLIGHT_TIME) == draw(condition, seed, FLIGHT_TIME)
+    assert draw(condition, seed, WAY_TIME) == draw(condition, seed, WAY_TIME)
 
 
 @given(st.sampled_from(Condition), SEEDS)
 def test_whatever_happens_happens_in_flight(condition: Condition, seed: int) -> None:
-    met = draw(condition, seed, FLIGHT_TIME)
-    faults, gusts, pilot = met.get("faults", []), met.get("gusts", []), met.get("pilot", [])
-    assert all(EARLIEST <= event["at"] <= FLIGHT_TIME for event in (*faults, *gusts, *pilot[:1]))
-    assert all(fault["kind"] in SENSOR_FAULTS for fault in faults)
+    met = draw(condition, seed, WAY_TIME)
+    found = moments(met)
+    assert all(EARLIEST <= moment <= LATEST for moment in found)
+    assert begins(met) == min(found, default=None)
+    assert all(fault["kind"] in SENSOR_FAULTS for fault in met.get("faults", []))
+    pilot = met.get("pilot", [])
     assert pilot == sorted(pilot, key=lambda handover: handover["at"])
+
+
+@pytest.mark.parametrize("condition", [each for each in Condition if each is not Condition.NONE])
+def test_it_happens_in_each_part_of_even_the_shortest_flight(condition: Condition) -> None:
+    begun = [t for seed in range(100) for t in moments(draw(condition, seed, WAY_TIME))]
+    end = SHORTEST * WAY_TIME
+    parts = [sum(end * k / 5 <= t < end * (k + 1) / 5 for t in begun) / len(begun) for k in range(5)]
+    assert min(parts) > 0.08
+    assert sum(t > end for t in begun) / len(begun) < 0.4
+
+
+@pytest.mark.parametrize(
+    ("kind", "slight", "bad"), [("noise", 0.15, 1.5), ("bias", 0.4, 1.5), ("dropout", 0.5, 0.8), ("slow", 2.0, 8.0)]
+)
+def test_sensors_fail_slightly_and_badly(kind: str, slight: float, bad: float) -> None:
+    faults = [fault for seed in range(300) for fault in draw(Condition.CAMERA, seed, WAY_TIME)["faults"]]
+    sizes = [abs(fault["magnitude"]) for fault in faults if fault["kind"] == kind]
+    assert min(sizes) <= slight
+    assert max(sizes) >= bad
+    assert all("magnitude" not in fault for fault in faults if fault["kind"] in ("blackout", "freeze"))
+
+
+def test_batteries_fail_down_to_where_the_mission_and_where_the_autopilot_lands() -> None:
+    met = [draw(Condition.BATTERY, seed, WAY_TIME) for seed in range(100)]
+    left = [each["battery"] * (1.0 - each["packs_fail"][0]["packs"] / PACKS) for each in met]
+    for low, high in ((0.0, CRITICAL_CHARGE), (CRITICAL_CHARGE, CRITICAL_BELOW), (CRITICAL_BELOW, LOW_BELOW)):
+        assert sum(low <= percent < high for percent in left) >= 8
+    assert min(each["battery"] for each in met) > LOW_BELOW
 
 
 @pytest.mark.parametrize(
@@ -42,15 +85,15 @@ def test_whatever_happens_happens_in_flight(condition: Condition, seed: int) -> 
     [(Condition.CAMERA, {"zed"}), (Condition.LIDAR, {"lidar"}), (Condition.BOTH, {"zed", "lidar"})],
 )
 def test_the_sensors_fail_that_the_condition_names(condition: Condition, sensors: set[str]) -> None:
-    assert {fault["sensor"] for fault in draw(condition, 4, FLIGHT_TIME)["faults"]} == sensors
+    assert {fault["sensor"] for fault in draw(condition, 4, WAY_TIME)["faults"]} == sensors
 
 
 def test_a_flight_without_fault_meets_nothing() -> None:
-    assert draw(Condition.NONE, 4, FLIGHT_TIME) == {}
+    assert draw(Condition.NONE, 4, WAY_TIME) == {}
 
 
 def test_the_pilot_who_returns_gives_the_authority_back() -> None:
-    assert [each["authority"] for each in draw(Condition.PILOT_RETURNS, 4, FLIGHT_TIME)["pilot"]] == [False, True]
+    assert [each["authority"] for each in draw(Condition.PILOT_RETURNS, 4, WAY_TIME)["pilot"]] == [False, True]
 
 
 @pytest.mark.parametrize("condition", [Condition.BOTH, Condition.GUST, Condition.BATTERY])
@@ -58,7 +101,45 @@ def test_the_robot_and_the_mission_take_what_a_plan_tells_them(condition: Condit
     plan = FlightPlan(mission="mapping", world="courtyard", seed=5, condition=condition, watched=False)
     for spec in ROBOT.functional_layer(plan.robot_options()):
         assert make_node(spec).name == spec.name
-    assert flight_time(plan.site().way) > 30.0
+    assert way_time(plan.site().way) > 30.0
+
+
+REACHES = {
+    Condition.NONE: ("sim", set[str]()),
+    Condition.CAMERA: ("sim", {"faults"}),
+    Condition.LIDAR: ("sim", {"faults"}),
+    Condition.BOTH: ("sim", {"faults"}),
+    Condition.GUST: ("sim", {"wind", "turbulence", "gusts"}),
+    Condition.BATTERY: ("sim", {"battery", "packs_fail"}),
+    Condition.LINK: ("link", {"faults"}),
+    Condition.PILOT: ("sim", {"pilot"}),
+    Condition.PILOT_RETURNS: ("sim", {"pilot"}),
+}
+"""Which process is told by which of its options."""
+
+
+@pytest.mark.parametrize("condition", Condition)
+def test_what_befalls_the_drone_is_told_to_the_process_that_makes_it_happen_and_to_no_other(
+    condition: Condition,
+) -> None:
+    plan = FlightPlan(mission="mapping", world="courtyard", seed=5, condition=condition)
+    told = {spec.name: spec.options for spec in ROBOT.functional_layer(plan.robot_options())}
+    calm = replace(plan, condition=Condition.NONE)
+    usual = {spec.name: spec.options for spec in ROBOT.functional_layer(calm.robot_options())}
+    process, names = REACHES[condition]
+    met = plan.circumstances()
+    assert {name: told[process][name] for name in names} == met.get("link", met)
+    for name in names:
+        told[process].pop(name)
+    assert told == usual
+
+
+@pytest.mark.parametrize("watched", [True, False])
+def test_an_unwatched_flight_is_one_in_which_guidance_ignores_obstacles(watched: bool) -> None:
+    plan = FlightPlan(mission="mapping", world="courtyard", seed=5, condition=Condition.NONE, watched=watched)
+    told = {spec.name: spec.options for spec in ROBOT.functional_layer(plan.robot_options())}
+    assert told["guidance"]["watch"] is watched
+    assert not any("watch" in options for name, options in told.items() if name != "guidance")
 
 
 def test_every_seed_is_flown_under_every_condition_before_the_next_one() -> None:
@@ -125,6 +206,6 @@ def test_a_world_without_a_building_is_refused_before_anything_flies() -> None:
 
 @given(SEEDS)
 def test_a_link_that_narrows_carries_less_than_the_video_needs_at_its_best(seed: int) -> None:
-    link = msgspec.convert(draw(Condition.LINK, seed, FLIGHT_TIME)["link"], RadioOptions)
+    link = msgspec.convert(draw(Condition.LINK, seed, WAY_TIME)["link"], RadioOptions)
     assert [fault.kind for fault in link.faults] == ["narrow"]
     assert Radio(link).at(link.faults[0].at, (0.0, 0.0, 10.0)).bandwidth <= 0.3e6

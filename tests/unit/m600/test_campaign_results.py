@@ -12,14 +12,15 @@ from msgspec.structs import replace
 from rich.console import Console
 
 from skillwing.m600.campaign import page
-from skillwing.m600.campaign.command import campaign
+from skillwing.m600.campaign.command import campaign, make_plans
 from skillwing.m600.campaign.conditions import Condition
 from skillwing.m600.campaign.ledger import LEDGER_FILE, Ledger
 from skillwing.m600.campaign.outcomes import SHORT_HEADINGS, outcome_table, outcomes
-from skillwing.m600.campaign.plan import FlightPlan
+from skillwing.m600.campaign.plan import FlightPlan, Network
 from skillwing.m600.campaign.result import End, FlightResult
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.marked_page import PageError
+from skillwing.sim_mujoco.world.kinds import KINDS
 
 RESULTS = st.builds(
     FlightResult,
@@ -104,6 +105,75 @@ def test_a_campaign_is_not_written_over(tmp_path: Path) -> None:
         Ledger(tmp_path, resume=False)
 
 
+def test_a_folder_holds_one_campaign(tmp_path: Path) -> None:
+    ledger = Ledger(tmp_path, resume=False)
+    for seed in (1, 2):
+        ledger.add(flown(seed))
+    plan = ledger.results[0].plan
+    ledger.require([replace(plan, seed=seed) for seed in range(5)])
+    for others in (
+        [replace(plan, seed=seed, watched=False) for seed in range(5)],
+        [replace(plan, seed=seed, world="street") for seed in range(5)],
+        [replace(plan, seed=seed, happens={}) for seed in range(5)],
+        [plan],
+    ):
+        with pytest.raises(InvalidOptionError, match="would not fly: mapping-courtyard-none-"):
+            ledger.require(others)
+    ledger.close()
+
+
+def test_a_campaign_is_not_gone_on_with_in_the_folder_of_another(tmp_path: Path) -> None:
+    ledger = Ledger(tmp_path, resume=False)
+    ledger.add(flown(1))
+    ledger.close()
+    with pytest.raises(InvalidOptionError, match="Give the options of the campaign in there"):
+        campaign("mapping", seeds="0:5", without_obstacles=True, output=tmp_path, resume=True)
+    again = Ledger(tmp_path, resume=True)
+    again.close()
+    assert again.results == [flown(1)]
+
+
+@given(
+    st.lists(
+        st.tuples(
+            st.sets(st.sampled_from(sorted(KINDS)), min_size=1),
+            st.sets(st.sampled_from(Condition), min_size=1),
+            st.booleans(),
+            st.sampled_from(Network),
+            st.booleans(),
+        ),
+        min_size=2,
+        max_size=2,
+        unique_by=repr,
+    )
+)
+def test_no_campaign_has_the_title_of_another_one(
+    two: list[tuple[set[str], set[Condition], bool, Network, bool]],
+) -> None:
+    one, other = (
+        page.title_of(
+            [
+                FlightPlan(mission="mapping", world=kind, seed=1, condition=met, watched=watched, network=network)
+                for kind in kinds
+                for met in conditions
+            ],
+            again=again,
+        )
+        for kinds, conditions, watched, network, again in two
+    )
+    assert (one == other) == (two[0] == two[1])
+
+
+def test_the_title_tells_what_is_flown() -> None:
+    plans = make_plans("mapping", "0:2", "all", None)
+    assert page.title_of(plans) == "mapping in courtyard: all conditions"
+    plans = make_plans("mapping", "0:2", "camera,none", "village,street", watched=False, network=Network.ZENOH)
+    told = "mapping in street, village: none, camera, without obstacle detection, over Zenoh, flown again"
+    assert page.title_of(plans, again=True) == told
+    text = page.section(told, [], [flown(1)], outcomes([flown(1)]), "abc")
+    assert text.startswith(f"## M{told[1:]}\n")
+
+
 def test_a_file_that_is_no_ledger_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / LEDGER_FILE).write_text("shopping list\n", encoding="utf-8")
     with pytest.raises(InvalidOptionError, match="is not a campaign's"):
@@ -113,10 +183,19 @@ def test_a_file_that_is_no_ledger_is_left_alone(tmp_path: Path) -> None:
 
 def test_a_page_without_place_is_told_before_anything_flies(tmp_path: Path) -> None:
     path, folder = tmp_path / "missions.md", tmp_path / "flights"
-    path.write_text("<!-- campaign: mapping -->\nhalf a section\n", encoding="utf-8")
-    with pytest.raises(PageError, match="lacks `<!-- end of campaign: mapping -->`"):
+    path.write_text("<!-- campaign: mapping in courtyard: none -->\nhalf a section\n", encoding="utf-8")
+    with pytest.raises(PageError, match="lacks `<!-- end of campaign: mapping in courtyard: none -->`"):
         campaign("mapping", seeds="0", output=folder, write=path)
     assert not folder.exists()
+
+
+def test_a_section_tells_in_how_many_flights_nothing_happened_before_the_drone_was_down() -> None:
+    at = {"faults": [{"sensor": "zed", "kind": "blackout", "at": 40.0}]}
+    plan = FlightPlan(mission="mapping", world="courtyard", seed=1, condition=Condition.CAMERA, happens=at)
+    results = [replace(flown(1), plan=plan, end_time=end) for end in (39.0, 41.0, 100.0)]
+    text = page.section("Mapping", ["skillwing"], [*results, flown(2)], outcomes(results), "abc")
+    assert "befell the drone in 2 flights, 40 to 40 s after the start; in 1 it was down before." in text
+    assert "befell" not in page.section("Mapping", ["skillwing"], [flown(2)], outcomes(results), "abc")
 
 
 def test_a_section_replaces_the_one_before_and_leaves_the_rest_of_the_page(tmp_path: Path) -> None:

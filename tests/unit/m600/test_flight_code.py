@@ -155,7 +155,7 @@ def test_a_folder_is_of_one_code(tmp_path: Path, repository: Path) -> None:
 
 
 def test_flights_of_unknown_code_are_not_gone_on_with(tmp_path: Path, repository: Path) -> None:
-    with pytest.raises(InvalidOptionError, match=r"not written down\. Begin anew in another folder"):
+    with pytest.raises(InvalidOptionError, match=r"not written down\. Choose another folder"):
         claim(tmp_path / "flights", flight_code(repository), begun=True)
 
 

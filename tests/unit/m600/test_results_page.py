@@ -20,10 +20,10 @@ from matplotlib.colors import to_rgb
 from matplotlib.image import imread
 from msgspec.structs import replace
 
+from skillwing.bt_missions.checking.rehearsal import grounded_context, rehearse
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.running.library import find_mission
 from skillwing.bt_missions.running.mission import MissionTrees
-from skillwing.bt_missions.running.rehearsal import grounded_context, rehearse
 from skillwing.m600.campaign.besides import BESIDES, ROOT
 from skillwing.m600.campaign.conditions import Condition
 from skillwing.m600.campaign.crew import Crew
@@ -34,6 +34,7 @@ from skillwing.m600.campaign.price import AWAY, LIVE_FOR, Price, PriceMeter
 from skillwing.m600.campaign.result import End, FlightResult
 from skillwing.m600.judge.flight_log import FLIGHT_FILE
 from skillwing.m600.robot import ROBOT
+from skillwing.services.errors import SkillwingError
 from skillwing.services.protocol import Record, RecordKind
 from skillwing.services.telemetry.journal import TIMELINE_FILE, JsonLines
 from skillwing.sim_mujoco.topics import Battery, FlightState, Truth, Vector3, VideoStatus
@@ -139,7 +140,7 @@ def test_all_policies_but_the_nominal_one_meet_the_same_failure(mission: str) ->
 
 @given(st.integers(0, 1000))
 def test_the_camera_fails_early_in_some_flights_and_late_in_others(first: int) -> None:
-    route = flights.flight_time(flights.planned_way(plan_of("mapping", "nominal", 0).site(), "mapping"))
+    route = flights.way_time(flights.planned_way(plan_of("mapping", "nominal", 0).site(), "mapping"))
     shares = [flights.camera_fails_at(seed) / route for seed in range(first, first + 5)]
     assert all(0.0 < share < 2.0 for share in shares)
     assert max(shares) - min(shares) > 0.4
@@ -166,15 +167,15 @@ def test_half_a_recording_is_not_taken_for_a_whole_one(tmp_path: Path, monkeypat
     plan = plan_of("mapping", "nominal", 0)
     code = FlightCode({})
     works(monkeypatch, "import sys; open(sys.argv[2] + '/map.png', 'w').close(); sys.exit('killed')")
-    (broken,) = run.fly([plan], tmp_path, 1, code, lambda: code)
-    assert broken.end is End.BROKE_OFF
+    with pytest.raises(SkillwingError, match=f"no result of {plan.name}. .* killed"):
+        run.fly([plan], tmp_path, 1, code, lambda: code)
     assert run.draw_pictures([plan], tmp_path, tmp_path / "images") == set()
 
     works(monkeypatch, RECORDS)
     assert run.fly([plan], tmp_path, 1, code, lambda: code)[-1].end is End.HOME
     assert [each.name for each in tmp_path.iterdir() if each.is_dir() and each.name != "images"] == [plan.name]
     works(monkeypatch, "raise SystemExit('nothing is missing')")
-    assert len(run.fly([plan], tmp_path, 1, code, lambda: code)) == 2
+    assert len(run.fly([plan], tmp_path, 1, code, lambda: code)) == 1
 
 
 def test_a_page_without_marks_is_told_before_anything_flies(

@@ -7,7 +7,8 @@ import json
 import pytest
 
 from skillwing.bt_missions.running.library import find_mission
-from skillwing.m600.robot import ROBOT
+from skillwing.dsl import UnknownNameError
+from skillwing.m600.robot import OF_THE_RUN, OPTIONS, ROBOT
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.managers.hooks import SkillHooks
 from skillwing.services.options import imported
@@ -16,8 +17,8 @@ from skillwing.services.telemetry.recorder_options import RecorderOptions
 from skillwing.sim_mujoco.world.kinds import KINDS
 
 SKILLSET = ROBOT.load_skillset()
-OPTIONS = {"seed": 3, "speed": 2.0, "faults": [{"sensor": "zed", "kind": "blackout", "at": 60.0}], "run_dir": "/tmp/x"}
-PROCESSES = (*ROBOT.functional_layer(OPTIONS), *ROBOT.managers(), *ROBOT.observers(OPTIONS))
+RUN = {"seed": 3, "speed": 2.0, "faults": [{"sensor": "zed", "kind": "blackout", "at": 60.0}], "run_dir": "/tmp/x"}
+PROCESSES = (*ROBOT.functional_layer(RUN), *ROBOT.managers(), *ROBOT.observers(RUN))
 
 
 def test_is_installed_under_its_name() -> None:
@@ -48,7 +49,7 @@ def test_the_hooks_are_those_of_their_skill(skill: str) -> None:
 
 def test_the_simulator_gets_the_run_it_was_asked_for() -> None:
     (sim,) = (spec for spec in PROCESSES if spec.name == "sim")
-    assert sim.options == {"seed": 3, "factor": 2.0, "faults": OPTIONS["faults"]}
+    assert sim.options == {"seed": 3, "factor": 2.0, "faults": RUN["faults"]}
 
 
 def test_who_knows_the_site_gets_the_one_that_is_simulated_and_what_is_said_of_it_counts_first() -> None:
@@ -59,6 +60,22 @@ def test_who_knows_the_site_gets_the_one_that_is_simulated_and_what_is_said_of_i
     fence = {"low": [0.0, 0.0, 0.0], "high": [9.0, 9.0, 9.0]}
     told = {spec.name: spec.options for spec in ROBOT.functional_layer(run | {"fence": fence, "bounds": fence})}
     assert (told["guidance"], told["mapping"]) == (site | {"geofence": fence}, site | fence)
+
+
+@pytest.mark.parametrize("option", OF_THE_RUN)
+def test_what_the_run_is_told_is_no_slip_and_reaches_no_process_of_the_functional_layer(option: str) -> None:
+    assert ROBOT.functional_layer({option: "something"}) == ROBOT.functional_layer({})
+
+
+@pytest.mark.parametrize("option", sorted(set(OPTIONS) - set(OF_THE_RUN) - {"bounds", "link"}))
+def test_every_option_reaches_a_process(option: str) -> None:
+    given_options = [spec.options for spec in ROBOT.functional_layer({option: "something"})]
+    assert any("something" in options.values() for options in given_options)
+
+
+def test_an_option_that_no_process_takes_is_refused() -> None:
+    with pytest.raises(UnknownNameError, match="no option `turbulense` of `m600`; did you mean `turbulence`"):
+        ROBOT.functional_layer({"seed": 3, "turbulense": 3.0})
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -3,46 +3,38 @@
 from __future__ import annotations
 
 import os
-import sys
 import time
 from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated
 
-import msgspec
 import typer
 from rich.console import Console
 from rich.text import Text
 
 from skillwing.dsl.model import UnknownNameError
 from skillwing.m600.campaign import page
+from skillwing.m600.campaign.again import comparison, same_flight, take_sample
 from skillwing.m600.campaign.conditions import Condition, conditions_of
-from skillwing.m600.campaign.crew import Crew
-from skillwing.m600.campaign.flight_code import CodeChangedError, claim, flight_code
+from skillwing.m600.campaign.crew import Crew, LostFlight
+from skillwing.m600.campaign.flight_code import CodeChangedError, FlightCode, claim, flight_code
 from skillwing.m600.campaign.ledger import Ledger
-from skillwing.m600.campaign.outcomes import outcome_table, outcomes
+from skillwing.m600.campaign.outcomes import outcomes
 from skillwing.m600.campaign.plan import FlightPlan, Network, usual_world
-from skillwing.m600.campaign.result import FlightResult
+from skillwing.m600.campaign.recordings import begin_recording, is_recorded, keep_recording
+from skillwing.m600.campaign.telling import Found, line_of, print_summary, tell, words
 from skillwing.services.cli import INTERRUPTED
 from skillwing.services.commands.completion import missions
 from skillwing.services.commands.exit_codes import FAILED, OK
-from skillwing.services.commands.output import make_console, print_json
+from skillwing.services.commands.output import make_console
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.processes.ending import Ending, ended_by_signals
 
+SEEDS = "0:10"
+"""If nobody chooses any."""
 LARGEST_SEED = 2**32 - 1
 MISSIONS = "skillwing.missions"
-
-
-class Summary(msgspec.Struct, frozen=True, kw_only=True):
-    """What `--json` prints. broken: the flights that broke a promise; command: what flies and records one again."""
-
-    folder: str
-    planned: int
-    flown: int
-    outcomes: list[dict[str, object]]
-    broken: list[dict[str, object]]
 
 
 def campaign(
@@ -50,11 +42,13 @@ def campaign(
         str, typer.Argument(metavar="MISSION", help="Mission to fly.", show_default=False, autocompletion=missions)
     ],
     seeds: Annotated[
-        str, typer.Option(metavar="A:B", help="Seeds from A up to, and without, B; or one seed.")
-    ] = "0:10",
+        str | None,
+        typer.Option(metavar="A:B", help=f"Seeds from A up to, and without, B; or one seed. Default {SEEDS}."),
+    ] = None,
     faults: Annotated[
-        str, typer.Option(metavar="NAME,...", help=f"Conditions: {', '.join(Condition)}; or all.")
-    ] = Condition.NONE,
+        str | None,
+        typer.Option(metavar="NAME,...", help=f"Conditions: {', '.join(Condition)}; or all. Default {Condition.NONE}."),
+    ] = None,
     worlds: Annotated[
         str | None,
         typer.Option(metavar="KIND,...", help="Kinds of worlds; default: courtyard, or inspection for that mission."),
@@ -76,6 +70,11 @@ def campaign(
     on: Annotated[
         Network, typer.Option("--on", help="Fly in one process and virtual time, or with real processes over Zenoh.")
     ] = Network.IN_PROCESS,
+    sample_of: Annotated[
+        Path | None,
+        typer.Option("--sample-of", metavar="DIR", help="Fly some of that campaign's flights again, and compare."),
+    ] = None,
+    sample: Annotated[int, typer.Option("--sample", metavar="N", min=1, help="So many of them.")] = 20,
     write: Annotated[
         Path | None, typer.Option("--write", metavar="FILE", help="Write the table into a page, as docs/missions.md.")
     ] = None,
@@ -86,39 +85,51 @@ def campaign(
     Each flight is the robot's whole process table in one process and virtual time. What goes wrong, and when, follows
     from its seed; the same flight is the same again, bit by bit. `--on zenoh` flies the same with real processes. Each
     flight that ends is a line of `flights.jsonl`, so that a campaign that was ended goes on by `--resume`. Exit codes:
-    0 every promise was kept (nothing hit, fence kept, landed or handed over), 1 one was broken, 2 it cannot be flown
-    with these options, 130 it was called off.
+    0 every promise was kept (nothing hit, fence kept, landed or handed over), 1 one was broken, a flight's process was
+    lost, or a flight did not end as before when it was flown again, 2 it cannot be flown with these options, 130 it was
+    called off.
     """
-    plans = make_plans(mission, seeds, faults, worlds, watched=not without_obstacles, network=on)
-    title = mission + (" without obstacle detection" if without_obstacles else "")
-    title += " over Zenoh" if on is Network.ZENOH else ""
+    earlier = None
+    if sample_of is not None:
+        if seeds or faults or worlds or without_obstacles:
+            text = (
+                "What is flown follows from the campaign in --sample-of. Leave out seeds, faults, worlds and the like."
+            )
+            raise InvalidOptionError("sample_of", text)
+        earlier = take_sample(sample_of, mission, sample)
+        plans = earlier.plans(on)
+    else:
+        plans = make_plans(
+            mission, seeds or SEEDS, faults or Condition.NONE, worlds, watched=not without_obstacles, network=on
+        )
+    title = page.title_of(plans, again=earlier is not None)
     if write is not None:
         page.check(write, title)
     at_once = jobs or (1 if on is Network.ZENOH else os.cpu_count() or 1)
     folder = output or Path("runs") / f"{datetime.now().astimezone():%Y%m%d-%H%M%S}-campaign-{mission}"
     console = make_console()
     ledger = Ledger(folder, resume=resume)
+    ledger.require(plans)
     code = flight_code()
     claim(folder, code, begun=bool(ledger.results))
     shown = Console(quiet=True) if as_json else console
-    called_off = False
+    found, called_off = Found(ledger.results, earlier), False
     with ended_by_signals() as ending:
         try:
-            _fly(plans, ledger, at_once, record=record, console=shown, ending=ending)
-            _record_worst(ledger, worst, at_once, shown, ending)
+            _fly(plans, ledger, found.lost, at_once, record=record, console=shown, ending=ending)
+            _record_worst(ledger, worst, found.differing, at_once, shown, ending)
         except KeyboardInterrupt:
             called_off = True
             shown.print("Called off. Go on with --resume.", style="red")
         finally:
             ledger.close()
-    _tell(plans, ledger, console, as_json=as_json)
-    if write is not None and not called_off and ledger.results:
-        rows = outcomes(ledger.results)
-        if changes := flight_code().changes(code):
-            raise CodeChangedError(changes, "The page is left as it was. Fly anew, with another folder for --output.")
-        page.write(write, title, page.section(title.capitalize(), _words(), ledger.results, rows, code.digest))
-    kept = all(result.kept for result in ledger.results)
-    raise typer.Exit(FAILED if not kept else INTERRUPTED if called_off else OK)
+    if as_json:
+        print_summary(str(folder), len(plans), found)
+    else:
+        tell(found, console)
+    if write is not None and not called_off and found.results:
+        _write_page(write, title, found, code, shown)
+    raise typer.Exit(FAILED if not found.as_promised else INTERRUPTED if called_off else OK)
 
 
 # --- what is flown ---------------------------------------------------------------------------------------------------
@@ -181,91 +192,69 @@ def _names(what: str, text: str, known: Sequence[str]) -> list[str]:
 
 
 def _fly(
-    plans: Sequence[FlightPlan], ledger: Ledger, jobs: int, *, record: bool, console: Console, ending: Ending
+    plans: Sequence[FlightPlan],
+    ledger: Ledger,
+    lost: list[LostFlight],
+    jobs: int,
+    *,
+    record: bool,
+    console: Console,
+    ending: Ending,
 ) -> None:
+    """Fly what has not been flown. What comes to no end is added to `lost`."""
     flown = {result.plan.name for result in ledger.results}
     missing = [plan for plan in plans if plan.name not in flown]
     console.print(f"{len(missing)} flights, {min(jobs, len(missing)) or 1} at once; results go to {ledger.folder}.")
     begun = time.monotonic()
 
     def run_dir(plan: FlightPlan) -> Path | None:
-        return _run_dir(ledger.folder, plan) if record else None
+        return begin_recording(ledger.folder, plan) if record else None
 
     with Crew(jobs) as crew:
         for count, result in enumerate(crew.fly(missing, run_dir, ending.look), start=1):
-            ledger.add(result)
+            if isinstance(result, LostFlight):
+                lost.append(result)
+            else:
+                keep_recording(ledger.folder, result.plan)
+                ledger.add(result)
             left = (time.monotonic() - begun) / count * (len(missing) - count)
-            console.print(_line(result, f"{count}/{len(missing)}", left), soft_wrap=True)
+            console.print(line_of(result, f"{count}/{len(missing)}", left), soft_wrap=True)
 
 
-def _record_worst(ledger: Ledger, count: int, jobs: int, console: Console, ending: Ending) -> None:
-    """Fly the worst flights again with the recorder; a broken promise has to break again."""
+def _record_worst(
+    ledger: Ledger, count: int, differing: list[str], jobs: int, console: Console, ending: Ending
+) -> None:
+    """Fly the worst flights again with the recorder. Those that are not the same again are added to `differing`."""
     worst = sorted(ledger.results, key=lambda result: result.badness, reverse=True)[:count]
-    plans = [each.plan for each in worst if not (ledger.folder / each.plan.name).exists()]
-    if not plans:
+    before = {each.plan.name: each for each in worst if not is_recorded(ledger.folder, each.plan)}
+    if not before:
         return
-    console.print(f"Flying the {len(plans)} worst flights again, recorded.")
+    console.print(f"Flying the {len(before)} worst flights again, recorded.")
     with Crew(jobs) as crew:
-        for result in crew.fly(plans, lambda plan: _run_dir(ledger.folder, plan), ending.look):
-            console.print(f"  {ledger.folder / result.plan.name}")
-
-
-def _run_dir(folder: Path, plan: FlightPlan) -> Path:
-    directory = (folder / plan.name).absolute()
-    directory.mkdir(parents=True, exist_ok=True)
-    return directory
+        plans = [each.plan for each in before.values()]
+        for again in crew.fly(plans, lambda plan: begin_recording(ledger.folder, plan), ending.look):
+            told = Text(f"  {ledger.folder / again.plan.name}")
+            if isinstance(again, LostFlight):
+                told.append(f": not recorded. {again.why}", "red")
+                differing.append(again.plan.name)
+            else:
+                keep_recording(ledger.folder, again.plan)
+                if not same_flight(before[again.plan.name], again):
+                    told.append(f": not the same flight again; it {again.end}", "red")
+                    differing.append(again.plan.name)
+            console.print(told, soft_wrap=True)
 
 
 # --- telling ---------------------------------------------------------------------------------------------------------
 
 
-def _line(result: FlightResult, count: str, left: float) -> Text:
-    plan = result.plan
-    clearance = "" if result.clearance is None else f"{result.clearance:.2f} m"
-    mapped = "" if result.coverage is None else f"{100 * result.coverage:.0f} %"
-    text = Text(f"{count:>7} {plan.world} {plan.condition} {plan.seed}".ljust(34))
-    text.append(f"{result.end:17}", "" if result.kept else "red")
-    text.append("done   " if result.succeeded else "failed ", "green" if result.succeeded else "yellow")
-    text.append(f"{clearance:>7}{mapped:>5}{result.end_time:6.0f} s", "dim")
-    text.append(f"  {_duration(left)} left", "dim")
-    if not result.kept:
-        text.append(f"\n        {', '.join(result.broken)}\n        {plan.command}", "red")
-    return text
-
-
-def _duration(seconds: float) -> str:
-    minutes = round(seconds / 60.0)
-    return f"{minutes // 60} h {minutes % 60:02} min" if minutes >= 60 else f"{minutes} min"
-
-
-def _tell(plans: Sequence[FlightPlan], ledger: Ledger, console: Console, *, as_json: bool) -> None:
-    rows = outcomes(ledger.results)
-    if as_json:
-        broken: list[dict[str, object]] = [
-            {**msgspec.to_builtins(result), "broken": result.broken, "command": result.plan.command}
-            for result in ledger.results
-            if not result.kept
-        ]
-        print_json(
-            Summary(
-                folder=str(ledger.folder),
-                planned=len(plans),
-                flown=len(ledger.results),
-                outcomes=[msgspec.to_builtins(row) for row in rows],
-                broken=broken,
-            )
-        )
-    elif rows:
-        console.print()
-        console.print(outcome_table(rows))
-
-
-def _words() -> list[str]:
-    """The command that was given, as it is to be given again: into a new folder."""
-    words, kept = iter(sys.argv[1:]), ["skillwing"]
-    for word in words:
-        if word in ("-o", "--output"):
-            next(words, None)
-        elif word != "--resume" and not word.startswith("--output="):
-            kept.append(word)
-    return kept
+def _write_page(path: Path, title: str, found: Found, code: FlightCode, console: Console) -> None:
+    """Write the section, unless flights are missing in it. Raises CodeChangedError."""
+    if found.lost:
+        console.print(f"{path} is left as it was: the table would lack these.", style="red", soft_wrap=True)
+        return
+    if changes := flight_code().changes(code):
+        raise CodeChangedError(changes, "The page is left as it was. Fly anew, with another folder for --output.")
+    more = comparison(found.earlier, found.results) if found.earlier else ()
+    section = page.section(title, words(), found.results, outcomes(found.results), code.digest, more)
+    page.write(path, title, section)

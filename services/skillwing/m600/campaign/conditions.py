@@ -10,6 +10,10 @@ from typing import Any
 SENSOR_FAULTS = ("blackout", "freeze", "noise", "bias", "dropout", "slow")
 EARLIEST = 2.0
 """Robot time at which the mission is about to take off [s]."""
+SHORTEST, LONGEST = 2.0, 3.5
+"""How many times as long as its way at cruise speed a flight takes that nothing befalls: it climbs, turns, brakes, goes
+round what stands in its way, comes home and lands. Between these were 21 mapping flights in courtyards, the most of
+them near the lower end, and whoever does not know how long a flight will be draws its length from there."""
 
 
 class Condition(StrEnum):
@@ -32,11 +36,11 @@ class Condition(StrEnum):
 
 _SUMMARIES = {
     Condition.NONE: "nothing goes wrong",
-    Condition.CAMERA: "the depth camera fails, in one of six ways, for a while or for good",
+    Condition.CAMERA: "the depth camera fails, in one of six ways, slightly or badly, for a while or for good",
     Condition.LIDAR: "the LiDAR fails in the same ways",
     Condition.BOTH: "both of them fail, each at its own time",
     Condition.GUST: "wind of 2 to 6 m/s from anywhere, turbulence, and three gusts of 3 to 7 m/s more",
-    Condition.BATTERY: "the battery is charged so little that the drone has to come home early, or land",
+    Condition.BATTERY: "31 to 60 % of charge at take-off, and one to five of the battery's six packs fail",
     Condition.LINK: "the radio link narrows to 0 to 0.3 Mbit/s, for a while or for good",
     Condition.PILOT: "the safety pilot takes the authority and keeps it",
     Condition.PILOT_RETURNS: "the safety pilot takes the authority, and gives it back some seconds later",
@@ -51,13 +55,15 @@ def conditions_of(mission: str) -> list[Condition]:
     return [condition for condition in Condition if condition not in _UNNOTICED.get(mission, frozenset())]
 
 
-def draw(condition: Condition, seed: int, flight_time: float) -> dict[str, Any]:
-    """What a flight meets that takes about `flight_time` seconds of robot time if nothing goes wrong.
+def draw(condition: Condition, seed: int, way_time: float) -> dict[str, Any]:
+    """What a flight meets along a way that takes `way_time` seconds at cruise speed.
 
-    These are options of the functional layer. They follow from condition and seed alone, and those of one condition
-    tell nothing about those of another with the same seed.
+    These are options of the functional layer. They follow from condition, seed and way alone, and those of one
+    condition tell nothing about those of another with the same seed. Everything begins at any time of the flight, the
+    way home and the landing among them; what would begin later than a short flight ends does not happen.
     """
     chance = random.Random(f"{condition} {seed}")
+    flight_time = way_time * chance.triangular(SHORTEST, LONGEST, SHORTEST)
 
     def moment() -> float:
         return round(chance.uniform(EARLIEST, flight_time), 2)
@@ -80,7 +86,8 @@ def draw(condition: Condition, seed: int, flight_time: float) -> dict[str, Any]:
                 for _ in range(3)
             ]
         case Condition.BATTERY:
-            simulation["battery"] = round(chance.uniform(30.2, 37.0), 2)
+            simulation["battery"] = round(chance.uniform(31.0, 60.0), 2)
+            simulation["packs_fail"] = [{"at": moment(), "packs": chance.randint(1, 5)}]
         case Condition.LINK:
             simulation["link"] = {"faults": [_link_fault(chance, moment())]}
         case Condition.PILOT | Condition.PILOT_RETURNS:
@@ -92,6 +99,14 @@ def draw(condition: Condition, seed: int, flight_time: float) -> dict[str, Any]:
     return simulation
 
 
+def begins(happens: dict[str, Any]) -> float | None:
+    """Robot time at which the first of these options of the functional layer befalls the drone [s]; None where nothing
+    does. What lasts from the start on, such as wind, counts only by what is added to it."""
+    faults = [*happens.get("faults", ()), *happens.get("link", {}).get("faults", ())]
+    events = [*faults, *(event for name in ("gusts", "pilot", "packs_fail") for event in happens.get(name, ()))]
+    return min((event["at"] for event in events), default=None)
+
+
 def _wind(chance: random.Random, least: float, most: float) -> list[float]:
     """Level wind of such a speed, to anywhere [m/s, ENU]."""
     speed, bearing = chance.uniform(least, most), chance.uniform(0.0, 2.0 * math.pi)
@@ -99,10 +114,33 @@ def _wind(chance: random.Random, least: float, most: float) -> list[float]:
 
 
 def _sensor_fault(chance: random.Random, sensor: str, at: float) -> dict[str, Any]:
-    fault: dict[str, Any] = {"sensor": sensor, "kind": chance.choice(SENSOR_FAULTS), "at": at}
+    kind = chance.choice(SENSOR_FAULTS)
+    fault: dict[str, Any] = {"sensor": sensor, "kind": kind, "at": at}
+    if (magnitude := _magnitude(chance, kind)) is not None:
+        fault["magnitude"] = magnitude
     if chance.random() < 0.5:
         fault["for"] = round(chance.uniform(3.0, 30.0), 2)
     return fault
+
+
+def _magnitude(chance: random.Random, kind: str) -> float | None:
+    """From what no detector sees to what none misses (docs/sensors.md); None for what is there or not."""
+    match kind:
+        case "noise":
+            return _small_or_large(chance, 0.05, 4.0)
+        case "bias":
+            return chance.choice((-1.0, 1.0)) * _small_or_large(chance, 0.1, 4.0)
+        case "dropout":
+            return round(chance.uniform(0.2, 0.95), 3)
+        case "slow":
+            return float(chance.randint(2, 12))
+        case _:
+            return None
+
+
+def _small_or_large(chance: random.Random, least: float, most: float) -> float:
+    """Each order of magnitude as often as any other."""
+    return round(math.exp(chance.uniform(math.log(least), math.log(most))), 3)
 
 
 def _link_fault(chance: random.Random, at: float) -> dict[str, Any]:

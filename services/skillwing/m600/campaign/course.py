@@ -13,7 +13,7 @@ from skillwing.m600.campaign.witness import Witness
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus.clock import FollowedClock
 from skillwing.services.bus.zenoh_bus import ZenohBus
-from skillwing.services.errors import SkillwingError
+from skillwing.services.errors import SkillwingError, TimedOutError
 from skillwing.services.processes.in_process import RobotInProcess
 from skillwing.services.processes.launcher import ROUTER, Launcher
 from skillwing.services.robot import ProcessSpec
@@ -53,7 +53,8 @@ def in_process(witness: Witness, specs: Sequence[ProcessSpec], longest: float) -
 def over_zenoh(witness: Witness, specs: Sequence[ProcessSpec], longest: float, folder: Path | None) -> Course:
     """Start real processes around a router, as `skillwing demo` does; the mission, last of them, when all are there.
 
-    folder: gets their logs, None for nowhere.
+    folder: gets their logs, None for nowhere. Raises TimedOutError where they seem to hang: a slow machine's clock on
+    the wall says nothing of the flight.
     """
     *robot, mission = specs
     with tempfile.TemporaryDirectory() as nowhere:
@@ -70,10 +71,14 @@ def over_zenoh(witness: Witness, specs: Sequence[ProcessSpec], longest: float, f
                     witness.attach(bus)
                     launcher.start(robot)
                     launcher.start([mission])
-                    bus.run_until(lambda: witness.over or bool(dead()) or bus.now() > longest, LONGEST_WALL)
+                    over = bus.run_until(lambda: witness.over or bool(dead()) or bus.now() > longest, LONGEST_WALL)
+                    if not over:
+                        raise TimedOutError("The end of the flight", LONGEST_WALL)
                     course = Course(End.BROKE_OFF if dead() else witness.end, bus.now(), dead())
                     witness.ask_for_map()
                     bus.run_until(lambda: witness.map is not None, MAP_TIMEOUT)
+            except TimedOutError:
+                raise
             except (SkillwingError, OSError) as failure:
                 return Course(End.BROKE_OFF, 0.0, str(failure))
     return course

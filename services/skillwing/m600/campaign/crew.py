@@ -9,6 +9,7 @@ import tempfile
 import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import IO, Self
@@ -16,7 +17,7 @@ from typing import IO, Self
 import msgspec
 
 from skillwing.m600.campaign.plan import FlightPlan
-from skillwing.m600.campaign.result import End, FlightResult
+from skillwing.m600.campaign.result import FlightResult
 
 LONGEST = 3600.0
 """Wall seconds after which a flight's process is taken for hung and killed."""
@@ -26,6 +27,15 @@ WORKER = (sys.executable, "-m", "skillwing.m600.campaign.worker")
 """The command of a flight's process; plan and run directory come behind it."""
 SINGLE_THREADED = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 """Cores are shared out among flights, not within one."""
+
+
+@dataclass(frozen=True, slots=True)
+class LostFlight:
+    """A flight whose process ended without a result, killed by hand, by the system for its memory, or as hung: that
+    tells something of the machine and nothing of the flight, which is to be flown again. why: in a sentence."""
+
+    plan: FlightPlan
+    why: str
 
 
 class Crew:
@@ -57,12 +67,12 @@ class Crew:
         plans: Iterable[FlightPlan],
         run_dir: Callable[[FlightPlan], Path | None],
         look: Callable[[], None] = lambda: None,
-    ) -> Iterator[FlightResult]:
-        """Fly all plans, and yield each result as soon as it is there.
+    ) -> Iterator[FlightResult | LostFlight]:
+        """Fly all plans, and yield what became of each as soon as it is known.
 
         run_dir: where a flight is recorded, None for nowhere. look: called several times a second; may raise.
         """
-        waiting, flying = iter(plans), set[Future[FlightResult]]()
+        waiting, flying = iter(plans), set[Future[FlightResult | LostFlight]]()
         while True:
             while len(flying) < self._jobs and (plan := next(waiting, None)) is not None:
                 flying.add(self._pool.submit(self._fly, plan, run_dir(plan)))
@@ -72,21 +82,22 @@ class Crew:
             done, flying = wait(flying, LOOK_PERIOD, FIRST_COMPLETED)
             yield from (future.result() for future in done)
 
-    def _fly(self, plan: FlightPlan, run_dir: Path | None) -> FlightResult:
+    def _fly(self, plan: FlightPlan, run_dir: Path | None) -> FlightResult | LostFlight:
         command = [*self._worker, msgspec.json.encode(plan).decode()]
         if run_dir is not None:
             command.append(str(run_dir))
         with tempfile.TemporaryFile() as complaints:
             process = self._start(command, complaints)
             if process is None:
-                return _broke_off(plan, "The campaign was called off.")
+                return LostFlight(plan, "The campaign was called off.")
             told, code = self._await(process)
             try:
                 return msgspec.json.decode(told, type=FlightResult)
             except msgspec.DecodeError:
                 complaints.seek(0)
                 last = complaints.read().decode(errors="replace").strip().rpartition("\n")[2]
-                return _broke_off(plan, f"Its process ended with code {code}. {last}".strip())
+                ended = f"ended with code {code}" if code >= 0 else f"was killed by signal {-code}"
+                return LostFlight(plan, f"Its process {ended}. {last}".strip())
 
     def _start(self, command: list[str], complaints: IO[bytes]) -> subprocess.Popen[bytes] | None:
         """The process of a flight; None once the crew is dismissed."""
@@ -118,7 +129,3 @@ class Crew:
             watchdog.cancel()
             with self._lock:
                 self._flying.discard(process)
-
-
-def _broke_off(plan: FlightPlan, error: str) -> FlightResult:
-    return FlightResult(plan=plan, end=End.BROKE_OFF, error=error)

@@ -18,6 +18,7 @@ CODE_FILE = "code.json"
 PORTIONS = ("dsl", "services", "sim_mujoco", "bt_missions")
 """Where the package lies in the repository."""
 FLIES_NOTHING = (
+    "bt_missions/at_a_terminal.py",
     "bt_missions/commands.py",
     "bt_missions/templates",
     "bt_missions/watching.py",
@@ -25,10 +26,15 @@ FLIES_NOTHING = (
     "dsl/editor",
     "dsl/generating",
     "dsl/printing",
+    "m600/campaign/again.py",
     "m600/campaign/command.py",
+    "m600/campaign/crew.py",
     "m600/campaign/flight_code.py",
+    "m600/campaign/ledger.py",
     "m600/campaign/outcomes.py",
     "m600/campaign/page.py",
+    "m600/campaign/recordings.py",
+    "m600/campaign/telling.py",
     "m600/commands.py",
     "m600/dashboard",
     "m600/demo",
@@ -95,16 +101,21 @@ def claim(folder: Path, code: FlightCode, *, begun: bool = False) -> None:
     Raises InvalidOptionError where other code has flown, or nobody knows which.
     """
     path = folder / CODE_FILE
-    if begun and not path.exists():
-        sentence = f"By which code the flights in {folder} were flown is not written down."
+    if (begun or path.exists()) and (changes := code.changes(read_code(folder))):
+        sentence = f"What flies is not the code any more whose flights are in {folder}: {_some(changes)}."
         raise InvalidOptionError("resume", f"{sentence} Begin anew in another folder.")
-    if path.exists():
-        flown = msgspec.json.decode(path.read_bytes(), type=FlightCode)
-        if changes := code.changes(flown):
-            sentence = f"What flies is not the code any more whose flights are in {folder}: {_some(changes)}."
-            raise InvalidOptionError("resume", f"{sentence} Begin anew in another folder.")
     folder.mkdir(parents=True, exist_ok=True)
     path.write_bytes(msgspec.json.encode(code))
+
+
+def read_code(folder: Path) -> FlightCode:
+    """The code whose flights are in a folder. Raises InvalidOptionError where that is not written down."""
+    path = folder / CODE_FILE
+    try:
+        return msgspec.json.decode(path.read_bytes(), type=FlightCode)
+    except (FileNotFoundError, msgspec.DecodeError) as error:
+        text = f"By which code the flights in {folder} were flown is not written down. Choose another folder."
+        raise InvalidOptionError("output", text) from error
 
 
 def flight_code(root: Path = ROOT) -> FlightCode:

@@ -1,4 +1,4 @@
-"""A campaign's folder: `flights.jsonl` has one line for each flight, written when it ends.
+"""A folder of one campaign: `flights.jsonl` has one line for each flight, written when it ends.
 
 A campaign that was killed goes on after its last whole line.
 """
@@ -6,12 +6,14 @@ A campaign that was killed goes on after its last whole line.
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from pathlib import Path
 
 import msgspec
 from msgspec.structs import replace
 
 from skillwing.m600.campaign.besides import name_wherever_it_lay
+from skillwing.m600.campaign.plan import FlightPlan
 from skillwing.m600.campaign.result import FlightResult
 from skillwing.services.errors import InvalidOptionError
 
@@ -40,6 +42,16 @@ class Ledger:
         unfinished.write_bytes(b"".join(map(_line, self.results)))
         unfinished.replace(self._path)
         self._file = self._path.open("ab")
+
+    def require(self, plans: Iterable[FlightPlan]) -> None:
+        """Raises InvalidOptionError if a flight is in it that is none of these: a folder holds one campaign."""
+        planned = {plan.name: plan for plan in plans}
+        others = [each.plan.name for each in self.results if planned.get(each.plan.name) != each.plan]
+        if others:
+            more = f" and {len(others) - 1} more" if len(others) > 1 else ""
+            text = f"{self.folder} holds flights that this campaign would not fly: {others[0]}{more}."
+            advice = "Give the options of the campaign in there, for more seeds if you like, or choose another folder."
+            raise InvalidOptionError("resume", f"{text} {advice}")
 
     def add(self, result: FlightResult) -> None:
         """Keep a result."""

@@ -80,8 +80,8 @@ class Outcomes(msgspec.Struct, frozen=True, kw_only=True):
                     self.left_fence,
                 ),
             ),
-            "-" if self.clearance is None else f"{self.clearance:.2f} m",
-            "-" if self.coverage is None else f"{100 * self.coverage:.0f} %",
+            metres(self.clearance),
+            share(self.coverage),
             f"{self.time:.0f} s",
         )
 
@@ -97,6 +97,16 @@ def outcomes(results: Iterable[FlightResult]) -> list[Outcomes]:
                 groups[world, condition] = group
     rows = [_outcomes(world, condition, group) for (world, condition), group in groups.items()]
     return [*rows, _outcomes(ALL, ALL, found)] if len(rows) > 1 else rows
+
+
+def metres(distance: float | None) -> str:
+    """For a table."""
+    return "-" if distance is None else f"{distance:.2f} m"
+
+
+def share(coverage: float | None) -> str:
+    """For a table, in percent."""
+    return "-" if coverage is None else f"{100 * coverage:.0f} %"
 
 
 def outcome_table(rows: Sequence[Outcomes]) -> Table:

@@ -9,24 +9,50 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
+from skillwing.m600.campaign.conditions import Condition, begins, conditions_of
 from skillwing.m600.campaign.outcomes import HEADINGS, Outcomes
+from skillwing.m600.campaign.plan import FlightPlan, Network
 from skillwing.m600.campaign.result import FlightResult
 from skillwing.services.marked_page import Marks
+from skillwing.sim_mujoco.world.kinds import KINDS
+
+
+def title_of(plans: Sequence[FlightPlan], *, again: bool = False) -> str:
+    """What tells a campaign from others on the same page: all but its seeds. again: it is a sample of one before."""
+    first = plans[0]
+    kinds, conditions = {plan.world for plan in plans}, {plan.condition for plan in plans}
+    worlds = ", ".join(kind for kind in KINDS if kind in kinds)
+    all_of_them = conditions == set(conditions_of(first.mission))
+    met = "all conditions" if all_of_them else ", ".join(each for each in Condition if each in conditions)
+    told = [
+        f"{first.mission} in {worlds}: {met}",
+        "" if first.watched else "without obstacle detection",
+        *sorted({plan.label for plan in plans}),
+        "over Zenoh" if first.network is Network.ZENOH else "",
+        "flown again" if again else "",
+    ]
+    return ", ".join(filter(None, told))
 
 
 def section(
-    title: str, words: Sequence[str], results: Sequence[FlightResult], rows: Sequence[Outcomes], code: str
+    title: str,
+    words: Sequence[str],
+    results: Sequence[FlightResult],
+    rows: Sequence[Outcomes],
+    code: str,
+    more: Sequence[str] = (),
 ) -> str:
     """A section in Markdown: what was flown, the table, and each flight that broke a promise.
 
-    words: of the command that flew the campaign. code: digest of the code that flew.
+    title: with a small letter (`title_of`). words: of the command that flew the campaign. code: digest of the code
+    that flew. more: lines that come behind.
     """
     seeds = sorted({result.plan.seed for result in results})
     hours = sum(result.processor_time for result in results) / 3600.0
     pace = sum(result.end_time for result in results) / max(1e-9, 3600.0 * hours)
     broken = [result for result in results if not result.kept]
     lines = [
-        f"## {title}",
+        f"## {title[0].upper()}{title[1:]}",
         "",
         f"{len(results)} flights, seeds {_ranges(seeds)}, by code {code}; {hours:.1f} hours of processor time, "
         f"{pace:.1f} times as fast as real time on one core. {machine()}, {datetime.now(tz=UTC):%Y-%m-%d}.",
@@ -35,6 +61,7 @@ def section(
         "|---|---|" + "---:|" * (len(HEADINGS) - 2),
         *("| " + " | ".join(row.cells) + " |" for row in rows),
         "",
+        *_beginnings(results),
     ]
     if broken:
         lines += [
@@ -52,6 +79,8 @@ def section(
         lines.append(
             "No flight broke a promise: nothing was hit, the fence was kept, every drone stands or was handed over."
         )
+    if more:
+        lines += ["", *more]
     return "\n".join([*lines, "", f"`{shlex.join(words)}` flies this again and rewrites this section."])
 
 
@@ -67,6 +96,19 @@ def check(page: Path, title: str) -> None:
 
 def _marks(title: str) -> Marks:
     return Marks.of_section(f"campaign: {title}")
+
+
+def _beginnings(results: Sequence[FlightResult]) -> list[str]:
+    """When in these flights something began to befall the drone; nothing where nothing was to."""
+    drawn = [(t, each.end_time) for each in results if (t := begins(each.plan.circumstances())) is not None]
+    if not drawn:
+        return []
+    times = sorted(t for t, end in drawn if t < end)
+    met = f", {times[0]:.0f} to {times[-1]:.0f} s after the start" if times else ""
+    return [
+        f"Something befell the drone in {len(times)} flights{met}; in {len(drawn) - len(times)} it was down before.",
+        "",
+    ]
 
 
 def machine() -> str:

@@ -20,8 +20,6 @@ from skillwing.sim_mujoco.world.site import Site
 
 CRUISE_SPEED = 2.0
 """At which missions fly if nobody says otherwise [m/s]."""
-OVERHEAD = 1.25
-"""How much longer than its route a flight takes: it climbs, turns, brakes and goes round what stands in its way."""
 
 CORNERS = 48
 """Of a circle as a way of straight legs."""
@@ -96,7 +94,7 @@ class FlightPlan(msgspec.Struct, frozen=True, kw_only=True):
         """What befalls the drone, as options of the functional layer."""
         if self.happens is not None:
             return self.happens
-        return draw(self.condition, self.seed, flight_time(planned_way(self.site(), self.mission)))
+        return draw(self.condition, self.seed, way_time(planned_way(self.site(), self.mission)))
 
     def robot_options(self) -> dict[str, Any]:
         """What the robot's functional layer is told."""
@@ -150,6 +148,6 @@ def planned_circle(site: Site, mission: str) -> tuple[Place, ...]:
     return tuple((x + radius * math.cos(angle), y + radius * math.sin(angle), height) for angle in angles)
 
 
-def flight_time(way: Sequence[Place]) -> float:
-    """About how long a flight along a way takes [s of robot time]."""
-    return OVERHEAD * sum(math.dist(a, b) for a, b in pairwise(way)) / CRUISE_SPEED
+def way_time(way: Sequence[Place]) -> float:
+    """How long a way takes at cruise speed, without a stop [s of robot time]."""
+    return sum(math.dist(a, b) for a, b in pairwise(way)) / CRUISE_SPEED

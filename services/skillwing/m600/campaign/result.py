@@ -26,7 +26,7 @@ SAFE_ENDS = frozenset({End.HOME, End.ELSEWHERE, End.HANDED_OVER})
 class FlightResult(msgspec.Struct, frozen=True, kw_only=True):
     """phase, text: how the mission ended, in its own words. failsafes: what the autopilot did by itself.
 
-    breaches: how often the drone left the fence. clearance: the least distance of the hull from an obstacle [m].
+    breaches: how often the drone left the fence. clearance: from an obstacle to the blades' tips, the least [m].
     coverage: share of the surface in view of the route that was mapped, None if it was not judged. end_time: robot
     seconds. digest: of the timeline; two flights with the same one are the same flight. processor_time: seconds.
     error: why the flight broke off, empty if it did not. price: what it cost.

@@ -1,0 +1,120 @@
+"""A campaign whose flights are killed, recorded, flown again: what is kept of it, what is told, and how it ends."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+
+from skillwing.m600.campaign import command
+from skillwing.m600.campaign.crew import Crew
+from skillwing.m600.campaign.flight_code import FlightCode
+from skillwing.m600.campaign.ledger import LEDGER_FILE, read_results
+from skillwing.m600.campaign.recordings import UNFINISHED
+
+PLAN = """
+import json, os, sys
+plan = json.loads(sys.argv[1])
+result = {"plan": plan, "end": "landed at home", "phase": "SUCCEEDED", "digest": str(plan["seed"]), "clearance": 2.0}
+"""
+LANDS = PLAN + "print(json.dumps(result))"
+KILLED = PLAN + "if plan['seed'] == 1: os.kill(os.getpid(), 9)\nprint(json.dumps(result))"
+RECORDS = (
+    PLAN
+    + """
+if len(sys.argv) > 2:
+    assert not os.listdir(sys.argv[2]), "somebody has been here"
+    open(os.path.join(sys.argv[2], "flight.jsonl"), "w").close()
+"""
+)
+ENDS_OTHERWISE = PLAN + "print(json.dumps({**result, 'end': 'landed elsewhere', 'digest': 'another'}))"
+
+Fly = Callable[..., int]
+
+
+@pytest.fixture
+def fly(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Fly:
+    """Run a campaign whose flights are a program's; its exit code."""
+    monkeypatch.setattr(command, "flight_code", lambda: FlightCode({"flight.py": "1"}))
+
+    def fly(source: str, **options: Any) -> int:
+        monkeypatch.setattr(command, "Crew", partial(Crew, worker=(sys.executable, "-c", source)))
+        with pytest.raises(typer.Exit) as ended:
+            command.campaign("mapping", **{"output": tmp_path / "flights", "jobs": 1, **options})
+        return ended.value.exit_code
+
+    return fly
+
+
+def seeds_in(folder: Path) -> list[int]:
+    return [result.plan.seed for result in read_results(folder / LEDGER_FILE)]
+
+
+def test_a_flight_that_was_killed_leaves_no_line_and_is_flown_by_resume(
+    fly: Fly, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page, folder = tmp_path / "page.md", tmp_path / "flights"
+    assert fly(KILLED, seeds="0:3", write=page) == 1
+    assert seeds_in(folder) == [0, 2]
+    told = capsys.readouterr().out
+    assert "lost: Its process was killed by signal 9. Fly it again by --resume." in told
+    assert "There is no result of mapping-courtyard-none-1. Its process was killed by signal 9." in told
+    assert not page.exists()
+    assert fly(LANDS, seeds="0:3", write=page, resume=True) == 0
+    assert seeds_in(folder) == [0, 2, 1]
+    assert "3 flights, seeds 0 to 2" in page.read_text(encoding="utf-8")
+
+
+def test_the_summary_for_programs_tells_what_was_lost(fly: Fly, capsys: pytest.CaptureFixture[str]) -> None:
+    assert fly(KILLED, seeds="0:2", as_json=True) == 1
+    summary = json.loads(capsys.readouterr().out)
+    assert (summary["planned"], summary["flown"], summary["sampled"]) == (2, 1, None)
+    assert [each["flight"] for each in summary["lost"]] == ["mapping-courtyard-none-1"]
+
+
+def test_half_a_recording_is_not_gone_on_with(fly: Fly, tmp_path: Path) -> None:
+    folder = tmp_path / "flights"
+    dies = RECORDS + "if plan['seed'] == 1: os.kill(os.getpid(), 9)\nprint(json.dumps(result))"
+    assert fly(dies, seeds="0:2", record=True) == 1
+    assert (folder / f"mapping-courtyard-none-1{UNFINISHED}" / "flight.jsonl").exists()
+    assert fly(RECORDS + "print(json.dumps(result))", seeds="0:2", record=True, resume=True) == 0
+    recorded = sorted(path.name for path in folder.iterdir() if path.is_dir())
+    assert recorded == ["mapping-courtyard-none-0", "mapping-courtyard-none-1"]
+
+
+def test_the_worst_flights_are_recorded_unless_they_are_already(fly: Fly, tmp_path: Path) -> None:
+    folder = tmp_path / "flights"
+    half = folder / f"mapping-courtyard-none-0{UNFINISHED}"
+    half.mkdir(parents=True)
+    (half / "flight.jsonl").touch()
+    assert fly(RECORDS + "print(json.dumps(result))", seeds="0:2", worst=2) == 0
+    recorded = sorted(path.name for path in folder.iterdir() if path.is_dir())
+    assert recorded == ["mapping-courtyard-none-0", "mapping-courtyard-none-1"]
+    assert fly("raise SystemExit('nothing is to be flown')", seeds="0:2", worst=2, resume=True) == 0
+
+
+def test_a_recorded_flight_that_is_another_one_is_told(
+    fly: Fly, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    changes = PLAN + "result['digest'] += 'again' * (len(sys.argv) > 2)\nprint(json.dumps(result))"
+    assert fly(changes, seeds="0:2", worst=1) == 1
+    assert "not the same flight again; it landed at home" in capsys.readouterr().out
+    assert fly(LANDS, seeds="5", output=tmp_path / "other", worst=1) == 0
+
+
+def test_a_sample_fails_if_a_flight_ends_otherwise(
+    fly: Fly, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert fly(LANDS, seeds="0:4") == 0
+    sample = {"sample_of": tmp_path / "flights", "sample": 2, "as_json": True}
+    capsys.readouterr()
+    for source, code, alike in ((LANDS, 0, 2), (ENDS_OTHERWISE, 1, 0), (KILLED, 1, 1)):
+        assert fly(source, output=tmp_path / f"again-{code}-{alike}", **sample) == code
+        summary = json.loads(capsys.readouterr().out)
+        assert (summary["sampled"], summary["alike"]) == (1 if source is KILLED else 2, alike)
