@@ -55,6 +55,7 @@ bench: setup
 	$(BIN)/python benchmarks/command_line.py --write
 	$(BIN)/python benchmarks/campaign_speed.py --write
 	$(BIN)/python benchmarks/sim_speed.py --write
+	$(BIN)/python benchmarks/ray_choices.py --write
 	$(BIN)/python benchmarks/stack_speed.py --write
 
 # How well the simulated drone flies, over seeds: figures and pictures in docs/flight.md. FLIGHT_ARGS=rotors for a part.
@@ -101,11 +102,34 @@ CHAOS_ARGS ?=
 chaos: setup
 	$(BIN)/python tests/chaos/chaos_run.py --write docs/reliability.md $(CHAOS_ARGS)
 
-# A mission under all conditions in many worlds, into docs/missions.md: hours. CAMPAIGN_ARGS="-o DIR --resume" goes on.
-CAMPAIGN ?= mapping
+# All the tables in docs/missions.md, a campaign each: many hours. A broken promise does not keep the others from being
+# flown, and what was interrupted goes on. Other code needs other folders: CAMPAIGN_DIR=runs/NAME.
+CAMPAIGN_DIR ?= runs/campaign
 CAMPAIGN_ARGS ?=
+CAMPAIGN := $(BIN)/skillwing campaign
+CAMPAIGN_PAGE = --resume --write docs/missions.md $(CAMPAIGN_ARGS) -o $(CAMPAIGN_DIR)
+CAMPAIGNS := campaign-mapping campaign-worlds campaign-inspection campaign-unwatched campaign-zenoh
+.PHONY: $(CAMPAIGNS)
 campaign: setup
-	$(BIN)/skillwing campaign $(CAMPAIGN) --seeds 0:100 --faults all --write docs/missions.md $(CAMPAIGN_ARGS)
+	$(MAKE) --keep-going --jobs=1 $(CAMPAIGNS)
+
+campaign-mapping: setup
+	$(CAMPAIGN) mapping --seeds 0:100 --faults all $(CAMPAIGN_PAGE)/mapping
+
+# Those that have more in them than a courtyard.
+campaign-worlds: setup
+	$(CAMPAIGN) mapping --seeds 0:5 --worlds street,village,industrial --faults none,camera,both,gust $(CAMPAIGN_PAGE)/worlds
+
+campaign-inspection: setup
+	$(CAMPAIGN) inspection --seeds 0:10 --faults all $(CAMPAIGN_PAGE)/inspection
+
+# What obstacle detection is worth: that drones collide here is no failure.
+campaign-unwatched: setup
+	$(CAMPAIGN) mapping --seeds 0:20 --faults none --without-obstacles $(CAMPAIGN_PAGE)/unwatched || test $$? -eq 1
+
+# Whether flights with real processes end as those in one process did.
+campaign-zenoh: setup
+	$(CAMPAIGN) mapping --sample-of $(CAMPAIGN_DIR)/mapping --sample 20 --on zenoh $(CAMPAIGN_PAGE)/zenoh
 
 # Both scenarios of the paper, nominal and failing, into docs/results.md: an hour of one core, and it goes on where it
 # was interrupted. PAPER_ARGS="--seeds 0:20 --jobs 2" for more flights.

@@ -120,12 +120,12 @@ def rotors(flights: Flights, file: Path) -> None:
 
 def failsafes(flights: Flights, file: Path) -> None:
     def drift(flight: Flight) -> np.ndarray:
-        return np.linalg.norm(_track(flight)[1][:, :2] - np.array(PLACE[:2]), axis=1)
+        return np.linalg.norm(_track(flight)[1][:, :2] - np.array(flight.place[:2]), axis=1)
 
     lost = _of(flights, "no satellite")
     _draw(
         file,
         _lines(flights, _of(flights, "setpoints end"), _height, "setpoints end at 8 s", "height [m]"),
         _lines(flights, _of(flights, "battery"), _height, "battery critical", "height [m]"),
-        _lines(flights, lost, drift, "no fixes from 8 s on", "away [m]"),
+        _lines(flights, lost, drift, "no fixes from 8 or 14 s on", "away [m]"),
     )

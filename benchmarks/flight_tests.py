@@ -24,13 +24,13 @@ from flight_trials import (
     hover,
     into_wind,
     land_on_a_slope,
-    lost_fixes,
     low_battery,
     rotor_out,
     silence,
     step_response,
     turn,
 )
+from flight_without_fixes import lost_fixes, lost_fixes_seeing, route_without_fixes
 from performance_page import machine, make_parser, table, tell
 
 DOCS = Path(__file__).parents[1] / "docs"
@@ -125,14 +125,24 @@ def rotors(tests: FlightTests) -> str:
 
 
 def failsafes(tests: FlightTests) -> str:
-    return "\n\n".join(
+    rows = [
         tests.table([("calm", trial), ("turbulence", lambda seed, trial=trial: trial(seed, **MODERATE))], what)
-        for what, trial in (
-            ("setpoints end at 5 m/s", silence),
-            ("battery critical, 25 m up", low_battery),
-            ("no satellite fixes any more", lost_fixes),
-        )
-    )
+        for what, trial in (("setpoints end at 5 m/s", silence), ("battery critical, 25 m up", low_battery))
+    ]
+    rows += [
+        tests.table(_LOST_FIXES, "no satellite fixes any more"),
+        tests.table([("nose along the track", route_without_fixes)], "a route without satellite fixes"),
+    ]
+    return "\n\n".join(rows)
+
+
+_LOST_FIXES: list[tuple[str, Trial]] = [
+    ("no odometry, calm", lost_fixes),
+    ("no odometry, turbulence", lambda seed: lost_fixes(seed, **MODERATE)),
+    ("odometry, calm", lost_fixes_seeing),
+    ("odometry, turbulence", lambda seed: lost_fixes_seeing(seed, **MODERATE)),
+    ("odometry for 10 s only", lambda seed: lost_fixes_seeing(seed, blind_after=10.0)),
+]
 
 
 SECTIONS: dict[str, tuple[str, Callable[[FlightTests], str], Callable[[dict[str, Flight], Path], None]]] = {

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import Any
 
 import numpy as np
@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from skillwing.sim_mujoco.frames.vectors import Vector, axes, heading_of, norm, wrap
 from skillwing.sim_mujoco.geofence import Box
-from skillwing.sim_mujoco.guidance.trajectory import straight
+from skillwing.sim_mujoco.guidance.trajectory import Segment, straight
 from skillwing.sim_mujoco.simulator.autopilot import Limits, Mode, Setpoint
-from skillwing.sim_mujoco.simulator.simulator import Simulator
+from skillwing.sim_mujoco.simulator.simulator import Happened, Simulator
 from skillwing.sim_mujoco.simulator.wind import Gust
 from skillwing.sim_mujoco.world.terrain import make_terrain
 from skillwing.sim_mujoco.world.world import World, make_world
@@ -24,8 +24,8 @@ from skillwing.sim_mujoco.world.world import World, make_world
 STILL: Vector = (0.0, 0.0, 0.0)
 PLACE: Vector = (15.0, 10.0, 15.0)
 WIND: Vector = (8.0, 4.0, 0.0)
-_PERIOD = 0.02
-_SETTLING = 4.0
+PERIOD = 0.02
+SETTLING = 4.0
 Plan = Callable[[float], Setpoint | None]
 
 
@@ -39,12 +39,17 @@ class Flight:
     """One drone, put into the air at rest; every 20 ms of true motion are remembered."""
 
     def __init__(self, world: World, place: Vector = PLACE, **options: Any) -> None:
-        self.simulator = Simulator(world, sensors=("range",), **options)
+        self.prepare(world, place, ("range",), options)
         self.simulator.place(place)
         # Rotors start for a setpoint that is higher.
         x, y, z = place
         self.simulator.command(Setpoint((x, y, z + 0.1), STILL, 0.0))
-        self.simulator.advance(_PERIOD)
+        self.simulator.advance(PERIOD)
+
+    def prepare(self, world: World, place: Vector, sensors: Collection[str], options: dict[str, Any]) -> None:
+        """A drone with these sensors that stands on its pad, and nothing remembered yet."""
+        self.simulator = Simulator(world, sensors=sensors, **options)
+        self.place = place
         self.times: list[float] = []
         self.positions: list[Vector] = []
         self.velocities: list[Vector] = []
@@ -60,7 +65,7 @@ class Flight:
             setpoint = plan(simulator.t)
             if setpoint is not None:
                 simulator.command(setpoint)
-            simulator.advance(simulator.t + _PERIOD)
+            self.hear(simulator.advance(simulator.t + PERIOD))
             motion = simulator.motion
             self.times.append(simulator.t)
             self.positions.append(motion.position)
@@ -69,6 +74,9 @@ class Flight:
             self.tilts.append(math.acos(min(1.0, max(-1.0, axes(motion.quaternion)[2][2]))))
             self.failsafes.append(simulator.autopilot.failsafe)
         return self
+
+    def hear(self, happened: Happened) -> None:
+        """What others on board would hear of the last 20 ms; nobody is, here."""
 
     def land(self, plan: Plan, seconds: float = 60.0) -> Flight:
         """Fly on until the drone stands, and then until its rotors have run down."""
@@ -116,6 +124,16 @@ def along(start: Vector, velocity: Vector, since: float) -> Plan:
     return plan
 
 
+def follow(segment: Segment, heading: float) -> Plan:
+    """A plan to fly as guidance flies a segment."""
+
+    def plan(t: float) -> Setpoint:
+        position, velocity, acceleration = segment.at(t)
+        return Setpoint(position, velocity, heading, acceleration=acceleration)
+
+    return plan
+
+
 def nothing(_: float) -> None:
     """A plan of no setpoints at all."""
 
@@ -132,25 +150,15 @@ def step_response(seed: int) -> tuple[Flight, dict[str, float]]:
 def guided_leg(seed: int) -> tuple[Flight, dict[str, float]]:
     """Flown 10 m east as guidance flies a segment, at 3 m/s."""
     x, y, z = PLACE
-
-    def plan_from(begun: float) -> Plan:
-        segment = straight(PLACE, (x + 10.0, y, z), 3.0, begun)
-
-        def plan(t: float) -> Setpoint:
-            position, velocity, acceleration = segment.at(t)
-            return Setpoint(position, velocity, 0.0, acceleration=acceleration)
-
-        return plan
-
-    return _way_of_ten_metres(seed, plan_from)
+    return _way_of_ten_metres(seed, lambda begun: follow(straight(PLACE, (x + 10.0, y, z), 3.0, begun), 0.0))
 
 
 def _way_of_ten_metres(seed: int, plan_from: Callable[[float], Plan]) -> tuple[Flight, dict[str, float]]:
-    flight = Flight(open_ground(seed)).fly(_SETTLING, stay())
+    flight = Flight(open_ground(seed)).fly(SETTLING, stay())
     begun = flight.simulator.t
     flight.fly(14.0, plan_from(begun))
     away = (np.array(flight.positions) - np.array(PLACE))[np.array(flight.times) > begun]
-    t90 = _PERIOD * float(np.argmax(away[:, 0] >= 9.0))
+    t90 = PERIOD * float(np.argmax(away[:, 0] >= 9.0))
     return flight, {
         "t90, s": t90,
         "overshoot, cm": 100.0 * max(0.0, float(away[:, 0].max()) - 10.0),
@@ -161,7 +169,7 @@ def _way_of_ten_metres(seed: int, plan_from: Callable[[float], Plan]) -> tuple[F
 
 def turn(seed: int) -> tuple[Flight, dict[str, float]]:
     """Told to point north instead of east at once."""
-    flight = Flight(open_ground(seed)).fly(_SETTLING, stay())
+    flight = Flight(open_ground(seed)).fly(SETTLING, stay())
     begun = flight.simulator.t
     flight.fly(8.0, stay(heading=math.pi / 2))
     off = np.array([wrap(h - math.pi / 2) for h in flight.headings])
@@ -197,9 +205,9 @@ def into_wind(seed: int) -> tuple[Flight, dict[str, float]]:
 
 def gust(seed: int) -> tuple[Flight, dict[str, float]]:
     """A gust of 10 m/s that swells and ends within 3 s."""
-    gusts = [Gust(_SETTLING, (10.0, 0.0, 0.0), 3.0)]
-    flight = Flight(open_ground(seed), gusts=gusts).fly(_SETTLING + 8.0, stay())
-    return flight, {"largest deviation, cm": 100.0 * float(flight.errors(PLACE, _SETTLING).max())}
+    gusts = [Gust(SETTLING, (10.0, 0.0, 0.0), 3.0)]
+    flight = Flight(open_ground(seed), gusts=gusts).fly(SETTLING + 8.0, stay())
+    return flight, {"largest deviation, cm": 100.0 * float(flight.errors(PLACE, SETTLING).max())}
 
 
 # --- landing -----------------------------------------------------------------------------------------------------
@@ -247,7 +255,7 @@ def fence_run(seed: int, direction: Vector, wind_speed: float) -> tuple[Flight, 
     top = 2.0 if direction[2] else 6.0
     velocity = (top * direction[0], top * direction[1], top * direction[2])
     wind = (wind_speed * direction[0], wind_speed * direction[1], 0.0)
-    flight = Flight(open_ground(seed), wind=wind, limits=Limits(fence=fence)).fly(_SETTLING, stay())
+    flight = Flight(open_ground(seed), wind=wind, limits=Limits(fence=fence)).fly(SETTLING, stay())
     flight.fly(16.0, along(PLACE, velocity, flight.simulator.t))
     places = np.array(flight.positions)
     gaps = np.minimum(np.array(fence.high) - places, places - np.array(fence.low)).min(axis=1)
@@ -260,7 +268,7 @@ def fence_run(seed: int, direction: Vector, wind_speed: float) -> tuple[Flight, 
 
 def rotor_out(seed: int, rotor: int, left: float, **options: Any) -> tuple[Flight, dict[str, float]]:
     """A rotor gives only the part `left` of its thrust while the drone flies east at 3 m/s."""
-    flight = Flight(open_ground(seed), **options).fly(_SETTLING, stay())
+    flight = Flight(open_ground(seed), **options).fly(SETTLING, stay())
     flight.fly(3.0, along(PLACE, (3.0, 0.0, 0.0), flight.simulator.t))
     begun = flight.simulator.t
     flight.simulator.set_fault(f"rotor/{rotor}", "weak", on=True, magnitude=left)
@@ -270,14 +278,14 @@ def rotor_out(seed: int, rotor: int, left: float, **options: Any) -> tuple[Fligh
     named = any(text.startswith(f"rotor {rotor} failed") for text in flight.failsafes)
     after = np.array(flight.times) > begun
     heights = np.array([p[2] for p in flight.positions])[after]
-    spin = np.diff(np.unwrap(flight.headings)) / _PERIOD
+    spin = np.diff(np.unwrap(flight.headings)) / PERIOD
     return flight, {
         "found after, s": math.nan if found is None else found - begun,
         "right one": float(named),
         "landed": float(flight.landed),
         "touchdown speed, m/s": flight.touchdown_speed if found is not None else math.nan,
         "drift, m": flight.drift(begun),
-        "climbed or sank at once, m": float(abs(heights[: round(1.0 / _PERIOD)] - z).max()),
+        "climbed or sank at once, m": float(abs(heights[: round(1.0 / PERIOD)] - z).max()),
         "largest tilt, degrees": math.degrees(float(np.array(flight.tilts)[after].max())),
         "largest yaw rate, degrees/s": math.degrees(float(np.abs(spin[after[1:]]).max())),
     }
@@ -285,7 +293,7 @@ def rotor_out(seed: int, rotor: int, left: float, **options: Any) -> tuple[Fligh
 
 def silence(seed: int, **options: Any) -> tuple[Flight, dict[str, float]]:
     """Setpoints end at 5 m/s."""
-    flight = Flight(open_ground(seed), **options).fly(_SETTLING, stay())
+    flight = Flight(open_ground(seed), **options).fly(SETTLING, stay())
     flight.fly(4.0, along(PLACE, (5.0, 0.0, 0.0), flight.simulator.t))
     begun = flight.simulator.t
     flight.land(nothing)
@@ -310,20 +318,4 @@ def low_battery(seed: int, **options: Any) -> tuple[Flight, dict[str, float]]:
         "touchdown speed, m/s": flight.touchdown_speed,
         "drift, m": flight.drift(at),
         "charge left, %": flight.simulator.battery.percent,
-    }
-
-
-def lost_fixes(seed: int, **options: Any) -> tuple[Flight, dict[str, float]]:
-    """The satellite receiver falls silent for good, and setpoints go on."""
-    flight = Flight(open_ground(seed), **options).fly(8.0, stay())
-    begun = flight.simulator.t
-    flight.simulator.set_fault("gnss", "blackout", on=True)
-    flight.land(stay(), 300.0)
-    at = next((t for t, text in zip(flight.times, flight.failsafes, strict=True) if "navigation" in text), math.nan)
-    return flight, {
-        "lands after, s": at - begun,
-        "landed": float(flight.landed),
-        "touchdown speed, m/s": flight.touchdown_speed,
-        "drift until then, m": math.dist(PLACE[:2], flight.positions[np.searchsorted(flight.times, at) - 1][:2]),
-        "drift in all, m": flight.drift(begun),
     }

@@ -32,7 +32,7 @@ from py_trees.decorators import FailureIsRunning
 
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
-from skillwing.bt_missions.leaves.skill_action import Phase, SkillAction
+from skillwing.bt_missions.leaves.skill_action import GoalPhase, SkillAction
 from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.dsl import parse
@@ -165,7 +165,7 @@ class Watcher:
     def violate(self) -> float:
         """Seconds from an extern transition to the tick that knows the goal's end."""
         self._mission.ended_at = None
-        assert self._bus.run_until(lambda: self._mission.leaf.phase is Phase.RUNNING, PATIENCE), self._node.status
+        assert self._bus.run_until(lambda: self._mission.leaf.phase is GoalPhase.RUNNING, PATIENCE), self._node.status
         begun = time.monotonic()
         self._fire("DOWN")
         assert self._bus.run_until(lambda: self._mission.ended_at is not None, PATIENCE), self._node.status

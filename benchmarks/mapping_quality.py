@@ -1,43 +1,62 @@
-"""How good and how fast the map and the view of the way ahead are: figures quoted in docs/mapping.md.
+"""How good and how fast the map and the view of the way ahead are, at best.
 
-    python benchmarks/mapping_quality.py [seeds]
+    python benchmarks/mapping_quality.py [--seeds 4] [--no-times] [--write]
 
 Flies the sensors (without physics) along the planned route of some worlds, from which what stands on the route was
 taken away, once with the nose along the track and once across it, and judges each map. Poses are the true ones: this
-is the best that the grid can do. What it does with the poses of odometry is in benchmarks/odometry.py.
+is the best that the grid can do. What it does with the poses of odometry is in benchmarks/odometry.py. `--write` puts
+the figures into docs/mapping.md.
 """
 
 from __future__ import annotations
 
+import argparse
 import math
-import sys
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from itertools import pairwise
-from statistics import median
-from typing import TypeVar
+from pathlib import Path
+from statistics import median, quantiles
+from typing import Final, TypeVar
 
 import numpy as np
 from mapping_flight import free_route
+from numpy.typing import NDArray
+from performance_page import machine, spread, table, tell
 
 from skillwing.services.protocol import encode
 from skillwing.sim_mujoco import topics
 from skillwing.sim_mujoco.frames.motion import Motion
 from skillwing.sim_mujoco.frames.pose_history import PoseHistory
 from skillwing.sim_mujoco.frames.vectors import Vector, wrap
-from skillwing.sim_mujoco.judge.coverage import Judge
+from skillwing.sim_mujoco.judge.coverage import Coverage, Judge
 from skillwing.sim_mujoco.mapping.mapper import REACH, Mapper
 from skillwing.sim_mujoco.mapping.occupancy import OccupancyGrid
 from skillwing.sim_mujoco.obstacles.free_space import FreeSpace, Sighting
 from skillwing.sim_mujoco.obstacles.views import CameraView, RingView
 from skillwing.sim_mujoco.sensors import depth_camera, lidar
 from skillwing.sim_mujoco.sensors.rays import RayScene
-from skillwing.sim_mujoco.sensors.scans import DepthPicture, LidarScan
+from skillwing.sim_mujoco.sensors.scans import DepthPicture, LidarScan, PlacedPoints
 from skillwing.sim_mujoco.world.world import World
 
 T = TypeVar("T")
 SPEED, YAW_RATE, TICK = 2.0, 0.6, 0.01
 TICKS_PER_SCAN = 10
+PAGE = Path(__file__).parents[1] / "docs" / "mapping.md"
+NOSES: Final = {"nose along the track": 0.0, "nose across the track": -math.pi / 2}
+JUDGED: Final = {"all": "all", "buildings": "buildings", "terrain": "terrain", "error": "error [m]"}
+"""Fields of `Coverage`, and how they are told."""
+MISPLACED: Final[dict[str, tuple[Vector, float]]] = {
+    "where it belongs": ((0.0, 0.0, 0.0), 0.0),
+    "0.8 m too high": ((0.0, 0.0, 0.8), 0.0),
+    "2 m off the way the nose points": ((2.0, 0.0, 0.0), 0.0),
+    "2 m off sideways": ((0.0, 2.0, 0.0), 0.0),
+    "turned by 15 degrees": ((0.0, 0.0, 0.0), math.radians(15.0)),
+}
+"""How scans are moved and turned about the drone, to see whether they contradict the map."""
+SETTLED, MISPLACED_EVERY = 50, 10
+"""Every so many scans one is misplaced, once so many were mapped."""
 
 
 class Stopwatch:
@@ -76,16 +95,27 @@ def _motion(t: float, position: Vector, velocity: Vector, heading: float) -> Mot
     return Motion(t, position, velocity, attitude, (0.0, 0.0, 0.0))
 
 
-def fly(seed: int, across: float, stopwatch: Stopwatch) -> str:
-    """Map one world, look ahead with both sensors, and say how good the map is."""
+@dataclass(frozen=True, slots=True)
+class Mapped:
+    """What came of one flight; `misfits` are those of scans put into the map as MISPLACED says."""
+
+    coverage: Coverage
+    worst_misfit: float
+    misfits: dict[str, list[float]]
+    diverged: bool
+
+
+def fly(seed: int, across: float, stopwatch: Stopwatch) -> Mapped:
+    """Map one world, and look ahead with both sensors."""
     world = free_route(seed)
     rays, rng = RayScene(world.triangles()), np.random.default_rng(seed)
     scanner, camera = lidar.Lidar(rays, rng), depth_camera.DepthCamera(rays, rng)
     mapper, poses = Mapper(OccupancyGrid((-50.0, -50.0, -8.0), (80.0, 70.0, 24.0))), PoseHistory()
-    spaces = {"zed": FreeSpace(), "lidar": FreeSpace()}
+    spaces = {"depth camera": FreeSpace(), "LiDAR": FreeSpace()}
     mapper.start()
     track: list[Motion] = []
-    misfits: list[float] = []
+    worst = 0.0
+    misfits: dict[str, list[float]] = {name: [] for name in MISPLACED}
     for tick, motion in enumerate(flight(world, across)):
         if tick % 2 == 0:
             poses.add(_navigation(motion))
@@ -97,28 +127,42 @@ def fly(seed: int, across: float, stopwatch: Stopwatch) -> str:
         track = track[-1:]
         if not poses.covers(*scan.span):
             continue
-        placed = stopwatch.measure("scan: place", lambda s=scan: s.place(poses, REACH))
-        misfits.append(mapper.grid.fit(mapper.grid.hit_by(placed.points)).misfit)
-        stopwatch.measure("scan: map", lambda p=placed: mapper.add(p))
-        stopwatch.measure("lidar: remember", lambda s=scan, p=placed: spaces["lidar"].see(Sighting(RingView.of(s), p)))
-        placed = stopwatch.measure("picture: place", lambda p=picture: p.place(poses, 20.0))
-        stopwatch.measure("zed: remember", lambda i=picture, p=placed: spaces["zed"].see(Sighting(CameraView.of(i), p)))
+        placed = stopwatch.measure("a scan, put into the world", lambda s=scan: s.place(poses, REACH))
+        worst = max(worst, _misfit(mapper.grid, placed.points))
+        if mapper.scans >= SETTLED and mapper.scans % MISPLACED_EVERY == 0:
+            for name, (aside, turn) in MISPLACED.items():
+                misfits[name].append(_misfit(mapper.grid, _moved(placed, aside, turn)))
+        stopwatch.measure("a scan, put into the map", lambda p=placed: mapper.add(p))
+        ring = RingView.of(scan)
+        stopwatch.measure(
+            "a scan, remembered as obstacles", lambda v=ring, p=placed: spaces["LiDAR"].see(Sighting(v, p))
+        )
+        placed = stopwatch.measure("a depth picture, put into the world", lambda p=picture: p.place(poses, 20.0))
+        view = CameraView.of(picture)
+        stopwatch.measure(
+            "a depth picture, remembered as obstacles",
+            lambda v=view, p=placed: spaces["depth camera"].see(Sighting(v, p)),
+        )
         for name, space in spaces.items():
             ahead = tuple(p + 4.0 * v for p, v in zip(motion.position, motion.velocity, strict=True))
             stopwatch.measure(
-                f"{name}: look ahead",
+                f"the way ahead, judged by {name}",
                 lambda s=space, m=motion, a=ahead: s.outlook(m.t, m.position, m.velocity, 0.0, ((a[0], a[1], a[2]),)),
             )
     coverage = Judge(world, world.route).coverage(mapper.grid.occupied_centres(), mapper.grid.size)
-    shares = ", ".join(
-        f"{name} {share:.2f}"
-        for name, share in (("all", coverage.all), ("buildings", coverage.buildings), ("terrain", coverage.terrain))
-        if share is not None
-    )
-    return (
-        f"{shares}; error {100 * (coverage.error or 0.0):.0f} cm; {len(mapper.grid.occupied())} voxels; "
-        f"misfit median {median(misfits):.3f}, worst {max(misfits):.3f}; diverged: {mapper.diverged}"
-    )
+    return Mapped(coverage, worst, misfits, mapper.diverged)
+
+
+def _misfit(grid: OccupancyGrid, points: NDArray[np.float32]) -> float:
+    return grid.fit(grid.hit_by(points)).misfit
+
+
+def _moved(placed: PlacedPoints, aside: Vector, turn: float) -> NDArray[np.float32]:
+    """The points of a scan whose pose was wrong by so much, along the drone's heading, and turned about it."""
+    c, s = math.cos(turn), math.sin(turn)
+    turned = np.array(((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)))
+    moved = (placed.points - placed.origin) @ turned.T + placed.origin + placed.turn @ np.array(aside)
+    return moved.astype(np.float32)
 
 
 def _navigation(motion: Motion) -> topics.Navigation:
@@ -153,15 +197,53 @@ def _picture(camera: depth_camera.DepthCamera, motion: Motion) -> DepthPicture:
     return DepthPicture.decode((camera.picture(motion) * 1000.0).astype(np.uint16).tobytes(), encode(header))
 
 
+def maps_told(flown: dict[str, list[Mapped]]) -> str:
+    """How good the maps are, as Markdown."""
+    maps: list[list[str]] = []
+    for name, each in flown.items():
+        judged = [[getattr(one.coverage, part) for one in each] for part in JUDGED]
+        shares = [spread([value for value in values if value is not None]) for values in judged]
+        worst, diverged = max(one.worst_misfit for one in each), sum(one.diverged for one in each)
+        maps.append([name, *shares, f"{worst:.3f}", str(diverged)])
+    misfits = {
+        way: [value for each in flown.values() for one in each for value in one.misfits[way]] for way in MISPLACED
+    }
+    count = len(next(iter(flown.values())))
+    return f"""Sensors flown without physics, with true poses, along the routes of {count} courtyards (seeds from 1 on)
+from which what stands on the route was taken away: the best that the grid can do. Medians, the least and the largest in
+brackets. {machine()}.
+
+{table(["", *JUDGED.values(), "worst misfit", "diverged"], maps)}
+
+A scan is compared with the map before it is taken in. The share of what it hits that is known to be free, of scans that
+were put where they belong and where they do not:
+
+{table(["a scan is", "misfit"], [[way, spread(values)] for way, values in misfits.items()])}"""
+
+
+def times_told(stopwatch: Stopwatch) -> str:
+    """What it costs, as Markdown."""
+    costs = [
+        [name, f"{1e3 * median(times):.1f}", f"{1e3 * quantiles(times, n=20)[-1]:.1f}"]
+        for name, times in stopwatch.times.items()
+    ]
+    return f"Processor time:\n\n{table(['', 'median [ms]', '95 % below [ms]'], costs)}"
+
+
 def main() -> None:
-    seeds = int(sys.argv[1]) if len(sys.argv) > 1 else 3
+    options = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    options.add_argument("--seeds", type=int, default=4, help="worlds, the first of them of seed 1")
+    options.add_argument("--no-times", action="store_true", help="tell no times, on a machine that has other work")
+    options.add_argument("--write", action="store_true", help="put the figures into docs/mapping.md")
+    wanted = options.parse_args()
+    if wanted.seeds < 1:
+        options.error("give one seed at least")
     stopwatch = Stopwatch()
-    for seed in range(1, seeds + 1):
-        for name, across in (("nose along the track", 0.0), ("nose across the track", -math.pi / 2)):
-            sys.stdout.write(f"world {seed}, {name}: {fly(seed, across, stopwatch)}\n")
-    for name, times in stopwatch.times.items():
-        p95 = sorted(times)[int(0.95 * len(times))]
-        sys.stdout.write(f"{name}: median {1e3 * median(times):.1f} ms, p95 {1e3 * p95:.1f} ms\n")
+    flown = {
+        name: [fly(seed, across, stopwatch) for seed in range(1, wanted.seeds + 1)] for name, across in NOSES.items()
+    }
+    told = maps_told(flown) if wanted.no_times else f"{maps_told(flown)}\n\n{times_told(stopwatch)}"
+    tell("mapping_quality.py", "The map at its best", told, write=wanted.write, file=PAGE)
 
 
 if __name__ == "__main__":

@@ -130,7 +130,7 @@ def report(kept: Kept, wanted: Sequence[Trial], seeds: Sequence[int]) -> str:
                     rows.append(row(name.format(course), sensor, flights))
     heads = ("course", "by", "arrived", "flights with a collision", "least clearance [m] (median)", "stops", "time [s]")
     return (
-        f"{table(heads, rows)}\n\nSeeds {seeds[0]} to {seeds[-1]}; {machine()}. Clearance is that of the hull; "
+        f"{table(heads, rows)}\n\nSeeds {seeds[0]} to {seeds[-1]}; {machine()}. Clearance is that of the blades' tips; "
         "stops and time are medians, the time that of the flights that arrived, take-off included."
     )
 

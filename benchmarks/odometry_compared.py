@@ -5,13 +5,12 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from statistics import median
 
 import msgspec
 import numpy as np
 from mapping_flight import Moment, as_navigation
 from odometry_on_flight import drifts, give, make_odometry, off, rms, turned
-from performance_page import machine, table
+from performance_page import machine, spread, spread_said, table
 from recorded_flight import moments
 
 from skillwing.sim_mujoco.frames.motion import Motion
@@ -166,17 +165,12 @@ def report(outcomes: Sequence[Outcome], method: str, seeds: str) -> str:
     return "\n\n".join(
         [
             f"Both on the same measurements; seeds {seeds}, on which ours was not tuned, {len(outcomes) // 2} flights "
-            f"by the whole simulator; median of the flights, least and largest in brackets. {machine()}.",
+            f"by the whole simulator; {spread_said(len(numbers))}. {machine()}.",
             table(("", *(name for name, _ in groups)), [(name, *cells) for name, cells in rows]),
             table(("drift, RMS [m], of seed", *map(str, numbers)), by_seed),
             _divergences(outcomes),
         ]
     )
-
-
-def spread(values: Sequence[float]) -> str:
-    """Median, least and largest of some values, as a cell of a table."""
-    return f"{median(values):.2f} ({min(values):.2f} to {max(values):.2f})" if values else "-"
 
 
 def _cost(times: Sequence[float]) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import datetime
 import platform
+import shlex
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,6 +14,9 @@ from statistics import median, quantiles
 from skillwing.services.marked_page import Marks, PageError
 
 PAGE = Path(__file__).parents[1] / "docs" / "performance.md"
+NOT_TOLD = {"--write": 0, "--only-kept": 0, "--keep": 1, "--recorded": 1, "--pictures": 1, "--jobs": 1}
+"""Options of benchmarks that change no figure, but save time or say where to put something; and how many words each
+takes."""
 
 
 def make_parser(description: str | None) -> argparse.ArgumentParser:
@@ -37,8 +41,8 @@ def tell(script: str, title: str, body: str, *, write: bool, file: Path = PAGE, 
     variant: the words of an option with which the script writes a section of its own.
     """
     name = f"{script} {variant.lstrip('-')}" if variant else script
-    command = f"{script} {variant}" if variant else script
-    again = f"`python benchmarks/{command} --write` measures again and rewrites this section."
+    command = again_by([*script.split(), *variant.split()], sys.argv[1:])
+    again = f"`python benchmarks/{command}` measures again and rewrites this section."
     section = f"## {title}\n\n{body.strip()}\n\n{again}"
     sys.stdout.write(section + "\n")
     if write:
@@ -46,6 +50,32 @@ def tell(script: str, title: str, body: str, *, write: bool, file: Path = PAGE, 
             Marks.of_section(f"benchmarks/{name}").replace_or_append(file, section, title=file.stem.capitalize())
         except PageError as error:
             sys.exit(str(error))
+
+
+def again_by(fixed: Sequence[str], asked: Sequence[str]) -> str:
+    """The command that writes a section again: the words that make it this section, and those it was asked with."""
+    words = iter([word for word in asked if word not in fixed])
+    told: list[str] = []
+    for word in words:
+        option, _, value = word.partition("=")
+        if option not in NOT_TOLD:
+            told.append(word)
+        elif not value:
+            for _ in range(NOT_TOLD[option]):
+                next(words, None)
+    return shlex.join([*fixed, *told, "--write"])
+
+
+def spread(values: Sequence[float]) -> str:
+    """Median, least and largest of some values, as a cell of a table; one value stands for itself."""
+    if len(values) < 2:
+        return f"{values[0]:.2f}" if values else "-"
+    return f"{median(values):.2f} ({min(values):.2f} to {max(values):.2f})"
+
+
+def spread_said(count: int) -> str:
+    """What the cells made by `spread` are, where each is of so many flights."""
+    return "one flight for each figure" if count == 1 else "median of the flights, least and largest in brackets"
 
 
 def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

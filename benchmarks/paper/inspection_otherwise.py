@@ -16,9 +16,10 @@ from py_trees.decorators import Decorator
 
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.missions.inspection import AT_HOME, NO_DEPTH_MAP, InspectionMission, InspectionOptions
+from skillwing.bt_missions.missions.inspection import InspectionMission, InspectionOptions
 from skillwing.bt_missions.running.mission import MissionTrees
 from skillwing.bt_missions.subtrees.composites import alongside
+from skillwing.bt_missions.subtrees.flight import NO_DEPTH_MAP, fly_home
 
 GIVING_UP = "hover, then land"
 """What the library's mission does without video."""
@@ -79,11 +80,10 @@ class InspectionOtherwise(InspectionMission):
 
 def _come_home(context: MissionContext, options: InspectionOptions) -> Behaviour:
     """The way home is watched as on every other flight of this mission."""
-    way_home = {"height": options.return_height, "speed": options.speed}
     return alongside(
         "home at once",
         SkillAction("lidar_depthmap", context, "lidar_depthmap", outcomes=NO_DEPTH_MAP),
-        until=SkillAction("return_home", context, "return_home", way_home, outcomes=AT_HOME),
+        until=fly_home(context, options.return_height, options.speed),
     )
 
 

@@ -16,17 +16,11 @@ from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.settling import NoteSwitch
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.missions.mapping import (
-    DEPTH_MAP_WAIT,
-    LEG_FLOWN,
-    NO_DEPTH_MAP,
-    MappingMission,
-    MappingOptions,
-    fly_home,
-)
+from skillwing.bt_missions.missions.mapping import LEG_FLOWN, MappingMission, MappingOptions
 from skillwing.bt_missions.planning.waypoints import Route, WaypointWriter
 from skillwing.bt_missions.running.mission import MissionTrees
 from skillwing.bt_missions.subtrees.composites import alongside, in_order
+from skillwing.bt_missions.subtrees.flight import DEPTH_MAP_WAIT, NO_DEPTH_MAP, fly_home
 from skillwing.bt_missions.subtrees.loop import Until
 
 TIME_LIMIT = 240.0
@@ -70,7 +64,7 @@ def _branch(context: MissionContext, route: Route, options: OtherwiseOptions) ->
                 until=in_order(
                     "home",
                     ResourceIs("looking along", context, "depthmap_source", "LIDAR", wait=DEPTH_MAP_WAIT),
-                    fly_home(context, options),
+                    fly_home(context, options.return_height, options.speed),
                 ),
             ),
         )
@@ -87,7 +81,7 @@ def _branch(context: MissionContext, route: Route, options: OtherwiseOptions) ->
         "fly on",
         NoteSwitch("why", context, "navigation", "ZED", "flying blind"),
         Until("until the route is done", route.is_done, leg),
-        fly_home(context, options),
+        fly_home(context, options.return_height, options.speed),
     )
 
 

@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from skillwing.m600.campaign.conditions import Condition
-from skillwing.m600.campaign.plan import FlightPlan, flight_time, planned_way
+from skillwing.m600.campaign.plan import FlightPlan, planned_way, way_time
 from skillwing.m600.demo.story import INSPECTION, MAPPING, tell
 
 HERE = Path(__file__).parent
-FIRST, LAST = 0.25, 1.15
-"""The camera fails between these shares of the time that the route takes, not counting take-off and way home."""
+FIRST, LAST = 0.3125, 1.4375
+"""The camera fails between these shares of the time that the route takes at cruise speed, which on it turns and detours
+are not counted in, nor take-off and way home."""
 GOLDEN = 0.6180339887498949
 """Multiples of it, without their whole part, spread evenly however many there are."""
 
@@ -56,7 +57,7 @@ def camera_fails_at(seed: int) -> float:
     """Robot seconds: another moment for each seed, such that a few seeds already have early and late ones."""
     nominal = FlightPlan(mission=MAPPING, world="courtyard", seed=seed, condition=Condition.NONE)
     share = FIRST + (LAST - FIRST) * (GOLDEN * seed % 1.0)
-    return round(share * flight_time(planned_way(nominal.site(), MAPPING)), 1)
+    return round(share * way_time(planned_way(nominal.site(), MAPPING)), 1)
 
 
 def _plan(mission: str, seed: int, policy: Policy) -> FlightPlan:

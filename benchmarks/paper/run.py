@@ -23,18 +23,18 @@ from price_picture import PRICE_PICTURE, draw_price
 from way_picture import WAYS_PICTURE, draw_ways, flights_drawn
 
 from skillwing.m600.campaign.command import parse_seeds
-from skillwing.m600.campaign.crew import Crew
+from skillwing.m600.campaign.crew import Crew, LostFlight
 from skillwing.m600.campaign.flight_code import CodeChangedError, FlightCode, flight_code
 from skillwing.m600.campaign.ledger import LEDGER_FILE, Ledger, read_results
 from skillwing.m600.campaign.plan import FlightPlan
+from skillwing.m600.campaign.recordings import begin_recording, is_recorded, keep_recording
 from skillwing.m600.campaign.result import End, FlightResult
+from skillwing.m600.campaign.telling import lost_flights
 from skillwing.services.errors import SkillwingError
 from skillwing.services.marked_page import page_with
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "results.md"
-UNFINISHED = ".part"
-"""Ends the name of a recording's folder until its flight has ended."""
 PICTURED = SHOWN | flights_drawn()
 
 
@@ -83,48 +83,40 @@ def fly(
     """Fly what the ledger has not. Those that the page shows are recorded, each in a folder of its own.
 
     code, now: what the folder's flights are flown by, and what there is whenever one has ended. Raises
-    CodeChangedError when that is not the same.
+    CodeChangedError when that is not the same, and SkillwingError at the end where a flight's process did not end well.
     """
     ledger = Ledger(folder, resume=True)
     flown = [result.plan for result in ledger.results]
     shown = [plan for plan in plans if plan.seed == plans[0].seed and (plan.mission, plan.label) in PICTURED]
-    missing = [plan for plan in plans if plan not in flown or (plan in shown and not (folder / plan.name).is_dir())]
+    missing = [plan for plan in plans if plan not in flown or (plan in shown and not is_recorded(folder, plan))]
 
     def run_dir(plan: FlightPlan) -> Path | None:
-        if plan not in shown:
-            return None
-        directory = (ledger.folder / plan.name).absolute()
-        unfinished = directory.with_name(directory.name + UNFINISHED)
-        for left in (directory, unfinished):
-            # What a flight left that was killed would be taken for a part of this one.
-            shutil.rmtree(left, ignore_errors=True)
-        unfinished.mkdir(parents=True)
-        return unfinished
+        return begin_recording(folder, plan) if plan in shown else None
 
+    lost: list[LostFlight] = []
     with closing(ledger), Crew(jobs) as crew:
         for count, result in enumerate(crew.fly(missing, run_dir), start=1):
             if changes := code.changes(now()):
                 kept = "The flight under way was not kept. The same command flies everything anew, by the new code."
                 raise CodeChangedError(changes, kept)
-            keep_recording(folder / result.plan.name, result)
+            if isinstance(result, LostFlight):
+                lost.append(result)
+                continue
+            if result.end is not End.BROKE_OFF:
+                keep_recording(folder, result.plan)
             ledger.add(result)
             end = f"{result.end}, {result.end_time:.0f} s, {', '.join(result.broken) or 'promises kept'}"
             sys.stdout.write(f"{count}/{len(missing)} {result.plan.name}: {end}\n")
             sys.stdout.flush()
+    if lost:
+        raise SkillwingError(f"{lost_flights(lost)} The same command flies what is missing.")
     return ledger.results
-
-
-def keep_recording(directory: Path, result: FlightResult) -> None:
-    """Give the recording of a flight that has ended its name, if it was recorded. One that broke off is not kept."""
-    unfinished = directory.with_name(directory.name + UNFINISHED)
-    if unfinished.is_dir() and result.end is not End.BROKE_OFF:
-        unfinished.rename(directory)
 
 
 def draw_pictures(flown: list[FlightPlan], folder: Path, images: Path) -> set[str]:
     """Put what the recorded ones of these flights look like beside the page, and tell the names of these pictures."""
     images.mkdir(parents=True, exist_ok=True)
-    recorded = {(plan.mission, plan.label): plan for plan in flown if (folder / plan.name).is_dir()}
+    recorded = {(plan.mission, plan.label): plan for plan in flown if is_recorded(folder, plan)}
     drawn: set[str] = set()
     for picture in PICTURES:
         plan = recorded.get((picture.mission, picture.label))

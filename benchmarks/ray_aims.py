@@ -1,0 +1,98 @@
+"""Whence and whereto the rays of `ray_choices.py` go: places along a route, a sensor's rays there, and the ground."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+
+from skillwing.sim_mujoco.frames.motion import Motion
+from skillwing.sim_mujoco.frames.poses import rotations
+from skillwing.sim_mujoco.frames.vectors import Vector, add, to_world
+from skillwing.sim_mujoco.sensors import depth_camera, lidar
+from skillwing.sim_mujoco.sensors.directions import depth_directions, lidar_directions
+from skillwing.sim_mujoco.sensors.rays import Floats
+from skillwing.sim_mujoco.simulator.descent import STANDING_RANGE
+from skillwing.sim_mujoco.world.triangles import Triangles
+from skillwing.sim_mujoco.world.world import TERRAIN, World
+
+Rays = tuple[Floats, Floats]
+"""Origins (N, 3) or (3,), and unit directions (N, 3)."""
+_ASIDE, _CLEAR = 1.0, 1.5
+"""How far beside its route the drone is at most, and how far from everything in plan at least [m]."""
+_TURN, _TILT = 0.5, 0.08
+"""How far the nose is off the track at most, and the standard deviation of roll and pitch [rad]."""
+_AIMED: Final = 2000
+"""Rays at the ground from one place."""
+
+
+def places(world: World, count: int) -> Iterator[Motion]:
+    """The drone in flight somewhere along its route, clear of everything."""
+    rng = np.random.default_rng(world.seed)
+    legs = [(a, b) for a, b in pairwise(world.route) if a != b]
+    lengths = np.array([math.dist(a, b) for a, b in legs])
+    while count:
+        a, b = legs[rng.choice(len(legs), p=lengths / lengths.sum())]
+        x, y, z = (np.array(a) + rng.random() * np.subtract(b, a) + rng.uniform(-_ASIDE, _ASIDE, 3)).tolist()
+        half = (math.atan2(b[1] - a[1], b[0] - a[0]) + rng.uniform(-_TURN, _TURN)) / 2
+        roll, pitch = rng.normal(0.0, _TILT / 2, 2)
+        c, s = math.cos(half), math.sin(half)
+        attitude = np.array((c, c * roll - s * pitch, c * pitch + s * roll, s))  # the heading's, and then the tilt's
+        w, i, j, k = (attitude / np.linalg.norm(attitude)).tolist()
+        if all(each.footprint.distance_to((x, y)) > _CLEAR for each in world.obstacles):
+            count -= 1
+            yield Motion(0.0, (x, y, z), (0.0, 0.0, 0.0), (w, i, j, k), (0.0, 0.0, 0.0))
+
+
+def picture_rays(motion: Motion) -> Rays:
+    """One for each pixel of the depth camera."""
+    directions = depth_directions(depth_camera.depth_header(0.0)).reshape(-1, 3)
+    return _from(motion, depth_camera.ZED_MOUNT, directions / np.linalg.norm(directions, axis=1, keepdims=True))
+
+
+def scan_rays(motion: Motion) -> Rays:
+    """One revolution of the LiDAR, at rest."""
+    return _from(motion, lidar.LIDAR_MOUNT, lidar_directions(lidar.COLUMNS, lidar.BEAMS).reshape(-1, 3))
+
+
+def _from(motion: Motion, mount: Vector, in_body: Floats) -> Rays:
+    turn = rotations(np.array([motion.quaternion]))[0].astype(np.float32)
+    return np.array(add(motion.position, to_world(motion.quaternion, mount)), dtype=np.float32), in_body @ turn.T
+
+
+class Ground:
+    """The bare ground of a world, and how to aim at it. Its rim belongs to one triangle only and is no edge."""
+
+    def __init__(self, world: World) -> None:
+        whole, self._rng = world.triangles(), np.random.default_rng(world.seed)
+        bare = whole.labels == TERRAIN
+        self.triangles = Triangles(whole.vertices, whole.faces[bare], whole.labels[bare])
+        sides = np.sort(self.triangles.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+        edges, owners = np.unique(sides, axis=0, return_counts=True)
+        self._edges = whole.vertices[edges[owners == 2]]
+        self._corners = whole.vertices[np.setdiff1d(edges, edges[owners == 1])]
+
+    def anywhere(self, motion: Motion) -> Rays:
+        """From a place at points evenly spread."""
+        points, _ = self.triangles.sample(1.0, self._rng)
+        return self._at(points[self._rng.integers(len(points), size=_AIMED)], motion)
+
+    def edges(self, motion: Motion) -> Rays:
+        """From a place at points of edges between two triangles."""
+        a, b = self._edges[self._rng.integers(len(self._edges), size=_AIMED)].transpose(1, 0, 2)
+        return self._at(a + (b - a) * self._rng.random((_AIMED, 1), dtype=np.float32), motion)
+
+    def corners(self) -> Rays:
+        """Straight down on each corner, from where the range-finder is when the drone stands there."""
+        origins = self._corners.copy()
+        origins[:, 2] += STANDING_RANGE
+        return origins, np.tile(np.array((0.0, 0.0, -1.0), dtype=np.float32), (len(origins), 1))
+
+    @staticmethod
+    def _at(points: Floats, motion: Motion) -> Rays:
+        origin = np.array(motion.position, dtype=np.float32)
+        way = points - origin
+        return origin, way / np.linalg.norm(way, axis=1, keepdims=True)

@@ -1,0 +1,77 @@
+"""What the sensors of `ray_choices.py` could use instead: Embree's robust mode, and other rules of what is cast."""
+
+from __future__ import annotations
+
+import time
+from unittest.mock import patch
+
+import numpy as np
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
+from numpy.typing import NDArray
+
+from skillwing.sim_mujoco.sensors import depth_camera, infill
+from skillwing.sim_mujoco.sensors.depth_camera import DepthCamera
+from skillwing.sim_mujoco.sensors.infill import Cast, Image, Infill
+from skillwing.sim_mujoco.sensors.rays import Floats, RayScene
+from skillwing.sim_mujoco.world.triangles import Triangles
+
+
+class RobustRays(RayScene):
+    """The same triangles in Embree's robust mode."""
+
+    def __init__(self, triangles: Triangles) -> None:
+        self._scene = EmbreeScene(robust=True)
+        self._mesh = TriangleMesh(self._scene, triangles.vertices, triangles.faces)
+
+
+class WatchedRays(RayScene):
+    """Knows how many rays were `cast`, and how many seconds of processor time they took."""
+
+    cast, seconds = 0, 0.0
+
+    def distances(self, origins: Floats, directions: Floats, reach: float, nothing: float = 0.0) -> Floats:
+        started = time.process_time()
+        found = super().distances(origins, directions, reach, nothing)
+        self.seconds += time.process_time() - started
+        self.cast += len(found)
+        return found
+
+
+class EveryPixel(Infill):
+    """Casts all pixels and computes none."""
+
+    def __init__(self, height: int, width: int) -> None:
+        super().__init__(height, width)
+        self.first = self._numbers.ravel()
+
+    def inverse_depths(self, first: Image, cast: Cast) -> Image:
+        del cast
+        return first.reshape(self._numbers.shape)
+
+
+class EitherSide(Infill):
+    """Casts a pixel also where the line is broken on one side of it only."""
+
+    def inverse_depths(self, first: Image, cast: Cast) -> Image:
+        with patch.object(infill, "_between", _broken_on_either_side):
+            return super().inverse_depths(first, cast)
+
+
+_broken_on_both_sides = infill._between
+
+
+def _broken_on_either_side(known: Image) -> tuple[Image, NDArray[np.bool_]]:
+    middle, _ = _broken_on_both_sides(known)
+    bend, allowed = np.abs(np.diff(known, 2, axis=0)), infill._STRAIGHT * middle
+    bent = np.zeros_like(known, dtype=np.bool_)
+    bent[1:-1] = bend > allowed[1:]
+    bent[:-2] |= bend > allowed[:-1]
+    bent[-1] = True
+    return middle, bent
+
+
+def camera_with(rule: type[Infill], rays: RayScene) -> DepthCamera:
+    """The drone's camera with another rule of which pixels are cast, or with its own."""
+    with patch.object(depth_camera, "Infill", rule):
+        return DepthCamera(rays, np.random.default_rng(1))
