@@ -19,7 +19,8 @@ from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.missions.inspection import InspectionMission, InspectionOptions
 from skillwing.bt_missions.running.mission import MissionTrees
 from skillwing.bt_missions.subtrees.composites import alongside
-from skillwing.bt_missions.subtrees.flight import NO_DEPTH_MAP, fly_home
+from skillwing.bt_missions.subtrees.depth_map import NO_DEPTH_MAP
+from skillwing.bt_missions.subtrees.flight import fly_home
 
 GIVING_UP = "hover, then land"
 """What the library's mission does without video."""

@@ -12,15 +12,15 @@ import msgspec
 from py_trees.behaviour import Behaviour
 from py_trees.composites import Composite
 
-from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.settling import NoteSwitch
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.missions.mapping import LEG_FLOWN, MappingMission, MappingOptions
 from skillwing.bt_missions.planning.waypoints import Route, WaypointWriter
 from skillwing.bt_missions.running.mission import MissionTrees
-from skillwing.bt_missions.subtrees.composites import alongside, in_order
-from skillwing.bt_missions.subtrees.flight import DEPTH_MAP_WAIT, NO_DEPTH_MAP, fly_home
+from skillwing.bt_missions.subtrees.composites import in_order
+from skillwing.bt_missions.subtrees.depth_map import LIDAR, flown_with
+from skillwing.bt_missions.subtrees.flight import fly_home
 from skillwing.bt_missions.subtrees.loop import Until
 
 TIME_LIMIT = 240.0
@@ -58,15 +58,7 @@ def _branch(context: MissionContext, route: Route, options: OtherwiseOptions) ->
         return in_order(
             "home at once",
             NoteSwitch("why", context, "navigation", "ZED", "home at once"),
-            alongside(
-                "come home with LiDAR",
-                SkillAction("lidar_depthmap", context, "lidar_depthmap", outcomes=NO_DEPTH_MAP),
-                until=in_order(
-                    "home",
-                    ResourceIs("looking along", context, "depthmap_source", "LIDAR", wait=DEPTH_MAP_WAIT),
-                    fly_home(context, options.return_height, options.speed),
-                ),
-            ),
+            flown_with(context, LIDAR, "fly home", fly_home(context, options.return_height, options.speed)),
         )
     fly_leg = SkillAction(
         "goto_straight",

@@ -20,9 +20,8 @@ from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.planning.detour import Position
 from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
 from skillwing.bt_missions.subtrees.composites import alongside, first_that_works, guarded, in_order
+from skillwing.bt_missions.subtrees.depth_map import DEPTH_MAP_WAIT, NO_DEPTH_MAP
 from skillwing.bt_missions.subtrees.flight import (
-    DEPTH_MAP_WAIT,
-    NO_DEPTH_MAP,
     PILOT_PATIENCE,
     fly_home,
     guarded_flight,

@@ -24,9 +24,8 @@ from skillwing.bt_missions.planning.known_space import Area
 from skillwing.bt_missions.planning.waypoints import Route, RouteFulfilled, WaypointWriter
 from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside, first_that_works, guarded, in_order
+from skillwing.bt_missions.subtrees.depth_map import CAMERA, LIDAR, flown_with
 from skillwing.bt_missions.subtrees.flight import (
-    DEPTH_MAP_WAIT,
-    NO_DEPTH_MAP,
     PILOT_PATIENCE,
     fly_home,
     guarded_flight,
@@ -145,16 +144,13 @@ def _by_camera(context: MissionContext, route: Route, options: MappingOptions) -
     leg = in_order("leg", WaypointWriter("WaypointWriter", context, route), fly_leg)
     return in_order(
         "ZED branch",
-        ResourceIs("camera?", context, "zed_status", "OK"),
-        alongside(
-            "fly with ZED",
-            SkillAction("zed_depthmap", context, "zed_depthmap", outcomes=NO_DEPTH_MAP),
-            until=in_order(
-                "fly route and home",
-                ResourceIs("looking ahead", context, "depthmap_source", "ZED", wait=DEPTH_MAP_WAIT),
-                _route_or_turn_back(context, route, leg),
-                fly_home(context, options.return_height, options.speed),
-            ),
+        ResourceIs("camera?", context, CAMERA.status, "OK"),
+        flown_with(
+            context,
+            CAMERA,
+            "fly route and home",
+            _route_or_turn_back(context, route, leg),
+            fly_home(context, options.return_height, options.speed),
         ),
     )
 
@@ -185,16 +181,13 @@ def _by_lidar(context: MissionContext, route: Route, options: MappingOptions) ->
     return in_order(
         "LiDAR branch",
         NoteSwitch("why", context, "navigation", "ZED", "LiDAR"),
-        ResourceIs("LiDAR?", context, "lidar_status", "OK"),
-        alongside(
-            "fly with LiDAR",
-            SkillAction("lidar_depthmap", context, "lidar_depthmap", outcomes=NO_DEPTH_MAP),
-            until=in_order(
-                "fly route and home",
-                ResourceIs("looking along", context, "depthmap_source", "LIDAR", wait=DEPTH_MAP_WAIT),
-                _route_or_turn_back(context, route, leg),
-                fly_home(context, options.return_height, options.speed),
-            ),
+        ResourceIs("LiDAR?", context, LIDAR.status, "OK"),
+        flown_with(
+            context,
+            LIDAR,
+            "fly route and home",
+            _route_or_turn_back(context, route, leg),
+            fly_home(context, options.return_height, options.speed),
         ),
     )
 

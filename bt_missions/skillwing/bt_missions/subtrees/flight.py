@@ -24,9 +24,6 @@ LONGEST_HOVER = 3600.0
 TAKEN_OFF = {"S_AT_ALTITUDE": Status.SUCCESS, "S_BLOCKED": Status.FAILURE, "S_ABORTED": Status.FAILURE}
 CLIMBED = {"S_ARRIVED": Status.SUCCESS, "S_BLOCKED": Status.FAILURE, "S_ABORTED": Status.FAILURE}
 AT_HOME = {"S_ARRIVED": Status.SUCCESS, "S_ABORTED": Status.FAILURE}
-NO_DEPTH_MAP = {"S_NO_DATA": Status.FAILURE}
-DEPTH_MAP_WAIT = 5.0
-"""How long a depth map may take to come up before what flies by it fails, in seconds of robot time."""
 
 
 def guarded_flight(
