@@ -95,7 +95,7 @@ class M600Layer(FakeLayer):
         self.publish(topics.GEOFENCE, FENCE, events=True)
         self.answer(topics.GUIDANCE_COMMAND, GuidanceCommand, self._command)
         self.answer(topics.OBSTACLE_COMMAND, SelectObstacleSource, self._select)
-        self.answer(topics.LANDING_PLACE, topics.Empty, lambda _: topics.LandingPlace(place=self.landing_place))
+        self.answer(topics.LANDING_PLACE, topics.Empty, self._land_where)
         self.answer(topics.MAPPING_COMMAND, ControlMapping, self._control)
         self.bus.every(PERIOD, self._tick)
         self.bus.every(0.1, self._sense)
@@ -146,6 +146,9 @@ class M600Layer(FakeLayer):
     def _control(self, command: ControlMapping) -> Done:
         self.mapping = command.run
         return Done()
+
+    def _land_where(self, _: topics.Empty) -> topics.LandingPlace:
+        return topics.LandingPlace(place=None if self.position == self.landing_place else self.landing_place)
 
     # --- motion ------------------------------------------------------------------------------------------------------
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from drone import Drone
 
-from skillwing.m600.skills.land import PATIENCE, LandManager
+from skillwing.m600.skills.land import ASIDES, PATIENCE, LandManager
 from skillwing.sim_mujoco.topics import FlyTo
 
 
@@ -66,15 +66,26 @@ def test_lands_beside_what_stands_below(drone: Drone) -> None:
     assert drone.layer.position[:2] == (3.0, 1.0)
 
 
-def test_lands_on_the_way_where_it_is_blocked(drone: Drone) -> None:
+def test_asks_again_where_it_is_blocked_on_the_way(drone: Drone) -> None:
     drone.layer.landing_place = (3.0, 0.0, 5.0)
     drone.layer.blocked_at = 1.0
-    drone.start(speed=2.0)
+    goal = drone.start(speed=2.0)
+    drone.run(1.0)
+    drone.layer.landing_place = (0.0, 2.0, 5.0)
+    drone.layer.blocked_at = None
+    goal.assert_ended("S_LANDED")
+    assert drone.layer.motions == ["FlyTo", "FlyTo", "Land", "Stop"]
+    assert drone.layer.position[:2] == (0.0, 2.0)
+
+
+def test_asks_no_further_than_a_few_times(drone: Drone) -> None:
+    drone.layer.landing_place = (3.0, 0.0, 5.0)
+    drone.layer.blocked_at = 1.0
+    goal = drone.start(speed=2.0)
     drone.run(3.0)
     drone.layer.blocked_at = None
-    drone.run(6.0)
-    assert drone.layer.motions == ["FlyTo", "Land", "Stop"]
-    assert drone.layer.on_ground
+    goal.assert_ended("S_LANDED")
+    assert drone.layer.motions == [*["FlyTo"] * ASIDES, "Land", "Stop"]
 
 
 def test_lands_where_it_is_if_guidance_does_not_fly_to_the_place(drone: Drone) -> None:

@@ -31,6 +31,8 @@ PATIENCE = 1.0
 """So long a landing waits to hear of a better place [s]."""
 ASIDE = 1.0
 """Speed at which the drone flies there [m/s]."""
+ASIDES = 2
+"""So often it flies aside at most: underway more is seen of the ground than was known before."""
 AT_AN_END = frozenset({MotionState.DONE, MotionState.BLOCKED, MotionState.ABORTED})
 """The way aside is flown, or as much of it as can be."""
 
@@ -48,6 +50,7 @@ class Stage(Enum):
 class LandManager(AbstractLandManager):
     """Descends until the drone stands and its rotors are off: where it is, or beside what is known to stand below.
 
+    Where it has flown aside it asks again, for it may have been stopped on the way, or see by now what stands there.
     Whoever does not answer where to land, or refuses to fly there, does not keep the drone from landing where it is.
     """
 
@@ -56,13 +59,14 @@ class LandManager(AbstractLandManager):
         self.whereabouts = Whereabouts(self)
         self.flight = Latest(self.bus, FLIGHT, FlightState, self._on_flight, at_rest=True)
         self._stage = Stage.ASKING
+        self._asides = 0
         self._descent: Headway | None = None
 
     def on_dispatch(self, goal: Goal[LandInputs]) -> None:
-        self._stage, self._descent = Stage.ASKING, None
+        self._asides, self._descent = 0, None
         self.whereabouts.follow()
         self.flight.follow()
-        self.bus.ask(LANDING_PLACE, encode(Empty()), lambda answer: self._told(goal, answer), timeout=PATIENCE)
+        self._ask(goal)
 
     def progress(self, goal: Goal[LandInputs]) -> LandFeedback | None:
         return LandFeedback(height=self.guidance.remaining) if self._stage is Stage.DESCENDING else None
@@ -76,6 +80,10 @@ class LandManager(AbstractLandManager):
         self.flight.rest()
         self.guidance.release(goal)
 
+    def _ask(self, goal: Goal[LandInputs]) -> None:
+        self._stage = Stage.ASKING
+        self.bus.ask(LANDING_PLACE, encode(Empty()), lambda answer: self._told(goal, answer), timeout=PATIENCE)
+
     def _told(self, goal: Goal[LandInputs], answer: Answer) -> None:
         if self.current is None or self.current.id != goal.id or self._stage is not Stage.ASKING:
             return
@@ -84,6 +92,7 @@ class LandManager(AbstractLandManager):
             self._descend(goal)
         else:
             self._stage = Stage.GOING_ASIDE
+            self._asides += 1
             aside = FlyTo(target=place, speed=ASIDE, nose=Nose.FREE)
             self.guidance.fly(goal, aside, on_refused=lambda _: self._descend(goal))
 
@@ -96,10 +105,24 @@ class LandManager(AbstractLandManager):
             self.terminated_LANDED(self.current.id)
 
     def _on_guidance(self, goal: Goal[LandInputs], axis: AxisStatus) -> None:
-        if self._stage is Stage.GOING_ASIDE:
-            if axis.state in AT_AN_END:
-                self._descend(goal)
-        elif axis.state is MotionState.ABORTED:
+        match self._stage:
+            case Stage.ASKING:
+                pass  # There is no motion, or it was that of the way aside.
+            case Stage.GOING_ASIDE:
+                self._go_on_aside(goal, axis)
+            case Stage.DESCENDING | Stage.STOPPING:
+                self._watch_descent(goal, axis)
+
+    def _go_on_aside(self, goal: Goal[LandInputs], axis: AxisStatus) -> None:
+        if axis.state not in AT_AN_END:
+            return
+        if self._asides < ASIDES:
+            self._ask(goal)
+        else:
+            self._descend(goal)
+
+    def _watch_descent(self, goal: Goal[LandInputs], axis: AxisStatus) -> None:
+        if axis.state is MotionState.ABORTED:
             self.failed(goal.id, f"Guidance gave up the landing: {axis.text}.")
         elif axis.state is MotionState.BLOCKED or self._hangs():
             self.terminated_BLOCKED(goal.id)
