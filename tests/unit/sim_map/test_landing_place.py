@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from skillwing.sim_mujoco.extent import TIP_RADIUS
 from skillwing.sim_mujoco.obstacles.free_space import TUBE_RADIUS
 from skillwing.sim_mujoco.obstacles.landing_place import REACH, ROOM, Below
 from skillwing.sim_mujoco.obstacles.local_map import VOXEL, LocalMap
@@ -104,6 +105,38 @@ def test_over_unseen_ground_no_way_leads() -> None:
     seen = ground[(np.abs(ground[:, 0] - HERE[0]) > 4.0) | (np.abs(ground[:, 1] - HERE[1]) < 0.3)]
     place = below(seen[seen[:, 0] < HERE[0] - 4.0], bush(0.0, 0.0)).free_place()
     assert place is None
+
+
+def test_ground_is_seen_only_where_it_was_seen_on_all_sides() -> None:
+    ground = plain()
+    assert below(ground).seen
+    assert not below(ground[ground[:, 0] > HERE[0]]).seen
+    assert not below(NOWHERE).seen
+
+
+def track(length: float = 14.0) -> Cloud:
+    """The ground under a drone that has come from the east."""
+    along = np.arange(0.0, length, 0.1)
+    return np.column_stack([HERE[0] + along, np.full(len(along), HERE[1]), np.zeros(len(along))])
+
+
+def test_of_a_track_the_nearest_place_is_chosen_that_the_blades_fit_into() -> None:
+    line = track()
+    met = line[:, 0] < HERE[0] + 1.0
+    line[met, 2] = 2.0
+    found = below(line)
+    place = found.free_place()
+    assert found.taken
+    assert place is not None
+    assert gap(place, line[met]) >= TIP_RADIUS
+    assert math.dist(place, HERE) < 4.0
+
+
+def test_better_than_a_track_is_ground_that_was_seen_on_all_sides() -> None:
+    ground = plain()
+    place = below(track(), ground[ground[:, 0] > HERE[0] + 6.0], bush(0.0, 0.0)).free_place()
+    assert place is not None
+    assert place[0] >= HERE[0] + 6.0
 
 
 def test_one_measurement_makes_no_obstacle() -> None:

@@ -21,6 +21,7 @@ from skillwing.sim_mujoco.topics import ObstacleSource
 M = TypeVar("M", bound=Message)
 ZERO = (0.0, 0.0, 0.0)
 HOVER = (0.0, 0.0, 4.0)
+UNKNOWN_GROUND = "nothing is known of the ground below"
 AT_REST = topics.AxisStatus(goal_id=None, state=topics.MotionState.IDLE, remaining=0.0)
 
 
@@ -219,6 +220,42 @@ def test_rubbish_is_refused_or_dropped_and_the_node_lives(obstacles: Bench) -> N
     obstacles.run(0.5)
     assert code(answers[0]) is ErrorCode.BAD_REQUEST
     assert report(obstacles).free_distance == pytest.approx(6.0, abs=0.05)
+
+
+def landing_text(bench: Bench) -> str:
+    answer = bench.ask(topics.LANDING_PLACE, topics.Empty())
+    assert isinstance(answer, Answered)
+    return decode(answer.payload, topics.LandingPlace).text
+
+
+def report_health(bench: Bench, sensor: str, status: topics.SensorStatus) -> None:
+    health = topics.Health(id=f"{sensor} {status}", t=bench.bus.now(), sensor=sensor, status=status)
+    bench.bus.advertise(topics.health_key(sensor), events=True).put(encode(health))
+
+
+def test_for_landings_the_lidar_is_followed_whatever_makes_the_depth_map(obstacles: Bench) -> None:
+    assert landing_text(obstacles) != UNKNOWN_GROUND
+
+
+def test_nobody_lands_by_a_sensor_that_has_failed() -> None:
+    bench = Bench(make_obstacles({}))
+    report_health(bench, "lidar", topics.SensorStatus.FAILED)
+    bench.run(2.0)
+    assert landing_text(bench) == UNKNOWN_GROUND
+    report_health(bench, "lidar", topics.SensorStatus.OK)
+    bench.run(1.0)
+    assert landing_text(bench) != UNKNOWN_GROUND
+
+
+@pytest.mark.parametrize(("status", "text"), [("OK", "nothing is known to stand below"), ("FAILED", UNKNOWN_GROUND)])
+def test_the_range_finder_tells_of_the_ground_where_nothing_else_does(status: str, text: str) -> None:
+    bench = Bench(make_obstacles({}))
+    bench.blind = True
+    report_health(bench, "range", topics.SensorStatus(status))
+    finder = bench.bus.advertise(topics.RANGE)
+    bench.bus.every(0.05, lambda: finder.put(encode(topics.Range(t=bench.bus.now(), distance=3.58))))
+    bench.run(2.0)
+    assert landing_text(bench) == text
 
 
 # --- mapping -------------------------------------------------------------------------------------------------

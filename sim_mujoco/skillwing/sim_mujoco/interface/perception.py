@@ -49,7 +49,7 @@ SEEING = (
         Duty.SHOULD,
         OBSTACLES,
         (SKILLS,),
-        "Where to land, by what was seen of the ground in the last seconds.",
+        "Where to land, by what was seen of the ground.",
         "**`land` comes down where the drone is**, whatever stands there.",
         reply=topics.LandingPlace,
     ),

@@ -76,7 +76,7 @@ FLYING = (
         topics.Range,
         Duty.SHOULD,
         VEHICLE,
-        (GUIDANCE,),
+        (GUIDANCE, OBSTACLES),
         "Distance to the ground.",
         "It lands slowly all the way, at 0.5 m/s at most, for guidance does not know when the ground comes.",
         rate=20.0,
@@ -87,7 +87,7 @@ FLYING = (
         topics.Health,
         Duty.SOME,
         VEHICLE,
-        (BRIDGE, RECORDER),
+        (BRIDGE, OBSTACLES, RECORDER),
         "What a sensor has found out about itself, at each change. `zed` and `lidar` stand for a resource each, the "
         "health of others goes to the timeline.",
         "A sensor that never spoke stays UNKNOWN, and skills that need it are not ready. One that has spoken is "

@@ -18,11 +18,12 @@ from numpy.typing import NDArray
 
 from skillwing.sim_mujoco.extent import TIP_RADIUS
 from skillwing.sim_mujoco.frames.vectors import Vector
-from skillwing.sim_mujoco.obstacles.local_map import MEMORY, LocalMap
+from skillwing.sim_mujoco.obstacles.local_map import LocalMap
 from skillwing.sim_mujoco.obstacles.views import View
 from skillwing.sim_mujoco.sensors.scans import PlacedPoints
 
 Points = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 TUBE_RADIUS: Final = TIP_RADIUS + 0.6
 """The drone, and room for drift, noise and what a voxel does not show of its surface [m]."""
@@ -47,6 +48,10 @@ class Sighting:
         """Whether `place` is in view from `here`, both in the world, with the attitude of this measurement."""
         x, y, z = (place - here) @ self.seen.turn
         return self.view.contains((float(x), float(y), float(z)))
+
+    def sees_through(self, places: Points) -> Mask:
+        """Which of these places (N, 3), in the world, a ray has passed on its way to something farther."""
+        return self.view.sees_through((self.seen.turn.T @ (places - self.seen.origin).T).T)
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,18 +79,7 @@ class FreeSpace:
         looks.append(sighting)
         while seen.stamp - looks[0].seen.stamp > STALE:
             looks.popleft()
-        self._map.see(
-            seen.points.astype(np.float64),
-            seen.origin,
-            seen.stamp,
-            lambda places: sighting.view.sees_through((seen.turn.T @ (places - seen.origin).T).T),
-        )
-
-    def known(self, t: float) -> LocalMap | None:
-        """What it remembers at time `t`; None once that is all too old to be true where the drone believes it to be."""
-        if not self._looks or t - self._looks[-1].seen.stamp > MEMORY:
-            return None
-        return self._map
+        self._map.see(seen.points.astype(np.float64), seen.origin, seen.stamp, sighting.sees_through)
 
     def forget(self) -> None:
         """Another sensor begins from nothing."""

@@ -25,6 +25,8 @@ REACH: Final = 15.0
 """How far away another place is looked for [m]."""
 ROOM: Final = TUBE_RADIUS + 0.3
 """Radius around another place in which nothing may stand, for it is not where the drone hovers yet [m]."""
+SURROUNDINGS: Final = REACH + ROOM
+"""How far around a drone that wants to land anything matters [m]."""
 STEP: Final = 0.4
 """What rises higher above the ground than this is no ground to land on [m]."""
 SLOPE: Final = 0.4
@@ -39,6 +41,8 @@ _PLOT = 20
 """So many squares that lie together may be ground, fewer are noise."""
 _SEEN: Final = 0.7
 """Of the squares around another place so many have to be seen at least."""
+_GLIMPSED: Final = 0.15
+"""The same where no such place is known: a line of the ground across it, as the range-finder sees it."""
 
 
 class Below:
@@ -47,7 +51,7 @@ class Below:
     def __init__(self, known: LocalMap, here: Vector) -> None:
         """`here` is the drone's position (ENU) [m]."""
         self._known, self._here = known, np.array(here)
-        span = np.array([REACH + ROOM, REACH + ROOM, 0.0])
+        span = np.array([SURROUNDINGS, SURROUNDINGS, 0.0])
         low, high = self._here - span, self._here + span
         low[2], high[2] = -np.inf, self._here[2] + TUBE_RADIUS
         points = known.solid_within(low, high)
@@ -60,11 +64,20 @@ class Below:
         """Whether something stands where the drone would come down, or a roof is there."""
         return self._rises(self._here[:2], TUBE_RADIUS)
 
+    @property
+    def seen(self) -> bool:
+        """Whether the ground there was seen, on all sides."""
+        return self._is_seen(self._here[:2], _SEEN)
+
     def free_place(self) -> Vector | None:
-        """The nearest place, at the drone's height, below which ground was seen, with free ways there and down."""
-        for place in self._tries():
-            if self._is_seen(place) and not self._rises(place, ROOM) and self._is_reached(place):
-                return float(place[0]), float(place[1]), float(self._here[2])
+        """The nearest place, at the drone's height, below which ground was seen, with free ways there and down.
+
+        Better one where all of the ground was seen; but one where a part of it was is better than none.
+        """
+        for share in (_SEEN, _GLIMPSED):
+            for place in self._tries():
+                if self._is_seen(place, share) and not self._rises(place, ROOM) and self._is_reached(place):
+                    return float(place[0]), float(place[1]), float(self._here[2])
         return None
 
     def _tries(self) -> Iterator[Points]:
@@ -84,9 +97,9 @@ class Below:
     def _rises(self, place: Points, radius: float) -> bool:
         return int(np.count_nonzero(self._rising[self._around(place, radius)])) >= _OBSTACLE
 
-    def _is_seen(self, place: Points) -> bool:
+    def _is_seen(self, place: Points, share: float) -> bool:
         squares = np.unique(self._places[self._around(place, ROOM)], axis=0)
-        return len(squares) >= _SEEN * np.pi * (ROOM / _GRID) ** 2
+        return len(squares) >= share * np.pi * (ROOM / _GRID) ** 2
 
     def _is_reached(self, place: Points) -> bool:
         """Whether the way there leads over seen places, and nothing stands in it."""

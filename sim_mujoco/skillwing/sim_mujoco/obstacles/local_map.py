@@ -27,10 +27,11 @@ _HALF_SPAN = 1 << 20
 
 
 class LocalMap:
-    """Solid voxels within `span` metres of the drone, each with the point that was seen in it last."""
+    """Solid voxels within `span` metres of the drone, each with the point that was seen in it last; what was not seen
+    again for `memory` seconds is forgotten."""
 
-    def __init__(self, span: float = 30.0) -> None:
-        self._span = span
+    def __init__(self, span: float = 30.0, memory: float = MEMORY) -> None:
+        self._span, self._memory = span, memory
         self._keys: NDArray[np.int64] = np.empty(0, dtype=np.int64)
         # Coordinate by coordinate, (3, N): most of what is asked of all points goes along one axis.
         self._points: Points = np.empty((3, 0))
@@ -46,23 +47,31 @@ class LocalMap:
         return self._points.take(solid, axis=1).T
 
     def forget(self) -> None:
-        self.__init__(self._span)
+        self.__init__(self._span, self._memory)
 
-    def see(self, points: Points, here: Points, stamp: float, sees_through: Callable[[Points], Mask]) -> None:
+    def forget_before(self, stamp: float) -> None:
+        """Forget what was not seen since then."""
+        kept = np.flatnonzero(self._stamps >= stamp)
+        self._keys, self._points = self._keys[kept], self._points.take(kept, axis=1)
+        self._votes, self._stamps = self._votes[kept], self._stamps[kept]
+
+    def see(
+        self, points: Points, here: Points, stamp: float, sees_through: Callable[[Points], Mask], votes: int = 1
+    ) -> None:
         """Take in a measurement that ended at `stamp`: its points (N, 3), taken from about `here` (3,), in the world,
-        and what tells which points in the world it saw through."""
+        and what tells which points in the world it saw through. It counts as so many `votes`."""
         keys, first = np.unique(_keys(points), return_index=True)
         at = np.minimum(np.searchsorted(self._keys, keys), max(len(self._keys) - 1, 0))
         known = self._keys[at] == keys if len(self._keys) else np.zeros(len(keys), dtype=bool)
         hit, seen = at[known], first[known]
-        self._votes[hit] = np.minimum(self._votes[hit] + 1, _MOST_VOTES)
+        self._votes[hit] = np.minimum(self._votes[hit] + votes, _MOST_VOTES)
         self._stamps[hit], self._points[:, hit] = stamp, points[seen].T
         doubted = sees_through(self._points.T)
         doubted[hit] = False
         self._votes[doubted] -= 1
-        kept = (self._votes > 0) & (stamp - self._stamps <= MEMORY)
+        kept = (self._votes > 0) & (stamp - self._stamps <= self._memory)
         kept &= self._within(here - self._span, here + self._span)
-        self._merge(kept, keys[~known], points[first[~known]], stamp)
+        self._merge(kept, keys[~known], points[first[~known]], stamp, votes)
 
     def _within(self, low: Points, high: Points) -> Mask:
         """Which points lie in the box from `low` to `high` (3,)."""
@@ -71,14 +80,14 @@ class LocalMap:
             inside &= (along >= least) & (along <= most)
         return inside
 
-    def _merge(self, kept: Mask, keys: NDArray[np.int64], points: Points, stamp: float) -> None:
-        """Leave out what is not `kept`, and put new voxels with one vote between the others."""
+    def _merge(self, kept: Mask, keys: NDArray[np.int64], points: Points, stamp: float, votes: int) -> None:
+        """Leave out what is not `kept`, and put new voxels with so many votes between the others."""
         old, new = np.flatnonzero(kept), len(self._keys) + np.arange(len(keys))
         order = np.argsort(np.concatenate([self._keys[old], keys]), kind="stable")
         source = np.concatenate([old, new])[order]
         self._keys = np.concatenate([self._keys, keys])[source]
         self._points = np.concatenate([self._points, points.T], axis=1).take(source, axis=1)
-        self._votes = np.concatenate([self._votes, np.ones(len(keys), dtype=np.int8)])[source]
+        self._votes = np.concatenate([self._votes, np.full(len(keys), votes, dtype=np.int8)])[source]
         self._stamps = np.concatenate([self._stamps, np.full(len(keys), stamp)])[source]
 
 

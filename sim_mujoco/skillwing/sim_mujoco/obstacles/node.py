@@ -1,9 +1,12 @@
-"""Obstacle detection as a process: one sensor at a time, chosen by whoever holds the newest token."""
+"""Obstacle detection as a process: one sensor at a time makes the depth map, chosen by whoever holds the newest token.
+
+For a landing the LiDAR is followed besides, whatever was chosen: its ring sees the ground below the drone.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 from skillwing.services.bus import Bus, Handle, Publisher
 from skillwing.services.bus.reading import message_reader
@@ -11,11 +14,14 @@ from skillwing.services.protocol import encode
 from skillwing.sim_mujoco import topics
 from skillwing.sim_mujoco.axis import Axis
 from skillwing.sim_mujoco.frames.pose_history import PoseHistory
+from skillwing.sim_mujoco.frames.vectors import add, to_world
 from skillwing.sim_mujoco.messaging import answer_with, stream_reader
 from skillwing.sim_mujoco.obstacles.free_space import STALE, FreeSpace, Sighting
+from skillwing.sim_mujoco.obstacles.landing_memory import LandingMemory
 from skillwing.sim_mujoco.obstacles.landing_place import Below
 from skillwing.sim_mujoco.obstacles.views import view_of
 from skillwing.sim_mujoco.options import OptionsError
+from skillwing.sim_mujoco.sensors.directions import RANGE_MOUNT
 from skillwing.sim_mujoco.sensors.scans import DepthPicture, LidarScan
 from skillwing.sim_mujoco.topics import ObstacleSource
 
@@ -23,7 +29,7 @@ PERIOD = 0.1
 
 
 class ObstaclesNode:
-    """Shell around `FreeSpace`. It listens to a sensor only while that is the chosen source."""
+    """Shell around `FreeSpace` and `LandingMemory`. It listens to the camera only while that is the chosen source."""
 
     name = "obstacles"
     owns_clock = False
@@ -33,9 +39,11 @@ class ObstaclesNode:
         self._source = ObstacleSource.NONE
         self._holder = Axis("obstacle source")
         self._space = FreeSpace()
+        self._ground = LandingMemory()
         self._poses = PoseHistory()
-        self._waiting: LidarScan | DepthPicture | None = None
-        self._sensor: Handle | None = None
+        self._waiting: dict[ObstacleSource, LidarScan | DepthPicture] = {}
+        self._camera: Handle | None = None
+        self._failed: set[str] = set()
         self._navigation: topics.Navigation | None = None
         self._guidance: topics.GuidanceStatus | None = None
         self._bus: Bus | None = None
@@ -48,7 +56,10 @@ class ObstaclesNode:
         bus.subscribe(
             topics.GUIDANCE_STATUS, message_reader(topics.GuidanceStatus, self._on_guidance), latest_only=True
         )
+        bus.subscribe(topics.RANGE, message_reader(topics.Range, self._on_range))
         bus.subscribe(topics.AUTHORITY, message_reader(topics.Revoked, self._on_revoked), events=True)
+        bus.subscribe(topics.health_key("*"), message_reader(topics.Health, self._on_health), events=True)
+        self._follow(ObstacleSource.LIDAR)
         bus.serve(topics.OBSTACLE_COMMAND, answer_with(topics.SelectObstacleSource, self._on_command))
         bus.serve(topics.LANDING_PLACE, lambda request: request.reply(encode(self._landing_place())))
         bus.every(PERIOD, self._publish)
@@ -82,40 +93,70 @@ class ObstaclesNode:
         assert self._bus is not None
         if source is self._source:
             return
-        self._source, self._waiting = source, None
-        if self._sensor is not None:
-            self._sensor.cancel()
-            self._sensor = None
+        self._source = source
+        if self._camera is not None:
+            self._camera.cancel()
+            self._camera = None
+            self._waiting.pop(ObstacleSource.ZED, None)
         if source is not ObstacleSource.NONE:
-            # What the last source has seen is kept until then, for whoever wants to land meanwhile.
             self._space.forget()
-            key, read = _STREAMS[source]
-            self._sensor = self._bus.subscribe(key, stream_reader(read, self._on_measurement), latest_only=True)
+        if source is ObstacleSource.ZED:
+            self._camera = self._follow(source)
         # Guidance must not begin a segment on the word of a source that has just been given up.
         self._publish()
 
     # --- what it sees ----------------------------------------------------------------------------------------
 
+    def _follow(self, sensor: ObstacleSource) -> Handle:
+        assert self._bus is not None
+        key, read, _ = _SENSORS[sensor]
+        reader = stream_reader(read, lambda measurement: self._on_measurement(sensor, measurement))
+        return self._bus.subscribe(key, reader, latest_only=True)
+
     def _on_navigation(self, navigation: topics.Navigation) -> None:
         self._navigation = navigation
         self._poses.add(navigation)
-        self._place_measurement()
+        self._ground.follow(navigation)
+        for sensor in list(self._waiting):
+            self._place_measurement(sensor)
 
     def _on_guidance(self, status: topics.GuidanceStatus) -> None:
         self._guidance = status
 
-    def _on_measurement(self, measurement: LidarScan | DepthPicture) -> None:
-        self._waiting = measurement
-        self._place_measurement()
+    def _on_health(self, health: topics.Health) -> None:
+        if health.status is topics.SensorStatus.FAILED:
+            self._failed.add(health.sensor)
+        else:
+            self._failed.discard(health.sensor)
 
-    def _place_measurement(self) -> None:
-        """A measurement waits until the drone's pose is known up to its end."""
-        measurement = self._waiting
-        if measurement is None or not self._poses.covers(*measurement.span):
+    def _on_range(self, seen: topics.Range) -> None:
+        navigation = self._navigation
+        if seen.distance is None or "range" in self._failed or navigation is None or seen.t - navigation.t > PERIOD:
             return
-        self._waiting = None
+        down = (RANGE_MOUNT[0], RANGE_MOUNT[1], RANGE_MOUNT[2] - seen.distance)
+        self._ground.meet(seen.t, add(navigation.position, to_world(navigation.quaternion, down)))
+
+    def _on_measurement(self, sensor: ObstacleSource, measurement: LidarScan | DepthPicture) -> None:
+        if sensor is self._source or self._ground_wants(sensor, measurement):
+            self._waiting[sensor] = measurement
+            self._place_measurement(sensor)
+
+    def _place_measurement(self, sensor: ObstacleSource) -> None:
+        """A measurement waits until the drone's pose is known up to its end."""
+        measurement = self._waiting[sensor]
+        if not self._poses.covers(*measurement.span):
+            return
+        del self._waiting[sensor]
         view = view_of(measurement)
-        self._space.see(Sighting(view, measurement.place(self._poses, view.sight)))
+        sighting = Sighting(view, measurement.place(self._poses, view.sight))
+        if sensor is self._source:
+            self._space.see(sighting)
+        if self._ground_wants(sensor, measurement):
+            self._ground.see(sensor, sighting)
+
+    def _ground_wants(self, sensor: ObstacleSource, measurement: LidarScan | DepthPicture) -> bool:
+        """Whoever flies by a sensor that has failed stops by himself; but nobody is to land by what it makes up."""
+        return _SENSORS[sensor].name not in self._failed and self._ground.wants(sensor, measurement.span[1])
 
     # --- what it says ----------------------------------------------------------------------------------------
 
@@ -142,12 +183,13 @@ class ObstaclesNode:
     def _landing_place(self) -> topics.LandingPlace:
         assert self._bus is not None
         t, navigation = self._bus.now(), self._navigation
-        known = self._space.known(t)
+        known = self._ground.known(t)
         if known is None or navigation is None or not navigation.valid or t - navigation.t > STALE:
             return topics.LandingPlace(place=None, text="nothing is known of the ground below")
         below = Below(known, navigation.position)
         if not below.taken:
-            return topics.LandingPlace(place=None, text="nothing is known to stand below")
+            seen = "the ground below is free" if below.seen else "nothing is known to stand below"
+            return topics.LandingPlace(place=None, text=seen)
         place = below.free_place()
         text = "no free ground is known nearby" if place is None else "something stands below; here the ground is free"
         return topics.LandingPlace(place=place, text=text)
@@ -167,9 +209,17 @@ def make_obstacles(options: dict[str, Any]) -> ObstaclesNode:
     return ObstaclesNode()
 
 
-_STREAMS: dict[ObstacleSource, tuple[str, Callable[[bytes, bytes], LidarScan | DepthPicture]]] = {
-    ObstacleSource.ZED: (topics.ZED_DEPTH, DepthPicture.decode),
-    ObstacleSource.LIDAR: (topics.LIDAR, LidarScan.decode),
+class _Sensor(NamedTuple):
+    """Where its measurements come from, and its name in messages of health."""
+
+    key: str
+    read: Callable[[bytes, bytes], LidarScan | DepthPicture]
+    name: str
+
+
+_SENSORS = {
+    ObstacleSource.ZED: _Sensor(topics.ZED_DEPTH, DepthPicture.decode, "zed"),
+    ObstacleSource.LIDAR: _Sensor(topics.LIDAR, LidarScan.decode, "lidar"),
 }
 
 LOOKING_ACROSS = frozenset({ObstacleSource.LIDAR})

@@ -1,4 +1,4 @@
-"""Where each measurement of a picture or a scan points: all that a receiver has to know about the two sensors.
+"""Where each measurement of a picture, a scan or the range-finder points: all that a receiver has to know about them.
 
 Frames are FLU (x forward, y left, z up).
 """
@@ -11,8 +11,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from skillwing.sim_mujoco.frames.vectors import Vector
 from skillwing.sim_mujoco.topics import DepthHeader
 
+RANGE_MOUNT: Final[Vector] = (0.0, 0.0, -0.42)
+"""Where the range-finder sits on the drone; it looks along the body's -z [m]."""
 LIDAR_HALF_FAN: Final = math.radians(15.0)
 """How far the LiDAR's beams lean out of the plane of its ring, fore and aft [rad]."""
 

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skillwing.sim_mujoco.frames.motion import Motion
-from skillwing.sim_mujoco.frames.vectors import Vector, add, to_world
+from skillwing.sim_mujoco.frames.vectors import add, to_world
+from skillwing.sim_mujoco.sensors.directions import RANGE_MOUNT
 from skillwing.sim_mujoco.sensors.rays import RayScene
 
 IMU_PERIOD = 0.004
@@ -20,8 +21,6 @@ IMU_TURN_ON = np.array([0.05] * 3 + [0.003] * 3)
 IMU_WALK = np.array([1e-3] * 3 + [1e-4] * 3)
 """How far the biases wander in a second; four times as far in sixteen."""
 ACCELERATION_LIMIT = 80.0
-RANGE_MOUNT: Vector = (0.0, 0.0, -0.42)
-"""Where the range-finder sits on the drone, FLU [m]."""
 RANGE_PERIOD = 0.05
 RANGE_REACH, RANGE_NEAREST = 40.0, 0.05
 

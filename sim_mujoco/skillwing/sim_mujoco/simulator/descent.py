@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from skillwing.sim_mujoco.frames.vectors import Quaternion, Vector, axes, norm
-from skillwing.sim_mujoco.sensors.instruments import RANGE_MOUNT
+from skillwing.sim_mujoco.sensors.directions import RANGE_MOUNT
 from skillwing.sim_mujoco.simulator.hexacopter import GEAR_HEIGHT
 
 LANDING_SPEED, FAST_DESCENT, FLARE_HEIGHT = 0.7, 1.5, 5.0
