@@ -1,7 +1,8 @@
 """The library's mapping mission with another answer to the camera's failure, to compare its own with.
 
-Not for flying: one of the answers is none. It is the library's tree with its LiDAR branch left out or exchanged, after
-the guards above have taken hold of the leaves, so that neither the operator nor the safety pilot can hold a new branch.
+Not for flying: one of the answers is none. It is the library's tree with its LiDAR branch left out or exchanged, and
+without coming home for want of a map, after the guards above have taken hold of the leaves, so that neither the
+operator nor the safety pilot can hold a new branch.
 """
 
 from __future__ import annotations
@@ -43,13 +44,22 @@ class MappingOtherwise(MappingMission):
         trees = super().build(context, limited)
         nodes = list(trees.root.iterate())
         route = next(node.route for node in nodes if isinstance(node, WaypointWriter))
-        by_lidar = next(node for node in nodes if node.name == "LiDAR branch")
-        assert isinstance(by_lidar.parent, Composite), "the LiDAR branch hangs below the choice of branches"
+        by_lidar, come_home = (_named(nodes, name) for name in ("LiDAR branch", "come home"))
+        _parent(come_home).remove_child(come_home)
         if options.instead == "land":
-            by_lidar.parent.remove_child(by_lidar)
+            _parent(by_lidar).remove_child(by_lidar)
         else:
-            by_lidar.parent.replace_child(by_lidar, _branch(context, route, options))
+            _parent(by_lidar).replace_child(by_lidar, _branch(context, route, options))
         return trees
+
+
+def _named(nodes: list[Behaviour], name: str) -> Behaviour:
+    return next(node for node in nodes if node.name == name)
+
+
+def _parent(node: Behaviour) -> Composite:
+    assert isinstance(node.parent, Composite), f"`{node.name}` is one of several"
+    return node.parent
 
 
 def _branch(context: MissionContext, route: Route, options: OtherwiseOptions) -> Behaviour:

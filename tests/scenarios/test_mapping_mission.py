@@ -58,13 +58,43 @@ def test_the_camera_fails_on_the_second_leg() -> None:
     assert switch in flight.chain(begun)
 
 
-@pytest.mark.parametrize("failure", [None, 17.0])
-def test_the_tree_file_flies_as_the_mission_in_python_does(failure: float | None) -> None:
+def test_the_lidar_fails_on_the_second_leg() -> None:
+    """No map can be made any more, and the camera sees the way home."""
+    flight = Flight()
+    flight.at(17.0, lambda: flight.drone.set("lidar_status", "FAILED"))
+    status = flight.fly()
+    assert (status.phase, status.waypoint) == ("FAILED", 1)
+    assert status.text.startswith("lidar_mapping ended RI: ")
+    assert flight.idle
+    assert flight.drone.position == (0.0, 0.0, 0.0)
+    assert flight.started[-3:] == ["zed_depthmap", "return_home", "land"]
+    assert flight.ends("zed_depthmap") == ["IT", "IT"]
+    assert "NR" not in [label for skill in set(flight.started) for label in flight.ends(skill)]
+
+    (switch,) = (
+        record for record in flight.records if record.kind is RecordKind.MISSION and record.before == "mapping"
+    )
+    assert switch.after == "coming home by ZED"
+    assert [record.subject for record in flight.chain(switch)][-1] == "lidar_status"
+    begun = next(record for record in flight.records if record.subject == "return_home")
+    assert switch in flight.chain(begun)
+
+
+@pytest.mark.parametrize(
+    ("failures", "phase"),
+    [
+        ([], "SUCCEEDED"),
+        ([(17.0, "zed_status")], "SUCCEEDED"),
+        ([(17.0, "lidar_status")], "FAILED"),
+        ([(17.0, "lidar_status"), (20.0, "zed_status")], "FAILED"),
+    ],
+)
+def test_the_tree_file_flies_as_the_mission_in_python_does(failures: list[tuple[float, str]], phase: str) -> None:
     flights = [Flight(), Flight(mission=find_mission(str(TREE_FILE)), route=ROUTE)]
     for flight in flights:
-        if failure is not None:
-            flight.at(failure, lambda flight=flight: flight.drone.set("zed_status", "FAILED"))
-        assert flight.fly().phase == "SUCCEEDED"
+        for moment, sensor in failures:
+            flight.at(moment, lambda flight=flight, sensor=sensor: flight.drone.set(sensor, "FAILED"))
+        assert flight.fly().phase == phase
     by_python, by_file = ([(goal.skill, goal.terminal) for goal in flight.goals.values()] for flight in flights)
     assert by_file == by_python
 
@@ -80,16 +110,32 @@ def test_the_camera_may_fail_at_any_time(seed: int, moment: float) -> None:
     assert flight.on_ground
 
 
-@given(seed=seeds, moment=st.floats(1.0, LONGEST), second=st.floats(0.0, 30.0))
+@given(seed=seeds, moment=st.floats(1.0, LONGEST))
 @settings(max_examples=8, deadline=None)
-def test_the_lidar_may_fail_at_any_time_and_the_drone_lands(seed: int, moment: float, second: float) -> None:
+def test_the_lidar_may_fail_at_any_time_and_the_drone_comes_home(seed: int, moment: float) -> None:
     flight = Flight(seed=seed)
-    flight.at(max(0.0, moment - second), lambda: flight.drone.set("zed_status", "FAILED"))
     flight.at(moment, lambda: flight.drone.set("lidar_status", "FAILED"))
     status = flight.fly()
     assert flight.idle
+    assert flight.drone.position == (0.0, 0.0, 0.0)
+    if status.phase != "SUCCEEDED":
+        assert status.waypoint < len(ROUTE)
+        assert "lidar" in status.text
+
+
+@given(seed=seeds, moment=st.floats(1.0, LONGEST), apart=st.floats(0.0, 30.0), camera_first=st.booleans())
+@settings(max_examples=16, deadline=None)
+def test_both_sensors_may_fail_at_any_time_and_the_drone_lands(
+    seed: int, moment: float, apart: float, camera_first: bool
+) -> None:
+    flight = Flight(seed=seed)
+    first, second = ("zed_status", "lidar_status") if camera_first else ("lidar_status", "zed_status")
+    flight.at(max(0.0, moment - apart), lambda: flight.drone.set(first, "FAILED"))
+    flight.at(moment, lambda: flight.drone.set(second, "FAILED"))
+    status = flight.fly()
+    assert flight.idle
     assert flight.on_ground
-    if "RI" in flight.ends("lidar_mapping") and "return_home" not in flight.started:
+    if status.phase != "SUCCEEDED":
         assert status.phase == "FAILED"
         assert "lidar" in status.text
 

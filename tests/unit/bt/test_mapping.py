@@ -75,9 +75,55 @@ class Flight(FakeMission):
         self.interface.states["depthmap_source"] = "ZED"
         self.tick()
 
+    def start_crabwise(self) -> None:
+        """Up to the first turn of the LiDAR branch, after the loss of the camera."""
+        self.start_mapping()
+        self.lose_camera()
+        self.come_to_rest()
+        self.goal("lidar_depthmap").run()
+        self.interface.states["depthmap_source"] = "LIDAR"
+        self.tick()
+        assert self.alive() == ["lidar_mapping", "lidar_depthmap", "rotate_head"]
+
     def lose_camera(self) -> None:
         self.interface.states |= {"zed_status": "FAILED", "depthmap_source": "NONE"}
-        self.goal("zed_depthmap").end("RI", invariant="zed_ok", subject="zed_status")
+        self._violate("zed_status", "zed_ok", "zed_depthmap")
+
+    def lose_lidar(self) -> None:
+        self.interface.states |= {"lidar_status": "FAILED", "slam_status": "IDLE"}
+        self._violate("lidar_status", "lidar_ok", "lidar_mapping", "lidar_depthmap")
+
+    def _violate(self, resource: str, invariant: str, *skills: str) -> None:
+        for goal in self.goals:
+            if goal.skill in skills and not goal.done:
+                goal.end("RI", invariant=invariant, subject=resource)
+
+    def fly_route(self) -> None:
+        """By the camera, up to the way home."""
+        for x, y, z in ROUTE:
+            self.be_at(x, y, z)
+            self.goal("goto_straight").end("S_ARRIVED", success=True)
+            self.tick()
+            self.tick()
+
+    def come_to_rest(self) -> None:
+        """The tree reacts, what it has interrupted ends, and it goes on when all has calmed down."""
+        self.tick()
+        for goal in self.goals:
+            if goal.interrupts and not goal.done:
+                goal.end("IT")
+        if not {"zed_depthmap", "lidar_depthmap"}.intersection(self.alive()):
+            self.interface.states["depthmap_source"] = "NONE"
+        self.tick()
+        for _ in range(2):  # a way home that cannot begin and the landing instead, each waits for itself
+            self.tick(later=1.0)
+
+    def land_at_home(self) -> Status:
+        """From the end of `return_home` to that of the mission."""
+        self.goal("return_home").end("S_ARRIVED", success=True)
+        self.come_to_rest()
+        self.goal("land").end("S_LANDED", success=True)
+        return self.tick()
 
 
 @pytest.fixture
@@ -164,11 +210,7 @@ def test_the_switch_of_figure_12(flight: Flight) -> None:
 
 def test_a_camera_that_fails_on_the_way_home_leaves_it_to_the_lidar(flight: Flight) -> None:
     flight.start_mapping()
-    for x, y, z in ROUTE:
-        flight.be_at(x, y, z)
-        flight.goal("goto_straight").end("S_ARRIVED", success=True)
-        flight.tick()
-        flight.tick()
+    flight.fly_route()
     by_camera = flight.goal("return_home")
     flight.lose_camera()
     flight.tick()
@@ -209,23 +251,112 @@ def test_a_blocked_leg_is_followed_by_a_detour(flight: Flight) -> None:
     assert flight.goal("zed_depthmap").interrupts == 0
 
 
-@pytest.mark.parametrize(
-    ("skill", "label"),
-    [("lidar_mapping", "S_DIVERGED"), ("lidar_mapping", "RI"), ("lidar_mapping", "LOST")],
-)
-def test_without_a_map_the_drone_lands_where_it_is(flight: Flight, skill: str, label: str) -> None:
+@pytest.mark.parametrize("label", ["S_DIVERGED", "RI", "LOST"])
+def test_without_a_map_to_be_made_the_drone_comes_home_by_the_camera(flight: Flight, label: str) -> None:
     flight.start_mapping()
-    flight.goal(skill).end(label)
+    flight.goal("lidar_mapping").end(label)
     assert flight.tick() is Status.RUNNING
-    stopping = [flight.goal(skill) for skill in ("zed_depthmap", "goto_straight")]
-    assert [goal.interrupts for goal in stopping] == [1, 1]
-    assert "land" not in flight.alive(), "not before the drone has stopped"
-    for goal in stopping:
-        goal.end("IT")
-    flight.tick(later=1.0)
+    assert [flight.goal(skill).interrupts for skill in ("zed_depthmap", "goto_straight")] == [1, 1]
+    flight.come_to_rest()
+    assert flight.alive() == ["zed_depthmap"], "nothing looks ahead yet"
+    flight.interface.states["depthmap_source"] = "ZED"
+    flight.tick()
+    assert flight.alive() == ["zed_depthmap", "return_home"]
+    assert flight.land_at_home() is Status.FAILURE, "the route was not flown"
+    ((*step, reason, _),) = flight.journal
+    assert step == ["mission", "mapping", "coming home by ZED"]
+    assert reason == f"lidar_mapping ended {label}: {label} for the test"
+
+
+def test_a_map_that_is_lost_on_the_way_home_was_made_all_the_same(flight: Flight) -> None:
+    flight.start_mapping()
+    flight.fly_route()
+    flight.lose_lidar()
+    flight.come_to_rest()
+    flight.interface.states["depthmap_source"] = "ZED"
+    flight.tick()
+    assert flight.alive() == ["zed_depthmap", "return_home"]
+    assert flight.land_at_home() is Status.SUCCESS
+
+
+def test_a_lidar_that_is_lost_as_well_lands_the_drone_where_it_is(flight: Flight) -> None:
+    flight.start_crabwise()
+    flight.lose_lidar()
+    flight.come_to_rest()
+    assert flight.alive() == ["land"]
     flight.goal("land").end("S_LANDED", success=True)
     assert flight.tick() is Status.FAILURE
-    assert [(step[1], step[2]) for step in flight.journal] == [("flight", "landing where it is")]
+    subject, *step, reason, _ = flight.journal[-1]
+    assert [subject, *step] == ["mission", "flight", "landing where it is"]
+    assert reason == "lidar_depthmap ended RI: RI for the test", "and not which sensors were asked for since"
+
+
+def test_sensors_that_are_lost_together_land_the_drone_where_it_is(flight: Flight) -> None:
+    """News of the camera may come a moment after that of the LiDAR."""
+    flight.start_mapping()
+    flight.lose_lidar()
+    flight.tick(later=CALM / 2)
+    flight.lose_camera()
+    flight.come_to_rest()
+    assert flight.alive() == ["land"]
+
+
+def test_a_camera_that_is_well_again_leads_home_where_the_lidar_is_lost(flight: Flight) -> None:
+    flight.start_crabwise()
+    flight.interface.states["zed_status"] = "OK"
+    flight.lose_lidar()
+    flight.come_to_rest()
+    flight.interface.states["depthmap_source"] = "ZED"
+    flight.tick()
+    assert flight.alive() == ["zed_depthmap", "return_home"]
+
+
+@pytest.fixture
+def coming_home(flight: Flight) -> Flight:
+    """A flight that has lost its LiDAR and flies home by the camera."""
+    flight.start_mapping()
+    flight.lose_lidar()
+    flight.come_to_rest()
+    flight.goal("zed_depthmap").run()
+    flight.interface.states["depthmap_source"] = "ZED"
+    flight.tick()
+    flight.goal("return_home").run()
+    return flight
+
+
+def test_a_camera_that_is_lost_on_the_way_home_lands_the_drone_where_it_is(coming_home: Flight) -> None:
+    coming_home.lose_camera()
+    coming_home.come_to_rest()
+    assert coming_home.alive() == ["land"]
+    assert [step[2] for step in coming_home.journal] == ["coming home by ZED", "landing where it is"]
+    assert coming_home.journal[-1][3] == "zed_depthmap ended RI: RI for the test"
+
+
+def test_a_camera_that_is_lost_on_the_way_home_leaves_it_to_a_lidar_that_is_well_again(coming_home: Flight) -> None:
+    coming_home.interface.states["lidar_status"] = "OK"
+    coming_home.lose_camera()
+    coming_home.come_to_rest()
+    coming_home.interface.states["depthmap_source"] = "LIDAR"
+    coming_home.tick(later=CALM)
+    assert coming_home.alive() == ["lidar_depthmap", "return_home"]
+
+
+def test_a_way_home_that_fails_lands_the_drone_where_it_is(coming_home: Flight) -> None:
+    coming_home.goal("return_home").end("S_ABORTED")
+    coming_home.come_to_rest()
+    assert coming_home.alive() == ["land"]
+
+
+def test_a_battery_that_empties_while_the_drone_comes_home_without_a_map_lands_it(coming_home: Flight) -> None:
+    coming_home.interface.states["battery_status"] = "CRITICAL"
+    coming_home.come_to_rest()
+    assert coming_home.alive() == ["land"]
+
+
+def test_the_time_limit_holds_for_a_drone_that_comes_home_without_a_map(coming_home: Flight) -> None:
+    coming_home.tick(later=901.0)
+    coming_home.come_to_rest()
+    assert coming_home.alive() == ["land"]
 
 
 def test_a_takeoff_that_fails_on_the_ground_commands_no_landing(flight: Flight) -> None:
