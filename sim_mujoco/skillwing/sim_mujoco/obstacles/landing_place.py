@@ -20,6 +20,7 @@ from skillwing.sim_mujoco.obstacles.free_space import TUBE_RADIUS, free_distance
 from skillwing.sim_mujoco.obstacles.local_map import LocalMap
 
 Points = NDArray[np.float64]
+Squares = NDArray[np.int64]
 
 REACH: Final = 15.0
 """How far away another place is looked for [m]."""
@@ -35,6 +36,8 @@ _OBSTACLE = 3
 """So many voxels are an obstacle, fewer are noise."""
 _GRID: Final = 0.5
 """Between the places that are tried, and the side of the squares by which ground counts as seen [m]."""
+_BEARINGS: Final = 72
+"""In which it is looked how far places can be reached at all."""
 _GAP = 2.0
 """Over what was not seen in between, ground goes on as far as this [m]."""
 _PLOT = 20
@@ -55,8 +58,8 @@ class Below:
         low, high = self._here - span, self._here + span
         low[2], high[2] = -np.inf, self._here[2] + TUBE_RADIUS
         points = known.solid_within(low, high)
-        self._places = np.floor(points[:, :2] / _GRID).astype(np.int64)
-        self._rising = _above_ground(points, self._places) > STEP
+        squares, self._square = _squares(points)
+        self._rising = _above_ground(points, squares, self._square) > STEP
         self._tree = KDTree(points[:, :2])
 
     @property
@@ -67,28 +70,42 @@ class Below:
     @property
     def seen(self) -> bool:
         """Whether the ground there was seen, on all sides."""
-        return self._is_seen(self._here[:2], _SEEN)
+        return self._share_seen(self._here[:2]) >= _SEEN
 
     def free_place(self) -> Vector | None:
         """The nearest place, at the drone's height, below which ground was seen, with free ways there and down.
 
         Better one where all of the ground was seen; but one where a part of it was is better than none.
         """
-        for share in (_SEEN, _GLIMPSED):
-            for place in self._tries():
-                if self._is_seen(place, share) and not self._rises(place, ROOM) and self._is_reached(place):
-                    return float(place[0]), float(place[1]), float(self._here[2])
-        return None
+        glimpsed: Vector | None = None
+        for place in self._tries():
+            seen = self._share_seen(place)
+            if seen < (_SEEN if glimpsed else _GLIMPSED) or self._rises(place, ROOM):
+                continue
+            if self._is_reached(place):
+                found = float(place[0]), float(place[1]), float(self._here[2])
+                if seen >= _SEEN:
+                    return found
+                glimpsed = found
+        return glimpsed
 
     def _tries(self) -> Iterator[Points]:
-        """Places (2,), the nearest first."""
+        """Places (2,), the nearest first, but for those that are behind something."""
         steps = np.arange(-REACH, REACH + _GRID, _GRID)
         east, north = np.meshgrid(steps, steps)
         offsets = np.column_stack([east.ravel(), north.ravel()])
         away = np.linalg.norm(offsets, axis=1)
-        near = np.flatnonzero((away > 0.0) & (away <= REACH))
+        bearing = np.arctan2(offsets[:, 1], offsets[:, 0]) / (2.0 * np.pi) * _BEARINGS
+        behind = away > self._open()[np.round(bearing).astype(np.int64) % _BEARINGS]
+        near = np.flatnonzero((away > 0.0) & (away <= REACH) & ~behind)
         for at in near[np.argsort(away[near], kind="stable")]:
             yield self._here[:2] + offsets[at]
+
+    def _open(self) -> Points:
+        """How far it is free to each of so many bearings [m]: one look at each for all the places that lie there."""
+        bearings = np.arange(_BEARINGS) * (2.0 * np.pi / _BEARINGS)
+        ends = self._here + REACH * np.column_stack([np.cos(bearings), np.sin(bearings), np.zeros(_BEARINGS)])
+        return np.array([free_distance(self._known, [self._here, end], 2.0 * REACH) for end in ends])
 
     def _around(self, place: Points, radius: float) -> list[int]:
         """Which points lie within so much of a place, however high."""
@@ -97,9 +114,10 @@ class Below:
     def _rises(self, place: Points, radius: float) -> bool:
         return int(np.count_nonzero(self._rising[self._around(place, radius)])) >= _OBSTACLE
 
-    def _is_seen(self, place: Points, share: float) -> bool:
-        squares = np.unique(self._places[self._around(place, ROOM)], axis=0)
-        return len(squares) >= share * np.pi * (ROOM / _GRID) ** 2
+    def _share_seen(self, place: Points) -> float:
+        """Of the squares around a place."""
+        squares = np.unique(self._square[self._around(place, ROOM)])
+        return len(squares) / (np.pi * (ROOM / _GRID) ** 2)
 
     def _is_reached(self, place: Points) -> bool:
         """Whether the way there leads over seen places, and nothing stands in it."""
@@ -112,12 +130,19 @@ class Below:
         return free_distance(self._known, [self._here, self._here + way], 2.0 * REACH) >= length + TUBE_RADIUS / 2.0
 
 
-def _above_ground(points: Points, places: NDArray[np.int64]) -> Points:
-    """How high points (N, 3), in these squares (N, 2), lie above the ground next to them; 0 where no ground is known.
+def _squares(points: Points) -> tuple[Squares, Squares]:
+    """Squares (M, 2) with points (N, 3) in them, counted from the origin, and which of them each point is in (N,)."""
+    places = np.floor(points[:, :2] / _GRID).astype(np.int64)
+    _, first, of = np.unique((places[:, 0] << 32) + places[:, 1], return_index=True, return_inverse=True)
+    return places[first], of
+
+
+def _above_ground(points: Points, squares: Squares, of: Squares) -> Points:
+    """How high points (N, 3), each `of` one of the squares (M, 2), lie above the ground next to them; 0 where no ground
+    is known.
 
     Ground is the lowest of what hangs together without steps. Roofs are as flat, but nothing leads up to them.
     """
-    squares, of = np.unique(places, axis=0, return_inverse=True)
     heights = np.full(len(squares), np.inf)
     np.minimum.at(heights, of, points[:, 2])
     one, other = KDTree(squares * _GRID).query_pairs(_GAP, output_type="ndarray").T
