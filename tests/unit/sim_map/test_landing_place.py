@@ -71,6 +71,18 @@ def test_a_slope_is_no_obstacle(slope: float) -> None:
     assert not below(plain(slope=slope)).taken
 
 
+@pytest.mark.parametrize("slope", [-0.35, 0.35])
+def test_a_steep_slope_is_landed_beside(slope: float) -> None:
+    ground = plain()
+    terrace = ground[:, 0] > HERE[0] + 4.0
+    ground[:, 2] = np.where(terrace, 0.0, slope * (ground[:, 0] - HERE[0] - 4.0))
+    found = below(ground)
+    place = found.free_place()
+    assert found.taken
+    assert place is not None
+    assert HERE[0] + 2.5 < place[0] < HERE[0] + 6.0
+
+
 @given(st.floats(0.0, 2.0 * math.pi), st.floats(0.0, 3.0))
 @settings(max_examples=25, deadline=None)
 def test_what_stands_below_is_landed_beside(bearing: float, away: float) -> None:
@@ -130,6 +142,12 @@ def test_of_a_track_the_nearest_place_is_chosen_that_the_blades_fit_into() -> No
     assert place is not None
     assert gap(place, line[met]) >= TIP_RADIUS
     assert math.dist(place, HERE) < 4.0
+
+
+def test_across_a_track_no_slope_is_seen() -> None:
+    line = track()
+    line += np.random.default_rng(3).normal(0.0, 0.02, line.shape)
+    assert not below(line).taken
 
 
 def test_better_than_a_track_is_ground_that_was_seen_on_all_sides() -> None:

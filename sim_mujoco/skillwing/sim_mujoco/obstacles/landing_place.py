@@ -32,8 +32,14 @@ STEP: Final = 0.4
 """What rises higher above the ground than this is no ground to land on [m]."""
 SLOPE: Final = 0.4
 """What is reached from the ground only by steeper ways than this, and by higher steps, is a roof or the like."""
+STEEPEST: Final = 0.25
+"""On a slope of 10 degrees the drone lands and stands, on one of 20 it topples: no landing above this, 14 degrees."""
 _OBSTACLE = 3
 """So many voxels are an obstacle, fewer are noise."""
+_PLANE: Final = 12
+"""So many voxels of ground tell its slope, fewer do not."""
+_THIN: Final = 0.1
+"""Across a line of ground that is thinner than this share of its length its slope is not known."""
 _GRID: Final = 0.5
 """Between the places that are tried, and the side of the squares by which ground counts as seen [m]."""
 _BEARINGS: Final = 72
@@ -58,14 +64,15 @@ class Below:
         low, high = self._here - span, self._here + span
         low[2], high[2] = -np.inf, self._here[2] + TUBE_RADIUS
         points = known.solid_within(low, high)
+        self._points = points
         squares, self._square = _squares(points)
         self._rising = _above_ground(points, squares, self._square) > STEP
         self._tree = KDTree(points[:, :2])
 
     @property
     def taken(self) -> bool:
-        """Whether something stands where the drone would come down, or a roof is there."""
-        return self._rises(self._here[:2], TUBE_RADIUS)
+        """Whether something stands where the drone would come down, or a roof is there, or a slope."""
+        return not self._is_clear(self._here[:2], TUBE_RADIUS)
 
     @property
     def seen(self) -> bool:
@@ -80,7 +87,7 @@ class Below:
         glimpsed: Vector | None = None
         for place in self._tries():
             seen = self._share_seen(place)
-            if seen < (_SEEN if glimpsed else _GLIMPSED) or self._rises(place, ROOM):
+            if seen < (_SEEN if glimpsed else _GLIMPSED) or not self._is_clear(place, ROOM):
                 continue
             if self._is_reached(place):
                 found = float(place[0]), float(place[1]), float(self._here[2])
@@ -111,8 +118,14 @@ class Below:
         """Which points lie within so much of a place, however high."""
         return self._tree.query_ball_point(place, radius)
 
-    def _rises(self, place: Points, radius: float) -> bool:
-        return int(np.count_nonzero(self._rising[self._around(place, radius)])) >= _OBSTACLE
+    def _is_clear(self, place: Points, radius: float) -> bool:
+        """Whether nothing rises from the ground so near, and a plane through that is no slope to slip down."""
+        around = self._around(place, radius)
+        rising = self._rising[around]
+        if np.count_nonzero(rising) >= _OBSTACLE:
+            return False
+        ground = self._points[around][~rising]
+        return _slope(ground) <= STEEPEST
 
     def _share_seen(self, place: Points) -> float:
         """Of the squares around a place."""
@@ -128,6 +141,15 @@ class Below:
         if not np.isfinite(gaps).all():
             return False
         return free_distance(self._known, [self._here, self._here + way], 2.0 * REACH) >= length + TUBE_RADIUS / 2.0
+
+
+def _slope(points: Points) -> float:
+    """Of the plane that fits these points (N, 3) best, as far as they tell."""
+    if len(points) < _PLANE:
+        return 0.0
+    east, north, up = (points - points.mean(axis=0)).T
+    (per_east, per_north), *_ = np.linalg.lstsq(np.column_stack([east, north]), up, rcond=_THIN)
+    return float(np.hypot(per_east, per_north))
 
 
 def _squares(points: Points) -> tuple[Squares, Squares]:
