@@ -148,7 +148,9 @@ class M600Layer(FakeLayer):
         return Done()
 
     def _land_where(self, _: topics.Empty) -> topics.LandingPlace:
-        return topics.LandingPlace(place=None if self.position == self.landing_place else self.landing_place)
+        if self.position == self.landing_place:
+            return topics.LandingPlace(place=None, text="free")
+        return topics.LandingPlace(place=self.landing_place, text="taken")
 
     # --- motion ------------------------------------------------------------------------------------------------------
 

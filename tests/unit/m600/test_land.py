@@ -64,6 +64,7 @@ def test_lands_beside_what_stands_below(drone: Drone) -> None:
     drone.start(speed=2.0).assert_ended("S_LANDED")
     assert drone.layer.motions == ["FlyTo", "Land", "Stop"]
     assert drone.layer.position[:2] == (3.0, 1.0)
+    assert [record.text for record in drone.history.records if record.subject == "ground"] == ["taken"]
 
 
 def test_asks_again_where_it_is_blocked_on_the_way(drone: Drone) -> None:

@@ -6,13 +6,15 @@ from enum import Enum, auto
 
 from skillwing.m600.generated.managers import AbstractLandManager
 from skillwing.m600.generated.types import LandFeedback, LandInputs
+from skillwing.m600.keys import KEYS
 from skillwing.m600.latest import Latest
 from skillwing.m600.skills.guidance_client import Axis, GuidanceClient
 from skillwing.m600.skills.headway import Headway
 from skillwing.m600.skills.whereabouts import Whereabouts
 from skillwing.services.bus import Answer, Answered
 from skillwing.services.managers.skill_manager import Goal
-from skillwing.services.protocol import ProtocolError, Terminal, decode, encode
+from skillwing.services.protocol import ProtocolError, RecordKind, Terminal, decode, encode
+from skillwing.services.timeline import Timeline
 from skillwing.sim_mujoco.topics import (
     FLIGHT,
     LANDING_PLACE,
@@ -24,7 +26,6 @@ from skillwing.sim_mujoco.topics import (
     LandingPlace,
     MotionState,
     Nose,
-    Vector3,
 )
 
 PATIENCE = 1.0
@@ -51,6 +52,8 @@ class LandManager(AbstractLandManager):
     """Descends until the drone stands and its rotors are off: where it is, or beside what is known to stand below.
 
     Where it has flown aside it asks again, for it may have been stopped on the way, or see by now what stands there.
+    The timeline tells why it flies aside.
+
     Whoever does not answer where to land, or refuses to fly there, does not keep the drone from landing where it is.
     """
 
@@ -58,6 +61,7 @@ class LandManager(AbstractLandManager):
         self.guidance = GuidanceClient(self, Axis.BODY, self._on_guidance)
         self.whereabouts = Whereabouts(self)
         self.flight = Latest(self.bus, FLIGHT, FlightState, self._on_flight, at_rest=True)
+        self._timeline = Timeline(self.bus, KEYS)
         self._stage = Stage.ASKING
         self._asides = 0
         self._descent: Headway | None = None
@@ -87,13 +91,14 @@ class LandManager(AbstractLandManager):
     def _told(self, goal: Goal[LandInputs], answer: Answer) -> None:
         if self.current is None or self.current.id != goal.id or self._stage is not Stage.ASKING:
             return
-        place = _place(answer)
-        if place is None:
+        told = _read(answer)
+        if told.place is None:
             self._descend(goal)
         else:
             self._stage = Stage.GOING_ASIDE
             self._asides += 1
-            aside = FlyTo(target=place, speed=ASIDE, nose=Nose.FREE)
+            self._timeline.record(RecordKind.HEALTH, "ground", None, "TAKEN", text=told.text, goal_id=goal.id)
+            aside = FlyTo(target=told.place, speed=ASIDE, nose=Nose.FREE)
             self.guidance.fly(goal, aside, on_refused=lambda _: self._descend(goal))
 
     def _descend(self, goal: Goal[LandInputs]) -> None:
@@ -138,9 +143,9 @@ class LandManager(AbstractLandManager):
         return self._descent.stalled(now, depth)
 
 
-def _place(answer: Answer) -> Vector3 | None:
-    """Where else to land, if somebody knows."""
+def _read(answer: Answer) -> LandingPlace:
+    """What was answered; where it is, if nobody knows better."""
     try:
-        return decode(answer.payload, LandingPlace).place if isinstance(answer, Answered) else None
+        return decode(answer.payload, LandingPlace) if isinstance(answer, Answered) else LandingPlace(place=None)
     except ProtocolError:
-        return None
+        return LandingPlace(place=None)

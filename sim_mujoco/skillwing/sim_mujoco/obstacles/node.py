@@ -191,8 +191,8 @@ class ObstaclesNode:
             seen = "the ground below is free" if below.seen else "nothing is known to stand below"
             return topics.LandingPlace(place=None, text=seen)
         place = below.free_place()
-        text = "no free ground is known nearby" if place is None else "something stands below; here the ground is free"
-        return topics.LandingPlace(place=place, text=text)
+        elsewhere = "no free ground is known nearby" if place is None else "here the ground is free"
+        return topics.LandingPlace(place=place, text=f"something stands below, or it is steep; {elsewhere}")
 
     def _way(self, t: float) -> tuple[topics.Vector3, ...]:
         """Where guidance is flying, as far as it says so itself."""
