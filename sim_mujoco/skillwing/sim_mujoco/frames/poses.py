@@ -16,11 +16,11 @@ def interpolate(track: Sequence[Motion], times: NDArray[np.float64]) -> tuple[ND
     Samples 10 ms apart turn by less than a degree, where normalised linear interpolation of quaternions is exact
     enough. Consecutive quaternions must lie on the same hemisphere, as those of an integrator do.
     """
-    samples = np.array([(m.t, *m.position, *m.quaternion) for m in track])
-    columns = [np.interp(times, samples[:, 0], samples[:, k]) for k in range(1, 8)]
-    poses = np.stack(columns, axis=1)
-    quaternions = poses[:, 3:]
-    return poses[:, :3], quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)
+    # Kept as rows of one component each, which the next steps take them apart into again.
+    at, *components = np.array([(m.t, *m.position, *m.quaternion) for m in track]).T
+    poses = np.stack([np.interp(times, at, component) for component in components])
+    positions, quaternions = poses[:3], poses[3:]
+    return positions.T, (quaternions / np.linalg.norm(quaternions, axis=0)).T
 
 
 def rotations(quaternions: NDArray[np.float64]) -> NDArray[np.float64]:
