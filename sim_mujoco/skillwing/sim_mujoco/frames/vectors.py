@@ -58,7 +58,8 @@ def axes(q: Quaternion) -> tuple[Vector, Vector, Vector]:
 def to_world(q: Quaternion, v: Vector) -> Vector:
     """`v` in body coordinates, turned into world coordinates."""
     x, y, z = axes(q)
-    return add(add(scale(v[0], x), scale(v[1], y)), scale(v[2], z))
+    a, b, c = v
+    return a * x[0] + b * y[0] + c * z[0], a * x[1] + b * y[1] + c * z[1], a * x[2] + b * y[2] + c * z[2]
 
 
 def to_body(q: Quaternion, v: Vector) -> Vector:

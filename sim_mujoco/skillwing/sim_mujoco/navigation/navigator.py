@@ -21,8 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.sim_mujoco.frames.poses import rotations
-from skillwing.sim_mujoco.frames.vectors import Quaternion, Vector, heading_of, scale, to_world, wrap
+from skillwing.sim_mujoco.frames.vectors import Quaternion, Vector, axes, heading_of, scale, to_world, wrap
 from skillwing.sim_mujoco.navigation.error_filter import (
     ANGLES,
     BAROMETER,
@@ -191,7 +190,7 @@ class Navigator:
         state = self._state
         if state is None:
             return
-        self._filter.predict(EPOCH, np.array(state.impulse), rotations(np.array([state.quaternion]))[0])
+        self._filter.predict(EPOCH, np.array(state.impulse), np.transpose(axes(state.quaternion)))
         self._take_height(state, pressure_height)
         if standing:
             self._take_rest(state)

@@ -45,7 +45,7 @@ class Mixer:
     def thrusts(self, total: float, torque: Vector) -> list[float]:
         """Rotor thrusts (6) [N] for a total thrust [N] and a torque [N m] about the body's axes."""
         x, y, z = torque
-        lifts = [total * row[0] + x * row[1] + y * row[2] for row in self._rows]
+        lifts = [total * lift + x * roll + y * pitch for lift, roll, pitch, _ in self._rows]
         over = max(lifts) - MAX_THRUST
         if over > 0.0:
             less = over / max(row[0] for row in self._rows)
