@@ -1,7 +1,7 @@
-"""A drone in an empty room, whose sensors are computed in closed form: a world for odometry that costs nothing.
+"""A drone in a room, whose sensors are computed in closed form: a world for odometry that costs nothing.
 
 The room is a box that stands askew, so that the LiDAR's narrow ring sees all its walls, and that they have nothing to
-do with the borders of voxels.
+do with the borders of voxels. It is empty unless there are blocks in it.
 """
 
 from __future__ import annotations
@@ -38,6 +38,7 @@ class Room:
     lidar_bias, lidar_noise [m], gyro_bias [rad/s], accel_bias [m/s2]: what the sensors add; they may be changed on the
     way. lean (3,), offset (3,): by what rotation [rad] and how far [m], in world axes, navigation is wrong. blind,
     deaf, lost: no scans, no inertial measurements, no navigation. every: of so many inertial batches one comes.
+    blocks: what stands in the room, each by two corners in world axes.
     """
 
     seed: int = 1
@@ -52,6 +53,7 @@ class Room:
     deaf: bool = False
     lost: bool = False
     every: int = 1
+    blocks: tuple[tuple[Floats, Floats], ...] = ()
 
     def __post_init__(self) -> None:
         self._rng = np.random.default_rng(self.seed)
@@ -104,9 +106,11 @@ class Room:
         header = LidarHeader(t0=start, t1=end, columns=COLUMNS, beams=BEAMS, mount=tuple(MOUNT.tolist()))
         times = start + (np.arange(COLUMNS) + 0.5) / COLUMNS * (end - start)
         turns = self.turn(times)
-        origins = (self.position(times) + turns @ MOUNT) @ ASKEW
-        ways = np.einsum("cbj,cij->cbi", lidar_directions(COLUMNS, BEAMS), turns) @ ASKEW
-        ranges = ((np.copysign(HALF, ways) - origins[:, None]) / ways).min(axis=2)
+        origins = (self.position(times) + turns @ MOUNT)[:, None]
+        ways = np.einsum("cbj,cij->cbi", lidar_directions(COLUMNS, BEAMS), turns)
+        ranges = ((np.copysign(HALF, ways @ ASKEW) - origins @ ASKEW) / (ways @ ASKEW)).min(axis=2)
+        for low, high in self.blocks:
+            ranges = np.minimum(ranges, distance_to_block(origins, ways, low, high))
         ranges += self.lidar_bias + self.lidar_noise * self._rng.standard_normal(ranges.shape)
         return LidarScan.decode(ranges.astype(np.float32).tobytes(), encode(header))
 
@@ -128,3 +132,11 @@ class Room:
         """Stands still until STANDING, then gathers way smoothly."""
         moving = np.maximum(np.asarray(t) - STANDING, 0.0)
         return 0.6 * moving**3 / (moving**2 + 1.0)
+
+
+def distance_to_block(origins: Floats, ways: Floats, low: Floats, high: Floats) -> Floats:
+    """How far (...) it is along unit vectors `ways` (..., 3) to where they enter the block; infinite if they do not."""
+    with np.errstate(divide="ignore"):
+        one, other = (low - origins) / ways, (high - origins) / ways
+    entry, leave = np.minimum(one, other).max(axis=-1), np.maximum(one, other).min(axis=-1)
+    return np.where((entry > 0.0) & (entry < leave), entry, np.inf)

@@ -58,7 +58,7 @@ def test_errors_add_and_subtract(first: np.ndarray, second: np.ndarray) -> None:
 def test_levelling_turns_gravity_down_and_changes_no_distance(error: np.ndarray, origin: np.ndarray) -> None:
     state = State(np.zeros(3), np.eye(3), np.ones(3), np.zeros(3), np.zeros(3)).plus(error)
     levelled = state.levelled(origin)
-    assert np.allclose(levelled.gravity, [0.0, 0.0, -np.linalg.norm(state.gravity)], atol=1e-9)
+    assert np.allclose(levelled.gravity, [0.0, 0.0, -float(np.linalg.norm(state.gravity))], atol=1e-9)
     assert np.allclose(levelled.turn @ levelled.turn.T, np.eye(3), atol=1e-9)
     assert np.linalg.norm(levelled.position - origin) == pytest.approx(float(np.linalg.norm(state.position - origin)))
     # Seen from the drone nothing changes.
@@ -118,40 +118,63 @@ def test_thinning_keeps_one_point_of_a_cell_at_most(seed: int) -> None:
     assert {tuple(p) for p in left.tolist()} <= {tuple(p) for p in points.tolist()}
 
 
+def on_a_plane(normal: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Points (4000, 3) about the origin, up to 4 m to each side of it, on the plane with this unit normal."""
+    across = np.linalg.svd(normal[None])[2][1:]
+    return rng.uniform(-4.0, 4.0, (4000, 2)) @ across + 0.01 * rng.standard_normal((4000, 1)) * normal
+
+
 @given(vectors.filter(lambda v: np.linalg.norm(v) > 0.3), st.integers(0, 2**31))
 @settings(max_examples=20, deadline=None)
 def test_planes_are_found_and_distances_from_them_are_right(normal: np.ndarray, seed: int) -> None:
+    normal = normal / np.linalg.norm(normal)
+    points = on_a_plane(normal, np.random.default_rng(seed))
+    planes = PlaneMap((-6.0, -6.0, -6.0), (6.0, 6.0, 6.0), 1.0)
+    planes.insert(points[:2000], 5.0 * normal)
+    planes.insert(points[2000:], 5.0 * normal)
+    matches = planes.match(points[:500] + 0.1 * normal, 5.0 * normal)
+    assert len(matches.points) > 100
+    good = matches.doubt < 0.01**2
+    assert np.allclose(matches.normals[good] @ normal, 1.0, atol=5e-3)
+    assert np.allclose(matches.distances[good], 0.1, atol=0.06)
+
+
+@given(vectors.filter(lambda v: np.linalg.norm(v) > 0.3), st.floats(0.1, 0.9), st.integers(0, 2**31))
+@settings(max_examples=20, deadline=None)
+def test_the_faces_of_a_thin_wall_are_planes_of_their_own(normal: np.ndarray, thickness: float, seed: int) -> None:
     rng = np.random.default_rng(seed)
     normal = normal / np.linalg.norm(normal)
-    across = np.linalg.svd(normal[None])[2][1:]
-    points = rng.uniform(-4.0, 4.0, (4000, 2)) @ across + 0.01 * rng.standard_normal((4000, 1)) * normal
+    sides = [side * normal for side in (1.0, -1.0)]
+    faces = [on_a_plane(normal, rng) + 0.5 * thickness * side for side in sides]
     planes = PlaneMap((-6.0, -6.0, -6.0), (6.0, 6.0, 6.0), 1.0)
-    planes.insert(points[:2000])
-    planes.insert(points[2000:])
-    matches = planes.match(points[:500] + 0.1 * normal)
-    assert len(matches.points) > 100
-    facing = np.sign(matches.normals @ normal)
-    good = matches.doubt < 0.01**2
-    assert np.allclose(np.abs(matches.normals[good] @ normal), 1.0, atol=5e-3)
-    assert np.allclose((facing * matches.distances)[good], 0.1, atol=0.06)
+    planes.insert(faces[0], 5.0 * sides[0])
+    assert len(planes.match(faces[0], 5.0 * sides[1]).points) == 0
+    planes.insert(faces[1], 5.0 * sides[1])
+    for face, side in zip(faces, sides, strict=True):
+        matches = planes.match(face, 5.0 * side)
+        assert len(matches.points) > 0.6 * len(face)
+        assert np.quantile(np.abs(matches.distances), 0.9) < 0.05
+        assert np.quantile(matches.normals @ side, 0.1) > 0.99
 
 
 def test_what_is_no_plane_or_outside_is_not_matched() -> None:
     rng = np.random.default_rng(1)
     planes = PlaneMap((-2.0, -2.0, -2.0), (2.0, 2.0, 2.0), 1.0)
-    planes.insert(rng.uniform(0.0, 1.0, (500, 3)))
-    planes.insert(np.outer(rng.uniform(-1.0, 0.0, 500), [1.0, 1.0, 1.0]))
-    planes.insert(np.array([[50.0, 0.0, 0.0]] * 20))
+    sensor = np.array([0.0, 0.0, 5.0])
+    planes.insert(rng.uniform(0.0, 1.0, (500, 3)), sensor)
+    planes.insert(np.outer(rng.uniform(-1.0, 0.0, 500), [1.0, 1.0, 1.0]), sensor)
+    planes.insert(np.array([[50.0, 0.0, 0.0]] * 20), sensor)
     assert planes.planes == 0
-    assert len(planes.match(rng.uniform(-3.0, 3.0, (200, 3))).points) == 0
+    assert len(planes.match(rng.uniform(-3.0, 3.0, (200, 3)), sensor).points) == 0
 
 
 def test_a_map_grows_beyond_its_first_table() -> None:
     points = np.stack(np.meshgrid(*[np.arange(0.05, 12.0, 0.1)] * 2, [0.5]), axis=-1).reshape(-1, 3)
+    sensor = np.array([6.0, 6.0, 5.0])
     planes = PlaneMap((0.0, 0.0, 0.0), (12.0, 12.0, 1.0), 0.1)
-    planes.insert(points)
+    planes.insert(points, sensor)
     fine = PlaneMap((0.0, 0.0, 0.0), (12.0, 12.0, 1.0), 1.0)
-    fine.insert(points)
+    fine.insert(points, sensor)
     assert fine.planes == 144
 
 
@@ -162,14 +185,15 @@ def test_the_filter_finds_the_pose_from_which_the_walls_fit(error: np.ndarray) -
     times = np.linspace(1.0, 1.1, 26)
     track = Track(times, np.zeros((26, 3)), np.broadcast_to(np.eye(3), (26, 3, 3)))
     planes = PlaneMap((-20.0, -20.0, -10.0), (20.0, 20.0, 20.0), 1.0)
-    for _ in range(4):
-        planes.insert(deskew(room.scan(1.0, 1.1), track, 60.0).points.astype(np.float64))
-    points = deskew(room.scan(1.0, 1.1), track, 60.0).points.astype(np.float64)
+    *earlier, last = (deskew(room.scan(1.0, 1.1), track, 60.0) for _ in range(5))
+    for scan in earlier:
+        planes.insert(scan.points.astype(np.float64), scan.sensor)
     truth = State(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3))
     wrong = np.zeros(SIZE)
     wrong[POSE] = error
     wrong[ATTITUDE] *= 0.3
-    found = update(truth.plus(wrong), 0.3**2 * np.eye(SIZE), Registration(points, planes), iterations=8)
+    look = Registration(last.points.astype(np.float64), last.sensor, planes)
+    found = update(truth.plus(wrong), 0.3**2 * np.eye(SIZE), look, iterations=8)
     assert np.abs(found.state.minus(truth)[POSE]).max() < 0.01
 
 

@@ -116,6 +116,34 @@ def test_it_notices_within_two_seconds_that_a_sensor_lies(break_: Callable[[Room
     assert len(fixes) >= DOUBTS - 1
 
 
+def test_a_small_bias_of_the_ranges_is_borne_and_one_that_grows_is_noticed() -> None:
+    room = Room()
+    odometry = flying(room)
+    room.lidar_bias = 0.05
+    assert all(fix.believed for fix in room.fly(odometry, 4.0))
+    while odometry.phase is not Phase.LOST and room.lidar_bias < 1.0:
+        room.lidar_bias += 0.01
+        list(room.fly(odometry, 0.1))
+    assert odometry.phase is Phase.LOST
+    assert "fit the planes" in odometry.text
+    assert room.lidar_bias < 0.4
+
+
+@pytest.mark.parametrize("thickness", [0.15, 0.4])
+def test_flying_through_a_doorway_in_a_thin_wall_and_back_is_no_divergence(thickness: float) -> None:
+    """Both faces of the wall lie in the same voxels, and of each only one is seen."""
+    front, back = 2.5 - 0.5 * thickness, 2.5 + 0.5 * thickness
+    right = np.array([front, -20.0, -20.0]), np.array([back, -2.5, 20.0])
+    left = np.array([front, 2.5, -20.0]), np.array([back, 20.0, 20.0])
+    room, odometry = Room(blocks=(right, left)), make_odometry()
+    fixes = list(room.fly(odometry, 13.0))
+    assert max(fix.state.position[0] for fix in fixes) > back + 1.0
+    assert fixes[-1].state.position[0] < front - 1.0
+    assert all(fix.believed for fix in fixes)
+    assert min(fix.agreement.close / fix.agreement.matched for fix in fixes[3:]) > 0.95
+    assert max(np.linalg.norm(fix.state.position - room.position(fix.t)) for fix in fixes) < 0.06
+
+
 def test_a_lost_odometry_gives_no_more_poses_until_it_is_started_anew() -> None:
     room = Room()
     odometry = flying(room)

@@ -62,10 +62,11 @@ class PlaneMatcher:
 
     def match(self, predicted: Prediction, scan: StillScan) -> Match:
         points = thinned(scan.points, _INSERTED_CELL)
-        registration = Registration(thinned(points, _MATCHED_CELL).astype(np.float64), self._map)
+        registration = Registration(thinned(points, _MATCHED_CELL).astype(np.float64), scan.sensor, self._map)
         match = self._weigh(predicted, registration)
         if match.believed:
-            self._map.insert(match.posterior.state.placed(points))
+            state = match.posterior.state
+            self._map.insert(state.placed(points), state.to_world(scan.sensor))
             self._empty = False
         return match
 

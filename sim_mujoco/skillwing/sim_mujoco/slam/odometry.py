@@ -85,7 +85,7 @@ class Fix:
         state = self.levelled
         turn = state.turn.astype(np.float32)
         points = turn @ self.scan.within(reach).T + state.position.astype(np.float32)[:, None]
-        return PlacedPoints(self.t, state.turn, state.position + state.turn @ self.scan.sensor, points.T)
+        return PlacedPoints(self.t, state.turn, state.to_world(self.scan.sensor), points.T)
 
 
 class Odometry:

@@ -2,6 +2,9 @@
 
 As in VoxelMap (Yuan et al., 2022) and the surfel maps before it, with a dense grid of voxels instead of a hash table:
 a bounded site is small, and updates are array operations.
+
+A voxel has room for two planes, each of which is seen from its own side only: the two faces of a wall that is thinner
+than a voxel. As a single plane such a wall would seem to move by its thickness whenever the drone comes round it.
 """
 
 from __future__ import annotations
@@ -19,9 +22,9 @@ T = TypeVar("T", bound=np.generic)
 _FEWEST = 8
 """Points that make a plane."""
 _MOST = 200
-"""After so many points a voxel takes no more: the map must not follow a drifting drone."""
+"""After so many points a face takes no more: the map must not follow a drifting drone."""
 _REFIT = 1.3
-"""A plane is fitted anew when its voxel has so many times the points of the last fit."""
+"""A plane is fitted anew when its face has so many times the points of the last fit."""
 _NOISE = 0.02
 """Of a point about its plane at least [m]."""
 _FLAT, _WIDE = 0.12, 0.1
@@ -52,27 +55,30 @@ class PlaneMap:
         self._size = size
         self._low = np.array(low)
         self._shape = np.ceil((np.array(high) - self._low) / size).astype(np.int64)
-        self._rows = np.full(int(self._shape.prod()), -1, dtype=np.int32)
-        """Of each voxel, its row in the table of those in which anything was seen, or -1."""
+        self._count = int(self._shape.prod())
+        self._rows = np.full(2 * self._count, -1, dtype=np.int32)
+        """Of each face, its row in the table of those of which anything was seen, or -1. Each voxel's first face comes
+        before all second ones, which are what is seen from behind the plane of the first."""
         self._used = 0
         self._corners = np.zeros((_ROOM, 3))
         self._sums = np.zeros((_ROOM, 10))
-        """Over each voxel's points: their number, their coordinates from its corner, and products of these (_PAIRS)."""
+        """Over each face's points: their number, their coordinates from the voxel's corner, and products of these
+        (_PAIRS)."""
         self._fitted = np.zeros(_ROOM)
         """How many points there were when the plane was fitted."""
         self._is_plane = np.zeros(_ROOM, dtype=np.bool_)
         self._planes = np.zeros((_ROOM, 9))
-        """Normal, centre, roughness, and variances of offset and tilt."""
+        """Normal, towards where it was seen from; centre; roughness; and variances of offset and tilt."""
 
     @property
     def planes(self) -> int:
-        """How many voxels hold a plane."""
+        """How many planes there are."""
         return int(np.count_nonzero(self._is_plane))
 
-    def match(self, points: Floats) -> Matches:
-        """Compare points (N, 3), world frame, with the planes of their voxels."""
-        voxels, inside = self._voxels_at(points)
-        rows = self._rows[voxels]
+    def match(self, points: Floats, sensor: Floats) -> Matches:
+        """Compare points (N, 3) with the planes of their voxels that face the `sensor` (3,), all in the world frame."""
+        faces, inside = self._faces_at(points, sensor)
+        rows = self._rows[faces]
         numbers = np.flatnonzero(inside & (rows >= 0) & self._is_plane[rows])
         planes = self._planes[rows[numbers]]
         normals, ways = planes[:, _NORMAL], points[numbers] - planes[:, _CENTRE]
@@ -80,28 +86,37 @@ class PlaneMap:
         doubt = planes[:, _OFFSET] + planes[:, _TILT] * np.einsum("ij,ij->i", ways, ways)
         return Matches(numbers, normals, distances, planes[:, _ROUGHNESS], doubt)
 
-    def insert(self, points: Floats) -> None:
-        """Take in points (N, 3), world frame."""
-        voxels, inside = self._voxels_at(points)
-        voxels = voxels[inside]
-        self._open(voxels)
-        rows = self._rows[voxels]
+    def insert(self, points: Floats, sensor: Floats) -> None:
+        """Take in points (N, 3) that were seen from `sensor` (3,), all in the world frame."""
+        faces, inside = self._faces_at(points, sensor)
+        faces = faces[inside]
+        self._open(faces)
+        rows = self._rows[faces]
         wanting = np.flatnonzero(self._sums[rows, 0] < _MOST)
         if len(wanting):
-            self._accumulate(points.take(np.flatnonzero(inside)[wanting], axis=0), rows[wanting])
+            self._accumulate(points.take(np.flatnonzero(inside)[wanting], axis=0), rows[wanting], sensor)
 
-    def _open(self, voxels: NDArray[np.int64]) -> None:
-        """Give those voxels a row that have none."""
-        new = np.unique(voxels[self._rows[voxels] < 0])
+    def _faces_at(self, points: Floats, sensor: Floats) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+        """The faces that points seen from `sensor` belong to, and whether they lie in the box."""
+        voxels, inside = self._voxels_at(points)
+        rows = self._rows[voxels]
+        planes = self._planes[rows]
+        heights = np.einsum("ij,ij->i", planes[:, _NORMAL], sensor - planes[:, _CENTRE])
+        behind = (rows >= 0) & self._is_plane[rows] & (heights < 0.0)
+        return voxels + self._count * behind, inside
+
+    def _open(self, faces: NDArray[np.int64]) -> None:
+        """Give those faces a row that have none."""
+        new = np.unique(faces[self._rows[faces] < 0])
         first, self._used = self._used, self._used + len(new)
         while self._used > len(self._sums):
             self._corners, self._sums, self._planes = map(_doubled, (self._corners, self._sums, self._planes))
             self._fitted, self._is_plane = _doubled(self._fitted), _doubled(self._is_plane)
         self._rows[new] = np.arange(first, self._used)
-        cells = np.stack(np.unravel_index(new, tuple(self._shape)), axis=-1)
+        cells = np.stack(np.unravel_index(new % self._count, tuple(self._shape)), axis=-1)
         self._corners[first : self._used] = self._low + cells * self._size
 
-    def _accumulate(self, points: Floats, rows: NDArray[np.int32]) -> None:
+    def _accumulate(self, points: Floats, rows: NDArray[np.int32], sensor: Floats) -> None:
         touched = np.flatnonzero(np.bincount(rows))
         number = len(touched)
         places = np.empty(self._used, dtype=np.int64)
@@ -112,10 +127,10 @@ class PlaneMap:
         terms = [None, *local.T, *(local[:, a] * local[:, b] for a, b in _PAIRS)]
         self._sums[touched] += np.stack([np.bincount(place, term, number) for term in terms], axis=1)
         counts = self._sums[touched, 0]
-        self._fit(touched[(counts >= _FEWEST) & (counts >= _REFIT * self._fitted[touched])])
+        self._fit(touched[(counts >= _FEWEST) & (counts >= _REFIT * self._fitted[touched])], sensor)
 
-    def _fit(self, rows: NDArray[np.int64]) -> None:
-        """Fit planes by the principal axes of the points."""
+    def _fit(self, rows: NDArray[np.int64], sensor: Floats) -> None:
+        """Fit planes, which are seen from `sensor`, by the principal axes of the points."""
         counts = self._sums[rows, 0]
         means = self._sums[rows, 1:] / counts[:, None]
         scatter = np.empty((len(rows), 3, 3))
@@ -128,7 +143,9 @@ class PlaneMap:
         self._is_plane[rows] = flat & (middle > (_WIDE * self._size) ** 2)
         centres, offsets = self._corners[rows] + means[:, :3], np.maximum(thin, _NOISE**2) / counts
         tilts = offsets / np.maximum(middle, 1e-6)
-        self._planes[rows] = np.column_stack([axes[:, :, 0], centres, thin, offsets, tilts])
+        normals = axes[:, :, 0]
+        normals *= np.copysign(1.0, np.einsum("ij,ij->i", normals, sensor - centres))[:, None]
+        self._planes[rows] = np.column_stack([normals, centres, thin, offsets, tilts])
         self._fitted[rows] = counts
 
     def _voxels_at(self, points: Floats) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:

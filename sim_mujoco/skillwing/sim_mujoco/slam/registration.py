@@ -37,15 +37,15 @@ class Agreement:
 
 
 class Registration:
-    """Compares one scan, as points (N, 3) in body axes, with a map of planes."""
+    """Compares one scan, as points (N, 3) and its `sensor` (3,) in body axes, with a map of planes."""
 
-    def __init__(self, points: Floats, planes: PlaneMap) -> None:
-        self._points, self._planes = points, planes
+    def __init__(self, points: Floats, sensor: Floats, planes: PlaneMap) -> None:
+        self._points, self._sensor, self._planes = points, sensor, planes
         self.agreement = Agreement(len(points), 0, 0)
 
     def __call__(self, state: State, iteration: int) -> Evidence:
         """The evidence at a state; `agreement` tells afterwards how good it is."""
-        matches = self._planes.match(state.placed(self._points))
+        matches = self._planes.match(state.placed(self._points), state.to_world(self._sensor))
         gate = _GATES[min(iteration, len(_GATES) - 1)] + 3.0 * np.sqrt(matches.roughness)
         near = np.abs(matches.distances) < gate
         normals, distances = matches.normals[near], matches.distances[near]

@@ -41,6 +41,10 @@ class State:
     accel_bias: Floats
     gravity: Floats = field(default_factory=lambda: np.array([0.0, 0.0, -G]))
 
+    def to_world(self, point: Floats) -> Floats:
+        """A point (3,) in body axes put into the world frame."""
+        return self.position + self.turn @ point
+
     def placed(self, points: Floats | NDArray[np.float32]) -> Floats:
         """Points (N, 3) in body axes put into the world frame. They lie in memory axis by axis, which is faster."""
         return (self.turn @ points.T + self.position[:, None]).T
