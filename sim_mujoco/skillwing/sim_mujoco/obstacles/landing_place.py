@@ -1,7 +1,7 @@
 """Where to land: here, unless something is known to stand below; then at the nearest place that is known to be free.
 
-Nothing looks down while the drone sinks, so it is memory that counts. What nobody has seen is neither free nor taken:
-a drone that knows nothing of the ground below it lands there, as one without a depth map does.
+Nothing watches while the drone sinks, so it is memory that counts. What nobody has seen is neither free nor taken: a
+drone that knows nothing of the ground below it lands there, as one without sensors does.
 """
 
 from __future__ import annotations
