@@ -58,6 +58,20 @@ class EitherSide(Infill):
             return super().inverse_depths(first, cast)
 
 
+class EverySecondRow(Infill):
+    """Casts every second row in any case, instead of every fourth."""
+
+    def inverse_depths(self, first: Image, cast: Cast) -> Image:
+        rows_first = iter([True])
+
+        def between(known: Image) -> tuple[Image, NDArray[np.bool_]]:
+            middle, bent = _broken_on_both_sides(known)
+            return middle, np.ones_like(bent) if next(rows_first, False) else bent
+
+        with patch.object(infill, "_between", between):
+            return super().inverse_depths(first, cast)
+
+
 _broken_on_both_sides = infill._between
 
 

@@ -53,7 +53,7 @@ def test_computed_pixels_agree_with_rays(heading: float) -> None:
 
 @pytest.mark.parametrize("edge", [8, 9, 14])
 def test_an_edge_between_two_planes_takes_one_ray_a_row(edge: int) -> None:
-    columns, height = np.arange(24, dtype=np.float32), 6
+    columns, height = np.arange(24, dtype=np.float32), 8
     row = np.where(columns < edge, 0.2 + 0.001 * columns, 0.05 + 0.002 * columns).astype(np.float32)
     picture, infill, asked = np.tile(row, (height, 1)), Infill(height, len(row)), np.zeros((height, len(row)), bool)
 
@@ -65,6 +65,17 @@ def test_an_edge_between_two_planes_takes_one_ray_a_row(edge: int) -> None:
     assert np.allclose(computed, picture, atol=1e-6)
     last = columns == len(row) - 1  # of these there is no neighbour on the right
     assert np.array_equal(np.flatnonzero(asked[0] & ~last), [(edge - 1) // 2 * 2 + 1])
+
+
+@pytest.mark.parametrize("low", range(4, 8))
+@pytest.mark.parametrize("left", range(4, 6))
+def test_what_is_two_pixels_wide_or_four_high_is_seen(low: int, left: int) -> None:
+    for shape in (np.s_[low : low + 4, :], np.s_[:, left : left + 2]):
+        picture = np.full((16, 12), 0.05, dtype=np.float32)
+        picture[shape] = 0.2
+        infill = Infill(*picture.shape)
+        computed = infill.inverse_depths(picture.flat[infill.first], lambda pixels, of=picture: of.flat[pixels])
+        assert np.array_equal(computed, picture)
 
 
 def test_a_wall_seen_slantwise_is_matched_up_to_the_end_of_each_row() -> None:
