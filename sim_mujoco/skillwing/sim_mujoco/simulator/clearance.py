@@ -37,17 +37,24 @@ class Clearance:
         self._high = np.maximum.reduceat(np.maximum(np.maximum(a, b), c), starts) if len(keep) else a
         self._reach = reach
         self._middle = np.full(3, np.inf)
-        self._near = self._all
+        self._near, self._distances = self._all, np.zeros(0)
 
     def distance(self, point: Vector) -> float:
         """Distance [m] from `point` to the nearest surface, or the reach where none is nearer."""
         p = np.array(point)
-        if np.linalg.norm(p - self._middle) > _STRIDE:
-            self._middle, self._near = p, self._candidates(p)
-        return float(np.sqrt(_square_distances(p, *self._near).min(initial=self._reach**2)))
+        away = float(np.linalg.norm(p - self._middle))
+        if away > _STRIDE:
+            away, self._middle = 0.0, p
+            self._near, self._distances = self._candidates(p)
+        nearest = self._distances[0] if len(self._distances) else self._reach
+        # What was nearest has at most come that far away, and another at most so much nearer.
+        count = np.searchsorted(self._distances, nearest + 2.0 * away, side="right")
+        a, ab, ac = (each[:count] for each in self._near)
+        return float(np.sqrt(_square_distances(p, a, ab, ac).min(initial=self._reach**2)))
 
-    def _candidates(self, p: Points) -> tuple[Points, Points, Points]:
-        """The triangles of which one is nearest, wherever within a stride of `p` one asks."""
+    def _candidates(self, p: Points) -> tuple[tuple[Points, Points, Points], Points]:
+        """The triangles of which one is nearest, wherever within a stride of `p` one asks, and their distances from
+        `p`, the nearest first."""
         outside = np.maximum(np.maximum(self._low - p, p - self._high), 0.0)
         farthest = np.maximum(np.abs(p - self._low), np.abs(self._high - p))
         # All of a group lies nearer than the farthest corner of its box, so no other needs to be looked at beyond that.
@@ -55,10 +62,10 @@ class Clearance:
         within = min(self._reach, certain) + 2.0 * _STRIDE
         near = np.flatnonzero(np.repeat(_dots(outside, outside) <= within**2, self._counts))
         a, ab, ac = (each[near] for each in self._all)
-        squares = _square_distances(p, a, ab, ac)
-        nearest = float(np.sqrt(squares.min(initial=self._reach**2)))
-        kept = squares <= (nearest + 2.0 * _STRIDE) ** 2
-        return a[kept], ab[kept], ac[kept]
+        distances = np.sqrt(_square_distances(p, a, ab, ac))
+        kept = np.flatnonzero(distances <= distances.min(initial=self._reach) + 2.0 * _STRIDE)
+        kept = kept[np.argsort(distances[kept])]
+        return (a[kept], ab[kept], ac[kept]), distances[kept]
 
 
 def _square_distances(p: Points, a: Points, ab: Points, ac: Points) -> Points:
