@@ -16,10 +16,11 @@ from skillwing.sim_mujoco.slam import so3
 from skillwing.sim_mujoco.slam.deskew import deskew, thinned
 from skillwing.sim_mujoco.slam.filter import Evidence, update
 from skillwing.sim_mujoco.slam.inertial import Inertial, InertialMemory
-from skillwing.sim_mujoco.slam.plane_map import PlaneMap
+from skillwing.sim_mujoco.slam.plane_map import LATELY, PlaneMap
 from skillwing.sim_mujoco.slam.propagation import ImuNoise, Track, predict
 from skillwing.sim_mujoco.slam.registration import Registration
 from skillwing.sim_mujoco.slam.state import ATTITUDE, POSE, SIZE, State
+from skillwing.sim_mujoco.slam.vigil import LEAST_CLOSE
 from skillwing.sim_mujoco.topics import ImuHeader
 
 vectors = st.tuples(*[st.floats(-1.8, 1.8)] * 3).map(np.array)
@@ -156,6 +157,44 @@ def test_the_faces_of_a_thin_wall_are_planes_of_their_own(normal: np.ndarray, th
         # In some voxels there are too few points of one face for a plane before those of the other come.
         assert np.quantile(np.abs(matches.distances), 0.8) < 0.05
         assert np.quantile(matches.normals @ side, 0.2) > 0.99
+
+
+@given(st.floats(0.25, 0.45), st.integers(0, 2**31))
+@settings(max_examples=5, deadline=None)
+def test_a_plane_speaks_against_a_scan_only_if_one_lay_on_it_lately(offset: float, seed: int) -> None:
+    """After a drift what was mapped long ago is somewhere else, and that is no fault of the scan."""
+    rng, sensor = np.random.default_rng(seed), np.zeros(3)
+    east, down = np.eye(3)[0], -np.eye(3)[2]
+    ground = on_a_plane(down, rng) + 2.5 * down
+    wall = on_a_plane(east, rng) + 4.5 * east
+    planes = PlaneMap((-6.0, -6.0, -6.0), (6.0, 6.0, 6.0), 1.0)
+
+    def compare(*surfaces: np.ndarray) -> Registration:
+        registration = Registration(np.vstack(surfaces), sensor, planes)
+        registration(State(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3)), 3)
+        return registration
+
+    def take_in(*surfaces: np.ndarray) -> None:
+        registration = compare(*surfaces)
+        planes.confirm(registration.met, registration.close)
+        planes.insert(np.vstack(surfaces), sensor)
+
+    def doubtful() -> bool:
+        agreement = compare(ground, wall - offset * east).agreement
+        assert agreement.close > 0.9 * len(ground)
+        return agreement.close < LEAST_CLOSE * agreement.matched
+
+    take_in(ground, wall)
+    assert not doubtful()
+    take_in(ground, wall)
+    assert doubtful()
+    for _ in range(LATELY - 1):
+        take_in(ground)
+    assert doubtful()
+    take_in(ground)
+    assert not doubtful()
+    take_in(ground, wall)
+    assert doubtful()
 
 
 def test_what_is_no_plane_or_outside_is_not_matched() -> None:

@@ -66,6 +66,7 @@ class PlaneMatcher:
         match = self._weigh(predicted, registration)
         if match.believed:
             state = match.posterior.state
+            self._map.confirm(registration.met, registration.close)
             self._map.insert(state.placed(points), state.to_world(scan.sensor))
             self._empty = False
         return match

@@ -29,6 +29,8 @@ _NOISE = 0.02
 """Of a point about its plane at least [m]."""
 _FLAT, _WIDE = 0.12, 0.1
 """Standard deviations of a plane's points: across it at most [m], and along it at least, in sides of a voxel."""
+LATELY = 50
+"""Scans for which a plane that was confirmed stays so: five seconds."""
 _ROOM = 8192
 _NORMAL, _CENTRE, _ROUGHNESS, _OFFSET, _TILT = slice(0, 3), slice(3, 6), 6, 7, 8
 """Columns of a plane."""
@@ -37,15 +39,18 @@ _PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 @dataclass(frozen=True, slots=True)
 class Matches:
-    """Points that lie in voxels with a plane: their numbers (N,), the planes' unit normals (N, 3), the points'
-    distances from the planes (N,) [m], the planes' roughness (N,) as variances [m2], and the variances (N,) of the
-    planes themselves at the points [m2], which grow outward from where a plane was seen."""
+    """Points that lie in voxels with a plane: their numbers (N,), the planes (N,) and their unit normals (N, 3), the
+    points' distances from the planes (N,) [m], the planes' roughness (N,) as variances [m2], and the variances (N,) of
+    the planes themselves at the points [m2], which grow outward from where a plane was seen. `lately` (N,): whether the
+    plane was confirmed within the last scans."""
 
     points: NDArray[np.int64]
+    planes: NDArray[np.int32]
     normals: Floats
     distances: Floats
     roughness: Floats
     doubt: Floats
+    lately: NDArray[np.bool_]
 
 
 class PlaneMap:
@@ -67,6 +72,10 @@ class PlaneMap:
         self._fitted = np.zeros(_ROOM)
         """How many points there were when the plane was fitted."""
         self._is_plane = np.zeros(_ROOM, dtype=np.bool_)
+        self._scans = 0
+        """How many were taken in."""
+        self._confirmed = np.zeros(_ROOM, dtype=np.int64)
+        """Which of them, counted from 1, confirmed the plane last; 0 if none has."""
         self._planes = np.zeros((_ROOM, 9))
         """Normal, towards where it was seen from; centre; roughness; and variances of offset and tilt."""
 
@@ -80,14 +89,24 @@ class PlaneMap:
         faces, inside = self._faces_at(points, sensor)
         rows = self._rows[faces]
         numbers = np.flatnonzero(inside & (rows >= 0) & self._is_plane[rows])
-        planes = self._planes[rows[numbers]]
+        matched = rows[numbers]
+        planes, lately = self._planes[matched], self._confirmed[matched] > max(self._scans - LATELY, 0)
         normals, ways = planes[:, _NORMAL], points[numbers] - planes[:, _CENTRE]
         distances = np.einsum("ij,ij->i", normals, ways)
         doubt = planes[:, _OFFSET] + planes[:, _TILT] * np.einsum("ij,ij->i", ways, ways)
-        return Matches(numbers, normals, distances, planes[:, _ROUGHNESS], doubt)
+        return Matches(numbers, matched, normals, distances, planes[:, _ROUGHNESS], doubt, lately)
+
+    def confirm(self, planes: NDArray[np.int32], close: NDArray[np.bool_]) -> None:
+        """Points of the scan that is taken in next met these planes (N,), and were close to them or not (N,).
+
+        A plane is confirmed by more points than contradict it: a few are close to a wrong one as well.
+        """
+        votes = np.bincount(planes, np.where(close, 1.0, -1.0))
+        self._confirmed[np.flatnonzero(votes > 0.0)] = self._scans + 1
 
     def insert(self, points: Floats, sensor: Floats) -> None:
         """Take in points (N, 3) that were seen from `sensor` (3,), all in the world frame."""
+        self._scans += 1
         faces, inside = self._faces_at(points, sensor)
         faces = faces[inside]
         self._open(faces)
@@ -112,6 +131,7 @@ class PlaneMap:
         while self._used > len(self._sums):
             self._corners, self._sums, self._planes = map(_doubled, (self._corners, self._sums, self._planes))
             self._fitted, self._is_plane = _doubled(self._fitted), _doubled(self._is_plane)
+            self._confirmed = _doubled(self._confirmed)
         self._rows[new] = np.arange(first, self._used)
         cells = np.stack(np.unravel_index(new % self._count, tuple(self._shape)), axis=-1)
         self._corners[first : self._used] = self._low + cells * self._size

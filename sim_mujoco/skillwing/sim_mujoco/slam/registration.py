@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from skillwing.sim_mujoco.slam import so3
 from skillwing.sim_mujoco.slam.filter import Evidence
@@ -18,13 +19,20 @@ DOUBT = 1.0
 WEIGHT = 0.25
 """Of a scan's evidence. Points of one scan err together (a plane wrong by a centimetre is so for all of its points), so
 that they say less than as many independent ones."""
-_GATES = (0.3, 0.3, 0.15, 0.15)
-"""Points farther from their plane than this in each iteration are left out [m]."""
+_CLOSE = 0.15
+_GATES = (0.3, 0.3, _CLOSE, _CLOSE)
+"""Points farther from their plane than this in each iteration are left out [m], and those within the last gate are
+close to it, however soon the filter was content. Both are widened by three standard deviations of the plane's
+unevenness."""
 
 
 @dataclass(frozen=True, slots=True)
 class Agreement:
-    """Of so many `points` of a scan some `matched` a plane, of which some were `close` to it."""
+    """Of so many `points` of a scan some `matched` a plane, of which some were `close` to it.
+
+    A plane on which no scan has lain lately matches those only that are close: elsewhere it tells how far the drone
+    has drifted since it was there, and nothing of the scan.
+    """
 
     points: int
     matched: int
@@ -42,14 +50,19 @@ class Registration:
     def __init__(self, points: Floats, sensor: Floats, planes: PlaneMap) -> None:
         self._points, self._sensor, self._planes = points, sensor, planes
         self.agreement = Agreement(len(points), 0, 0)
+        self.met: NDArray[np.int32] = np.empty(0, dtype=np.int32)
+        self.close: NDArray[np.bool_] = np.empty(0, dtype=np.bool_)
+        """The planes (N,) in whose voxels there were points at the last look, and whether these were close (N,)."""
 
     def __call__(self, state: State, iteration: int) -> Evidence:
         """The evidence at a state; `agreement` tells afterwards how good it is."""
         matches = self._planes.match(state.placed(self._points), state.to_world(self._sensor))
-        gate = _GATES[min(iteration, len(_GATES) - 1)] + 3.0 * np.sqrt(matches.roughness)
-        near = np.abs(matches.distances) < gate
+        beyond = np.abs(matches.distances) - 3.0 * np.sqrt(matches.roughness)
+        self.met, self.close = matches.planes, beyond < _CLOSE
+        matched = np.count_nonzero(self.close | matches.lately)
+        self.agreement = Agreement(len(self._points), int(matched), int(np.count_nonzero(self.close)))
+        near = beyond < _GATES[min(iteration, len(_GATES) - 1)]
         normals, distances = matches.normals[near], matches.distances[near]
-        self.agreement = Agreement(len(self._points), len(near), len(distances))
         variances = (RANGE_SIGMA**2 + matches.roughness + DOUBT * matches.doubt)[near]
         # Cauchy's weights: what does not lie on its plane counts less.
         weights = WEIGHT / (variances + 0.25 * distances**2)

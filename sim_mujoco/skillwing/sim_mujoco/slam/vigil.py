@@ -16,8 +16,8 @@ from skillwing.sim_mujoco.slam.registration import Agreement
 from skillwing.sim_mujoco.slam.so3 import Floats
 from skillwing.sim_mujoco.slam.state import POSE, POSITION
 
-LEAST_CLOSE: Final = 0.85
-"""Of the points that have a plane this share has to be close to it. In sound flights it never fell below 0.9."""
+LEAST_CLOSE: Final = 0.9
+"""Of the points that have a plane this share has to be close to it. In sound flights it never fell below 0.94."""
 LARGEST_SURPRISE: Final = 100.0
 """Squared Mahalanobis length of what a scan may change about the predicted pose, of 6 degrees of freedom. That is more
 than chance would allow: where nothing holds the drone along its track the filter is surer than it should be, and 45
