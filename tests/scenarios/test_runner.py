@@ -18,6 +18,7 @@ from py_trees.decorators import FailureIsSuccess, SuccessIsFailure
 
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
+from skillwing.bt_missions.leaves.settling import NoteSwitch
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.running import flight as flight_module
 from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
@@ -86,6 +87,19 @@ class Raising(Behaviour):
 
     def update(self) -> Status:
         raise ZeroDivisionError("division by zero")
+
+
+class Failed(Behaviour):
+    """A leaf that fails for a reason."""
+
+    def __init__(self, context: MissionContext, reason: str) -> None:
+        super().__init__("failed")
+        self._context = context
+        self._reason = reason
+
+    def update(self) -> Status:
+        self._context.learn(self._reason, None, failed=True)
+        return Status.FAILURE
 
 
 class Closed(Behaviour):
@@ -450,6 +464,19 @@ def test_a_mission_that_found_the_drone_in_the_air_may_leave_it_there() -> None:
     flight.drone.position = (0.0, 0.0, 5.0)
     assert flight.fly().text == "done"
     assert flight.started == ["hover"]
+
+
+def test_reasons_of_whole_sentences_make_one_sentence() -> None:
+    def whole(context: MissionContext) -> Behaviour:
+        reasons = [f"{leaf} ended ERROR: Nobody answers. Check that it runs." for leaf in ("goto", "land")]
+        tell = [FailureIsSuccess(reason, Failed(context, reason)) for reason in reasons]
+        note = NoteSwitch("why", context, "mission", "flight", "landing where it is")
+        return Closed(in_order("hidden", take_off(context), tell[0], note, tell[1], Failure("ill")))
+
+    sentence = "ended ERROR: Nobody answers. Check that it runs"
+    status = Flight(mission=ShortHop(whole=whole)).fly()
+    ended = "it ended in the air; the drone is on the ground"
+    assert status.text == f"goto {sentence}; then land {sentence}; {ended}"
 
 
 # --- when the tree itself breaks -------------------------------------------------------------------------------------

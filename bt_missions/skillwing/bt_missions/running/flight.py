@@ -192,7 +192,7 @@ class Flight:
         if status in (Status.SUCCESS, Status.FAILURE):
             phase, text = self._outcome
             landed = "the drone is on the ground" if status is Status.SUCCESS else f"no landing: {self._why()}"
-            self._end(phase, f"{text}; {landed}", rescue=False)
+            self._end(phase, _joined(text, landed), rescue=False)
 
     def _tick_tree(self, tree: Behaviour) -> Status:
         """Tick once. If a leaf of the mission raises, the drone is brought down by the other tree."""
@@ -202,7 +202,7 @@ class Flight:
             text = f"the tree raised {type(error).__name__}: {error}"
             if self._stage is Stage.RESCUING:
                 phase, reason = self._outcome
-                self._end(phase, f"{reason}; while landing {text}", rescue=False)
+                self._end(phase, _joined(reason, f"while landing {text}"), rescue=False)
             else:
                 self._end(Phase.FAILED, text, rescue=True)
             return Status.INVALID
@@ -213,7 +213,8 @@ class Flight:
         reasons = [switch.reason for switch in self._context.switches if switch.subject == "mission"]
         if self._context.failure is not None:
             reasons.append(self._context.failure.text)
-        return "; then ".join(dict.fromkeys(reasons)) or "the tree failed"
+        first, *later = dict.fromkeys(reasons) or ["the tree failed"]
+        return _joined(first, *(f"then {reason}" for reason in later))
 
     def _show(self, tree: Behaviour) -> None:
         """This tree is flown from now on: the mission's own, or the one that brings the drone to safety."""
@@ -241,7 +242,7 @@ class Flight:
 
     @property
     def _rescue_text(self) -> str:
-        return f"{self._outcome[1]}; landing"
+        return _joined(self._outcome[1], "landing")
 
     # --- the end
 
@@ -252,8 +253,8 @@ class Flight:
 
     def _give_up_for_clock(self) -> None:
         if self._stage in (Stage.FLYING, Stage.LOOKING, Stage.RESCUING):
-            before = f"{self._why()}; then " if self._context.failure else ""
-            self.give_up(f"{before}robot time stands still for {STILL_CLOCK_TIMEOUT:g} s")
+            text = f"robot time stands still for {STILL_CLOCK_TIMEOUT:g} s"
+            self.give_up(_joined(self._why(), f"then {text}") if self._context.failure else text)
 
     def stop(self) -> None:
         """Interrupt what still runs and say that the mission is over; nobody will wait for the answers."""
@@ -292,7 +293,7 @@ class Flight:
             self._settle()
         elif self._bus.now() - self._ended_at >= CALM:
             phase, text = self._outcome
-            self._outcome = phase, f"{text}; it ended in the air"
+            self._outcome = phase, _joined(text, "it ended in the air")
             self._begin_rescue()
 
     def _stop_tree(self, phase: Phase, text: str) -> None:
@@ -305,7 +306,7 @@ class Flight:
             self._tree.stop(Status.INVALID)
         except Exception as error:  # noqa: BLE001 - the goals have to be interrupted all the same
             phase, text = self._outcome
-            self._outcome = phase, f"{text}; halting the tree raised {type(error).__name__}: {error}"
+            self._outcome = phase, _joined(text, f"halting the tree raised {type(error).__name__}: {error}")
         self._context.cancel_everything()
 
     def _begin_rescue(self) -> None:
@@ -323,7 +324,7 @@ class Flight:
         phase, text = self._outcome
         running = self._context.reaper.unfinished
         if running:
-            text = f"{text}; these did not stop: " + ", ".join(sorted({goal.skill for goal in running}))
+            text = _joined(text, "these did not stop: " + ", ".join(sorted({goal.skill for goal in running})))
         self._conclude(phase, text)
 
     def _conclude(self, phase: Phase, text: str) -> None:
@@ -336,3 +337,9 @@ class Flight:
 
 def _is_flying(leaf: Behaviour) -> bool:
     return isinstance(leaf, SkillAction) and leaf.status is Status.RUNNING
+
+
+def _joined(*clauses: str) -> str:
+    """One sentence of several: a full stop stands only at its end, if the last one has it."""
+    *first, last = clauses
+    return "; ".join([*(clause.removesuffix(".") for clause in first), last])
