@@ -18,14 +18,15 @@ from py_trees.common import Status
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.holds import HELD
-from skillwing.bt_missions.leaves.settling import NoteSwitch, Settled
+from skillwing.bt_missions.leaves.settling import NoteSwitch
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.planning.detour import Position, RoutePlanner
 from skillwing.bt_missions.planning.known_space import Area
 from skillwing.bt_missions.planning.waypoints import Route, RouteFulfilled, WaypointWriter
 from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
+from skillwing.bt_missions.subtrees.coming_home import come_home
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside, first_that_works, guarded, in_order
-from skillwing.bt_missions.subtrees.depth_map import CAMERA, LIDAR, Sensor, flown_with
+from skillwing.bt_missions.subtrees.depth_map import CAMERA, LIDAR, flown_with
 from skillwing.bt_missions.subtrees.flight import (
     PILOT_PATIENCE,
     fly_home,
@@ -34,7 +35,6 @@ from skillwing.bt_missions.subtrees.flight import (
     rescue,
     take_off,
 )
-from skillwing.bt_missions.subtrees.landing import STOPPING_PATIENCE
 from skillwing.bt_missions.subtrees.loop import Until
 
 Speed = Annotated[float, msgspec.Meta(ge=0.1, le=5.0)]
@@ -125,36 +125,18 @@ def _flight(context: MissionContext, route: Route, options: MappingOptions) -> B
     return in_order(
         "flight",
         take_off(context, height),
-        first_that_works("map or come home", mapping, _come_home(context, options)),
+        first_that_works(
+            "map or come home",
+            mapping,
+            # Where that fails as well, the guards above land the drone where it is.
+            come_home(context, "mission", "mapping", height=options.return_height, speed=options.speed),
+        ),
     )
 
 
 def _navigation(context: MissionContext, route: Route, options: MappingOptions) -> Behaviour:
     """Figure 7: by the camera, or else by the LiDAR. A camera that has failed once no longer leads along the route."""
     return first_that_works("navigate", _by_camera(context, route, options), _by_lidar(context, route, options))
-
-
-def _come_home(context: MissionContext, options: MappingOptions) -> Behaviour:
-    """Without a map to be made, home by whichever sensor is well now, be it one that had failed before. Without any,
-    the guards above land the drone where it is."""
-    return in_order(
-        "come home",
-        # The new depth map is not to be taken for the old one, nor a sensor for well that fails at the same moment.
-        Settled("stopped", context, STOPPING_PATIENCE),
-        first_that_works(
-            "by what is left",
-            *(_home_with(context, sensor, options) for sensor in (CAMERA, LIDAR)),
-        ),
-    )
-
-
-def _home_with(context: MissionContext, sensor: Sensor, options: MappingOptions) -> Behaviour:
-    return in_order(
-        f"home with {sensor.name}",
-        ResourceIs(f"{sensor.name} well?", context, sensor.status, "OK", question=True),
-        NoteSwitch("why", context, "mission", "mapping", f"coming home by {sensor.name}"),
-        flown_with(context, sensor, "fly home", fly_home(context, options.return_height, options.speed)),
-    )
 
 
 def _by_camera(context: MissionContext, route: Route, options: MappingOptions) -> Behaviour:
