@@ -1,7 +1,8 @@
 """The library's inspection mission with another answer to the loss of the video, to compare its own with.
 
-Not for flying: one of the answers is none. It is the library's tree with one node left out or exchanged, after the
-guards above have taken hold of the leaves, so that neither the operator nor the safety pilot can hold a new one.
+Not for flying: one of the answers is none. It is the library's tree with one node left out or exchanged, and without
+coming home for want of a LiDAR, after the guards above have taken hold of the leaves, so that neither the operator nor
+the safety pilot can hold a new one.
 """
 
 from __future__ import annotations
@@ -61,6 +62,8 @@ class InspectionOtherwise(InspectionMission):
     def build(self, context: MissionContext, options: InspectionOptions) -> MissionTrees:
         assert isinstance(options, OtherwiseOptions), "a mission is built with options of its own"
         trees = super().build(context, options)
+        come_home = _named(trees.root, "come home")
+        _parent(come_home).remove_child(come_home)
         match options.instead:
             case "land":
                 giving_up = _named(trees.root, GIVING_UP)
@@ -69,7 +72,7 @@ class InspectionOtherwise(InspectionMission):
                 # Another hover is that of a pause.
                 giving_up = _named(trees.root, GIVING_UP)
                 assert isinstance(giving_up, Composite), "it does one thing after the other"
-                giving_up.replace_child(giving_up.children[-1], _come_home(context, options))
+                giving_up.replace_child(giving_up.children[-1], _home_at_once(context, options))
             case "unwatched":
                 stream = _named(trees.root, "stream")
                 parent = _parent(stream)
@@ -79,7 +82,7 @@ class InspectionOtherwise(InspectionMission):
         return trees
 
 
-def _come_home(context: MissionContext, options: InspectionOptions) -> Behaviour:
+def _home_at_once(context: MissionContext, options: InspectionOptions) -> Behaviour:
     """The way home is watched as on every other flight of this mission."""
     return alongside(
         "home at once",

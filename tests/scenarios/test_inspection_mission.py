@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import pytest
@@ -53,13 +55,31 @@ def test_nominal() -> None:
     assert flight.statuses[-1].t < LONGEST
 
 
-@pytest.mark.parametrize("failure", [None, 15.0])
-def test_the_tree_file_flies_as_the_mission_in_python_does(failure: float | None) -> None:
+def lose_link(flight: Flight) -> None:
+    flight.drone.bandwidth = 0.0
+
+
+def lose_lidar(flight: Flight) -> None:
+    flight.drone.set("lidar_status", "FAILED")
+
+
+@pytest.mark.parametrize(
+    ("failures", "phase"),
+    [
+        ([], "SUCCEEDED"),
+        ([(15.0, lose_link)], "FAILED"),
+        ([(10.0, lose_lidar)], "FAILED"),
+        ([(10.0, lose_lidar), (12.0, lose_link)], "FAILED"),
+    ],
+)
+def test_the_tree_file_flies_as_the_mission_in_python_does(
+    failures: list[tuple[float, Callable[[Flight], None]]], phase: str
+) -> None:
     flights = [inspection(), Flight(mission=find_mission(str(TREE_FILE)), **BUILDING)]
     for flight in flights:
-        if failure is not None:
-            flight.at(failure, lambda flight=flight: setattr(flight.drone, "bandwidth", 0.0))
-        assert flight.fly().phase == ("SUCCEEDED" if failure is None else "FAILED")
+        for moment, fail in failures:
+            flight.at(moment, partial(fail, flight))
+        assert flight.fly().phase == phase
     by_python, by_file = ([(goal.skill, goal.terminal) for goal in flight.goals.values()] for flight in flights)
     assert by_file == by_python
 
@@ -87,16 +107,45 @@ def test_the_link_may_get_critical_at_any_time_and_the_drone_hovers_and_lands(
         assert flight.ends("stream") == ["NR"], "without a link it does not begin"
 
 
+def test_the_lidar_fails_on_the_way_round() -> None:
+    """The camera sees the way home, and the video goes on."""
+    flight = inspection()
+    flight.at(10.0, lambda: lose_lidar(flight))
+    status = flight.fly()
+    assert status.phase == "FAILED"
+    assert status.text.startswith("inspecting -> coming home by ZED, for lidar_depthmap ended RI: ")
+    assert flight.idle
+    assert flight.drone.position == (0.0, 0.0, 0.0)
+    assert flight.started[-3:] == ["zed_depthmap", "return_home", "land"]
+    assert flight.ends("stream") == flight.ends("zed_depthmap") == ["IT"]
+    assert "hover" not in flight.started
+    (switch,) = (each for each in flight.records if each.kind is RecordKind.MISSION and each.before == "inspecting")
+    assert flight.chain(switch)[-1].subject == "lidar_status"
+    begun = next(each for each in flight.records if each.subject == "return_home")
+    assert switch in flight.chain(begun)
+
+
 @given(seed=seeds, moment=moments)
 @few
-def test_the_lidar_may_fail_at_any_time_and_the_drone_lands(seed: int, moment: float) -> None:
+def test_the_lidar_may_fail_at_any_time_and_the_drone_comes_home(seed: int, moment: float) -> None:
     flight = inspection(seed)
-    flight.at(moment, lambda: flight.drone.set("lidar_status", "FAILED"))
+    flight.at(moment, lambda: lose_lidar(flight))
     status = flight.fly()
     assert_safe(flight)
+    assert flight.drone.position == (0.0, 0.0, 0.0)
     if status.phase != "SUCCEEDED" and flight.started:
         assert "lidar" in status.text
-        assert "RI" in flight.ends("lidar_depthmap") or "NR" in flight.ends("lidar_depthmap")
+        assert flight.started[-1] == "land"
+
+
+@given(seed=seeds, moment=moments, apart=st.floats(0.0, 10.0))
+@few
+def test_the_camera_may_fail_after_the_lidar_and_the_drone_lands(seed: int, moment: float, apart: float) -> None:
+    flight = inspection(seed)
+    flight.at(moment, lambda: lose_lidar(flight))
+    flight.at(moment + apart, lambda: flight.drone.set("zed_status", "FAILED"))
+    flight.fly()
+    assert_safe(flight)
 
 
 @given(seed=seeds, moment=st.floats(1.0, LONGEST), state=st.sampled_from(["LOW", "CRITICAL"]))

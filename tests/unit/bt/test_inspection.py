@@ -15,7 +15,7 @@ from skillwing.bt_missions.subtrees.holding import Pausable
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
 
-COMPANIONS = ["lidar_depthmap", "stream"]
+COMPANIONS = ["stream", "lidar_depthmap"]
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +29,8 @@ class Flight(FakeMission):
 
     def __init__(self, skillset: Skillset) -> None:
         super().__init__(skillset)
-        self.interface.states |= {"SDK_authority": "AVAILABLE", "homepoint_status": "VALID", "lidar_status": "OK"}
+        self.interface.states |= {"SDK_authority": "AVAILABLE", "homepoint_status": "VALID"}
+        self.interface.states |= {"lidar_status": "OK", "zed_status": "OK"}
         self.trees = MISSION.build(self.context, InspectionOptions(laps=2.0))
         self.interface.know("position", {"x": 0.0, "y": 0.0, "z": 12.0})
 
@@ -53,6 +54,31 @@ class Flight(FakeMission):
         for goal in self.goals:
             if not goal.done and goal.interrupts:
                 goal.end("IT")
+
+    def lose(self, sensor: str, depth_map: str, label: str = "RI") -> None:
+        self.interface.states |= {sensor: "FAILED", "depthmap_source": "NONE"}
+        self.goal(depth_map).end(label, subject=sensor)
+
+    def come_to_rest(self) -> None:
+        """The tree reacts, what it has interrupted ends, and it goes on when all has calmed down."""
+        self.tick()
+        self.stop()
+        self.tick(later=CALM)
+        self.tick(later=CALM)
+
+    def see(self, source: str) -> None:
+        """There is a depth map, and the drone moves by it."""
+        self.interface.states["depthmap_source"] = source
+        self.tick()
+        for goal in self.goals:
+            if not goal.done:
+                goal.run()
+
+    def land_at_home(self) -> Status:
+        """From the end of `return_home` to that of the mission."""
+        self.goal("return_home").end("S_ARRIVED", success=True)
+        self.come_to_rest()
+        return self.land()
 
     def land(self) -> Status:
         self.goal("land").end("S_LANDED", success=True)
@@ -207,3 +233,132 @@ def test_video_that_is_lost_while_the_pilot_flies_leaves_the_drone_to_him(flight
     flight.tick(later=CALM)
     flight.tick(later=CALM)
     assert flight.alive() == ["hover"]
+
+
+def assert_hovers_and_lands(flight: Flight) -> None:
+    flight.stop()
+    assert flight.alive() == ["hover"]
+    assert flight.goal("hover").inputs == {"duration": 4.0}
+    flight.goal("hover").end("S_DONE", success=True)
+    flight.tick()
+    assert flight.alive() == ["land"]
+    assert flight.land() is Status.FAILURE
+    assert [*flight.journal[-1][:3]] == ["inspection", "flying with video", "landing where it is"]
+
+
+@pytest.mark.parametrize("label", ["RI", "S_NO_DATA", "LOST"])
+@pytest.mark.parametrize("going", ["inspect", "return_home"])
+def test_without_the_lidar_the_drone_comes_home_by_the_camera_with_video(
+    flight: Flight, going: str, label: str
+) -> None:
+    if going == "return_home":
+        flight.goal("inspect").end("S_COMPLETED", success=True)
+        flight.tick()
+    motion, stream, depth_map = flight.goal(going), flight.goal("stream"), flight.goal("lidar_depthmap")
+    flight.lose("lidar_status", "lidar_depthmap", label)
+    flight.tick()
+    assert (motion.interrupts, motion.interrupt_cause) == (1, depth_map.record)
+    flight.stop()
+    flight.tick(later=CALM / 2)
+    assert flight.alive() == ["stream"], "news of the camera may still come"
+    flight.tick(later=CALM)
+    assert flight.alive() == ["stream", "zed_depthmap"], "nothing looks ahead yet"
+    flight.see("ZED")
+    assert flight.alive() == ["stream", "zed_depthmap", "return_home"]
+    assert flight.land_at_home() is Status.FAILURE, "it did not go as planned"
+    assert stream.interrupts == 1, "there was video until it was home"
+    ((*step, reason, _),) = flight.journal
+    assert step == ["inspection", "inspecting", "coming home by ZED"]
+    assert reason == f"lidar_depthmap ended {label}: {label} for the test"
+    assert flight.context.failure is not None
+    assert flight.context.failure.text == f"inspecting -> coming home by ZED, for {reason}"
+
+
+def test_a_lidar_that_never_looks_along_leaves_it_to_the_camera(m600: Skillset) -> None:
+    flight = Flight(m600)
+    flight.tick()
+    flight.goal("takeoff").end("S_AT_ALTITUDE", success=True)
+    flight.interface.states["flight_status"] = "IN_AIR"
+    flight.tick()
+    flight.tick(later=5.0)
+    flight.come_to_rest()
+    assert flight.alive() == ["stream", "zed_depthmap"]
+
+
+def test_a_way_home_that_fails_is_tried_with_each_sensor_once_more(flight: Flight) -> None:
+    flight.goal("inspect").end("S_COMPLETED", success=True)
+    flight.tick()
+    for skill, source in (("zed_depthmap", "ZED"), ("lidar_depthmap", "LIDAR")):
+        flight.goal("return_home").end("S_ABORTED")
+        flight.come_to_rest()
+        flight.interface.states["depthmap_source"] = source
+        flight.tick()
+        assert flight.alive() == ["stream", skill, "return_home"]
+    flight.goal("return_home").end("S_ABORTED")
+    flight.come_to_rest()
+    assert_hovers_and_lands(flight)
+
+
+@pytest.fixture
+def coming_home(flight: Flight) -> Flight:
+    """A flight that has lost its LiDAR and flies home by the camera."""
+    flight.lose("lidar_status", "lidar_depthmap")
+    flight.come_to_rest()
+    flight.see("ZED")
+    assert flight.alive() == ["stream", "zed_depthmap", "return_home"]
+    return flight
+
+
+def test_video_that_is_lost_while_it_comes_home_by_the_camera_lands_the_drone(coming_home: Flight) -> None:
+    coming_home.goal("stream").end("S_FPS_LOST")
+    coming_home.come_to_rest()
+    assert_hovers_and_lands(coming_home)
+
+
+def test_video_that_is_lost_while_the_drone_stops_for_want_of_the_lidar_lands_it(flight: Flight) -> None:
+    flight.lose("lidar_status", "lidar_depthmap")
+    flight.tick()
+    flight.goal("stream").end("S_FPS_LOST")
+    flight.come_to_rest()
+    assert "zed_depthmap" not in [goal.skill for goal in flight.goals]
+    assert_hovers_and_lands(flight)
+
+
+def test_a_camera_that_is_lost_on_the_way_home_lands_the_drone(coming_home: Flight) -> None:
+    coming_home.lose("zed_status", "zed_depthmap")
+    coming_home.come_to_rest()
+    assert_hovers_and_lands(coming_home)
+
+
+def test_a_camera_that_is_lost_on_the_way_home_leaves_it_to_a_lidar_that_is_well_again(coming_home: Flight) -> None:
+    coming_home.interface.states["lidar_status"] = "OK"
+    coming_home.lose("zed_status", "zed_depthmap")
+    coming_home.come_to_rest()
+    coming_home.see("LIDAR")
+    assert coming_home.alive() == ["stream", "lidar_depthmap", "return_home"]
+
+
+def test_sensors_that_are_lost_together_land_the_drone(flight: Flight) -> None:
+    """News of the camera may come a moment after that of the LiDAR."""
+    flight.lose("lidar_status", "lidar_depthmap")
+    flight.tick(later=CALM / 2)
+    flight.interface.states["zed_status"] = "FAILED"
+    flight.come_to_rest()
+    assert_hovers_and_lands(flight)
+
+
+def test_a_battery_that_empties_while_it_comes_home_by_the_camera_lands_the_drone(coming_home: Flight) -> None:
+    coming_home.interface.states["battery_status"] = "CRITICAL"
+    coming_home.come_to_rest()
+    assert coming_home.alive() == ["land"]
+
+
+def test_a_pause_while_it_comes_home_by_the_camera_keeps_video_and_depth_map(coming_home: Flight) -> None:
+    assert coming_home.pausable.pause("for a test") is None
+    coming_home.tick()
+    coming_home.stop()
+    coming_home.tick()
+    assert coming_home.alive() == ["stream", "zed_depthmap", "hover"]
+    coming_home.pausable.resume()
+    coming_home.come_to_rest()
+    assert coming_home.alive() == ["stream", "zed_depthmap", "return_home"]

@@ -100,7 +100,7 @@ def rehearsed(plan: FlightPlan) -> MissionTrees:
 
 @pytest.mark.parametrize(
     ("mission", "alternatives"),
-    [("mapping", {"LiDAR branch", "come home"}), ("inspection", {"hover, then land"})],
+    [("mapping", {"LiDAR branch", "come home"}), ("inspection", {"hover, then land", "come home"})],
 )
 def test_who_aborts_has_no_alternative_but_the_landing_of_the_guards(mission: str, alternatives: set[str]) -> None:
     library = find_mission(mission)

@@ -1,7 +1,8 @@
 """The inspection mission of the paper (Sections 2.1 and 6.2): round a building out of sight, as long as there is video.
 
 Who flies beyond the pilot's sight needs live video all the way. When the link can carry it no longer, the drone stops,
-hovers for some seconds, and lands where it is.
+hovers for some seconds, and lands where it is. When the LiDAR can watch the way no longer, but there is video, it comes
+home.
 """
 
 from __future__ import annotations
@@ -19,8 +20,9 @@ from skillwing.bt_missions.leaves.settling import NeverSwitched, NoteSwitch
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.planning.detour import Position
 from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
+from skillwing.bt_missions.subtrees.coming_home import come_home
 from skillwing.bt_missions.subtrees.composites import alongside, first_that_works, guarded, in_order
-from skillwing.bt_missions.subtrees.depth_map import DEPTH_MAP_WAIT, NO_DEPTH_MAP
+from skillwing.bt_missions.subtrees.depth_map import LIDAR, flown_with
 from skillwing.bt_missions.subtrees.flight import (
     PILOT_PATIENCE,
     fly_home,
@@ -102,27 +104,35 @@ def _inspection(context: MissionContext, options: InspectionOptions) -> Behaviou
 
 
 def _with_video(context: MissionContext, options: InspectionOptions) -> Behaviour:
-    """Round the building and home, with live video. The LiDAR's ring looks along the circle, for the nose is on the
-    building."""
+    """Round the building and home, with live video, whatever sensor it is that watches the way."""
     demands = {"min_fps": options.min_fps, "min_quality": options.min_quality}
     return alongside(
         "with video",
-        SkillAction("lidar_depthmap", context, "lidar_depthmap", outcomes=NO_DEPTH_MAP),
         SkillAction("stream", context, "stream", demands, outcomes=NO_VIDEO),
-        until=in_order(
-            "inspect and come home",
-            ResourceIs("looking along", context, "depthmap_source", "LIDAR", wait=DEPTH_MAP_WAIT),
-            first_that_works(
-                "inspect or turn back",
-                guarded(
-                    "while there is charge",
-                    ResourceIs("charged?", context, "battery_status", "NORMAL"),
-                    _round(context, options),
-                ),
-                NoteSwitch("why", context, "inspection", "inspecting", "coming home early"),
-            ),
-            fly_home(context, options.return_height, options.speed),
+        until=first_that_works(
+            "inspect or come home",
+            _by_lidar(context, options),
+            come_home(context, "inspection", "inspecting", height=options.return_height, speed=options.speed),
         ),
+    )
+
+
+def _by_lidar(context: MissionContext, options: InspectionOptions) -> Behaviour:
+    """The LiDAR's ring looks along the circle, for the nose is on the building."""
+    return flown_with(
+        context,
+        LIDAR,
+        "fly round and home",
+        first_that_works(
+            "inspect or turn back",
+            guarded(
+                "while there is charge",
+                ResourceIs("charged?", context, "battery_status", "NORMAL"),
+                _round(context, options),
+            ),
+            NoteSwitch("why", context, "inspection", "inspecting", "coming home early"),
+        ),
+        fly_home(context, options.return_height, options.speed),
     )
 
 
