@@ -46,8 +46,8 @@ _SUMMARIES = {
     Condition.PILOT_RETURNS: "the safety pilot takes the authority, and gives it back some seconds later",
 }
 
-_UNNOTICED = {"mapping": frozenset({Condition.LINK}), "inspection": frozenset({Condition.CAMERA, Condition.BOTH})}
-"""Conditions that a mission does not notice: it needs no link, or no depth camera."""
+_UNNOTICED = {"mapping": frozenset({Condition.LINK}), "inspection": frozenset({Condition.CAMERA})}
+"""Conditions that a mission does not notice: it needs no link, or no depth camera as long as the LiDAR is well."""
 
 
 def conditions_of(mission: str) -> list[Condition]:
