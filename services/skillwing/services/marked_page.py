@@ -50,6 +50,12 @@ class Marks:
         before, after = self._place(page, title)
         _write(page, f"{before}{self.begin}\n{text}\n{self.end}{after}")
 
+    def read(self, page: Path) -> str:
+        """The lines between the marks. Raises PageError for a page without these."""
+        text = _read(page)
+        self._surroundings(page, text)
+        return text.partition(f"{self.begin}\n")[2].partition(self.end)[0].removesuffix("\n")
+
     def check_place(self, page: Path) -> None:
         """Raises PageError for a page that `replace_or_append` would not take."""
         self._place(page, "")

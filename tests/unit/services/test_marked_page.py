@@ -30,6 +30,7 @@ def test_the_last_text_stands_between_the_marks_and_all_else_as_before(
     for text in (first, second):
         MARKS.replace(page, text)
         assert page.read_text(encoding="utf-8") == f"{before}\n{MARKS.begin}\n{text}\n{MARKS.end}\n{after}"
+        assert MARKS.read(page) == text
 
 
 def test_sections_of_several_commands_share_a_page(page: Path) -> None:

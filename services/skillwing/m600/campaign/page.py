@@ -89,6 +89,11 @@ def write(page: Path, title: str, text: str) -> None:
     _marks(title).replace_or_append(page, text, title="Missions")
 
 
+def read(page: Path, title: str) -> str:
+    """The section of a page with this title. Raises PageError where there is none."""
+    return _marks(title).read(page)
+
+
 def check(page: Path, title: str) -> None:
     """Raises PageError for a page that cannot take a section with this title."""
     _marks(title).check_place(page)
