@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import fcntl
 from io import StringIO
 from pathlib import Path
 
@@ -14,9 +16,10 @@ from rich.console import Console
 from skillwing.m600.campaign import page
 from skillwing.m600.campaign.command import campaign, make_plans
 from skillwing.m600.campaign.conditions import Condition
-from skillwing.m600.campaign.ledger import LEDGER_FILE, Ledger
+from skillwing.m600.campaign.ledger import LEDGER_FILE, Ledger, read_results
 from skillwing.m600.campaign.outcomes import SHORT_HEADINGS, outcome_table, outcomes
 from skillwing.m600.campaign.plan import FlightPlan, Network
+from skillwing.m600.campaign.recordings import UNFINISHED
 from skillwing.m600.campaign.result import End, FlightResult
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.marked_page import PageError
@@ -97,6 +100,35 @@ def test_a_campaign_that_was_killed_goes_on_after_its_last_whole_line(tmp_path: 
     again = Ledger(tmp_path, resume=True)
     again.close()
     assert again.results == [flown(1), flown(2), flown(3)]
+
+
+def test_no_two_campaigns_fly_into_one_folder(tmp_path: Path) -> None:
+    first = Ledger(tmp_path, resume=False)
+    first.add(flown(1))
+    half = tmp_path / f"{flown(2).plan.name}{UNFINISHED}"
+    half.mkdir()
+    with pytest.raises(InvalidOptionError, match="Another campaign is flying into"):
+        campaign("mapping", seeds="2", output=tmp_path, resume=True, record=True)
+    assert half.is_dir()
+    first.add(flown(3))
+    first.close()
+    again = Ledger(tmp_path, resume=True)
+    again.close()
+    assert again.results == [flown(1), flown(3)]
+
+
+def test_where_a_folder_cannot_be_locked_a_campaign_flies_and_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def flock(file: object, operation: int) -> None:
+        raise OSError(errno.ENOTSUP, "Operation not supported")
+
+    monkeypatch.setattr(fcntl, "flock", flock)
+    ledger = Ledger(tmp_path, resume=False)
+    ledger.add(flown(1))
+    ledger.close()
+    assert "cannot be locked (Operation not supported)" in caplog.text
+    assert read_results(tmp_path / LEDGER_FILE) == [flown(1)]
 
 
 def test_a_campaign_is_not_written_over(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Sequence
+from contextlib import closing
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated
@@ -108,21 +109,19 @@ def campaign(
     at_once = jobs or (1 if on is Network.ZENOH else os.cpu_count() or 1)
     folder = output or Path("runs") / f"{datetime.now().astimezone():%Y%m%d-%H%M%S}-campaign-{mission}"
     console = make_console()
-    ledger = Ledger(folder, resume=resume)
-    ledger.require(plans)
-    code = flight_code()
-    claim(folder, code, begun=bool(ledger.results))
     shown = Console(quiet=True) if as_json else console
-    found, called_off = Found(ledger.results, earlier), False
-    with ended_by_signals() as ending:
+    called_off = False
+    with closing(Ledger(folder, resume=resume)) as ledger, ended_by_signals() as ending:
+        ledger.require(plans)
+        code = flight_code()
+        claim(folder, code, begun=bool(ledger.results))
+        found = Found(ledger.results, earlier)
         try:
             _fly(plans, ledger, found.lost, at_once, record=record, console=shown, ending=ending)
             _record_worst(ledger, worst, found.differing, at_once, shown, ending)
         except KeyboardInterrupt:
             called_off = True
             shown.print("Called off. Go on with --resume.", style="red")
-        finally:
-            ledger.close()
     if as_json:
         print_summary(str(folder), len(plans), found)
     else:

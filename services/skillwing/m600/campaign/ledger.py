@@ -5,9 +5,13 @@ A campaign that was killed goes on after its last whole line.
 
 from __future__ import annotations
 
+import fcntl
+import logging
 import os
 from collections.abc import Iterable
+from contextlib import ExitStack
 from pathlib import Path
+from typing import BinaryIO
 
 import msgspec
 from msgspec.structs import replace
@@ -19,29 +23,32 @@ from skillwing.services.errors import InvalidOptionError
 
 LEDGER_FILE = "flights.jsonl"
 
+log = logging.getLogger(__name__)
+
 
 class Ledger:
-    """The results of a campaign, on disk as soon as they are known.
+    """The results of a campaign, on disk as soon as they are known. Nobody else writes them until it is closed.
 
-    Raises InvalidOptionError for a folder that holds a campaign already, unless it is to be resumed, OSError where
-    nothing can be written.
+    Raises InvalidOptionError for a folder that holds a campaign already, unless it is to be resumed, and for one into
+    which another campaign is flying, OSError where nothing can be written.
     """
 
     def __init__(self, folder: Path, *, resume: bool) -> None:
         self.folder = folder
-        self._path = folder / LEDGER_FILE
-        self.results: list[FlightResult] = []
-        if self._path.exists():
-            if not resume:
-                text = f"{folder} holds a campaign already. Go on with it by --resume, or choose another folder."
-                raise InvalidOptionError("output", text)
-            self.results = read_results(self._path)
+        path = folder / LEDGER_FILE
         folder.mkdir(parents=True, exist_ok=True)
-        # Written anew without the line at which the campaign was killed.
-        unfinished = self._path.with_suffix(".part")
-        unfinished.write_bytes(b"".join(map(_line, self.results)))
-        unfinished.replace(self._path)
-        self._file = self._path.open("ab")
+        try:
+            path.touch(exist_ok=resume)
+        except FileExistsError:
+            text = f"{folder} holds a campaign already. Go on with it by --resume, or choose another folder."
+            raise InvalidOptionError("output", text) from None
+        with ExitStack() as opened:
+            self._file = opened.enter_context(path.open("ab"))
+            _reserve(self._file, folder)
+            self.results = read_results(path)
+            # Without the line at which the campaign was killed.
+            self._file.truncate(path.read_bytes().rfind(b"\n") + 1)
+            opened.pop_all()
 
     def require(self, plans: Iterable[FlightPlan]) -> None:
         """Raises InvalidOptionError if a flight is in it that is none of these: a folder holds one campaign."""
@@ -75,6 +82,20 @@ def read_results(path: Path) -> list[FlightResult]:
     except msgspec.DecodeError as error:
         text = f"{path} is not a campaign's: {error}. Choose another folder."
         raise InvalidOptionError("output", text) from error
+
+
+def _reserve(file: BinaryIO, folder: Path) -> None:
+    """Keep other campaigns out until the file is closed, which the kernel does for a process that was killed.
+
+    Raises InvalidOptionError if there is one already. A file system without locks keeps nobody out, which is told.
+    """
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        text = f"Another campaign is flying into {folder}. Wait for its end, or choose another folder."
+        raise InvalidOptionError("output", text) from None
+    except OSError as error:
+        log.warning("%s cannot be locked (%s). Let no other campaign fly into it meanwhile.", folder, error.strerror)
 
 
 class _Before(msgspec.Struct):
