@@ -16,8 +16,3 @@ def name_in_repository(file: str) -> str:
         return file
     path = Path(file).resolve()
     return next((name for name in BESIDES if path == (ROOT / name).resolve()), str(Path(file).absolute()))
-
-
-def name_wherever_it_lay(file: str) -> str:
-    """The same of a file that has been flown already, in a repository that may have lain elsewhere or be gone."""
-    return next((name for name in BESIDES if file.endswith(f"/{name}")), file)

@@ -14,9 +14,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 import msgspec
-from msgspec.structs import replace
 
-from skillwing.m600.campaign.besides import name_wherever_it_lay
 from skillwing.m600.campaign.plan import FlightPlan
 from skillwing.m600.campaign.result import FlightResult
 from skillwing.services.errors import InvalidOptionError
@@ -78,7 +76,7 @@ def read_results(path: Path) -> list[FlightResult]:
     """
     *lines, _ = path.read_bytes().split(b"\n")
     try:
-        return [_result(line) for line in lines]
+        return [msgspec.json.decode(line, type=FlightResult) for line in lines]
     except msgspec.DecodeError as error:
         text = f"{path} is not a campaign's: {error}. Choose another folder."
         raise InvalidOptionError("output", text) from error
@@ -96,20 +94,6 @@ def _reserve(file: BinaryIO, folder: Path) -> None:
         raise InvalidOptionError("output", text) from None
     except OSError as error:
         log.warning("%s cannot be locked (%s). Let no other campaign fly into it meanwhile.", folder, error.strerror)
-
-
-class _Before(msgspec.Struct):
-    """Lines had a version as long as files of the repository were written in them with their whole paths."""
-
-    version: str = ""
-
-
-def _result(line: bytes) -> FlightResult:
-    result = msgspec.json.decode(line, type=FlightResult)
-    if not msgspec.json.decode(line, type=_Before).version:
-        return result
-    name = name_wherever_it_lay(result.plan.flown_as)
-    return replace(result, plan=replace(result.plan, flown_as=name))
 
 
 def _line(result: FlightResult) -> bytes:
