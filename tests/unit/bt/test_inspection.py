@@ -338,6 +338,21 @@ def test_a_camera_that_is_lost_on_the_way_home_leaves_it_to_a_lidar_that_is_well
     assert coming_home.alive() == ["stream", "lidar_depthmap", "return_home"]
 
 
+@pytest.mark.parametrize("label", ["RI", "S_NO_DATA", "LOST"])
+def test_a_lidar_that_leads_home_and_is_lost_again_leaves_it_to_a_camera_that_is_well_again(
+    coming_home: Flight, label: str
+) -> None:
+    coming_home.interface.states["lidar_status"] = "OK"
+    coming_home.lose("zed_status", "zed_depthmap")
+    coming_home.come_to_rest()
+    coming_home.see("LIDAR")
+    coming_home.interface.states["zed_status"] = "OK"
+    coming_home.lose("lidar_status", "lidar_depthmap", label)
+    coming_home.come_to_rest()
+    coming_home.see("ZED")
+    assert coming_home.alive() == ["stream", "zed_depthmap", "return_home"]
+
+
 def test_sensors_that_are_lost_together_land_the_drone(flight: Flight) -> None:
     """News of the camera may come a moment after that of the LiDAR."""
     flight.lose("lidar_status", "lidar_depthmap")

@@ -341,6 +341,27 @@ def test_a_camera_that_is_lost_on_the_way_home_leaves_it_to_a_lidar_that_is_well
     assert coming_home.alive() == ["lidar_depthmap", "return_home"]
 
 
+def test_a_camera_that_is_well_again_leads_home_once_more_where_the_lidar_is_lost_on_the_way(flight: Flight) -> None:
+    flight.start_crabwise()
+    flight.goal("lidar_mapping").end("S_DIVERGED")
+    flight.come_to_rest()
+    flight.interface.states["depthmap_source"] = "LIDAR"
+    flight.tick(later=CALM)
+    assert flight.alive() == ["lidar_depthmap", "return_home"]
+    flight.interface.states["zed_status"] = "OK"
+    flight.lose_lidar()
+    flight.come_to_rest()
+    flight.interface.states["depthmap_source"] = "ZED"
+    flight.tick(later=CALM)
+    assert flight.alive() == ["zed_depthmap", "return_home"]
+    flight.interface.states["lidar_status"] = "OK"
+    flight.lose_camera()
+    flight.come_to_rest()
+    assert flight.alive() == ["land"], "sensors that come and go do not keep it in the air"
+    ways = ["coming home by LiDAR", "coming home by ZED", "landing where it is"]
+    assert [step[2] for step in flight.journal][-3:] == ways
+
+
 def test_a_way_home_that_fails_lands_the_drone_where_it_is(coming_home: Flight) -> None:
     coming_home.goal("return_home").end("S_ABORTED")
     coming_home.come_to_rest()

@@ -8,14 +8,19 @@ from py_trees.composites import Sequence
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.settling import NoteSwitch, Settled
-from skillwing.bt_missions.subtrees.composites import first_that_works, in_order
+from skillwing.bt_missions.subtrees.composites import OnEnding, first_that_works, in_order
 from skillwing.bt_missions.subtrees.depth_map import CAMERA, LIDAR, Sensor, flown_with
 from skillwing.bt_missions.subtrees.flight import fly_home
 from skillwing.bt_missions.subtrees.landing import STOPPING_PATIENCE
 
+SENSOR_LOST = ("RI", "S_NO_DATA", "LOST")
+"""How a depth map ends that can no longer be made from its sensor."""
+
 
 def come_home(context: MissionContext, subject: str, doing: str, *, height: float, speed: float) -> Sequence:
     """Home by whichever sensor is well now, be it one that had failed before, and no landing. FAILURE: there is none.
+
+    The camera may be lost, the LiDAR lead on and be lost as well: then a camera that is well again leads once more.
 
     subject, doing: what is noted as given up, as `NoteSwitch` has them. height: at which to begin, in metres. speed: in
     m/s.
@@ -33,5 +38,9 @@ def come_home(context: MissionContext, subject: str, doing: str, *, height: floa
         "come home",
         # The new depth map is not to be taken for the old one, nor a sensor for well that fails at the same moment.
         Settled("stopped", context, STOPPING_PATIENCE),
-        first_that_works("by what is left", *(home_with(sensor) for sensor in (CAMERA, LIDAR))),
+        first_that_works(
+            "by what is left",
+            home_with(CAMERA),
+            OnEnding("with LiDAR, or ZED again", home_with(LIDAR), SENSOR_LOST, home_with(CAMERA)),
+        ),
     )
