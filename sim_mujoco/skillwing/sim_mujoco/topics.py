@@ -22,6 +22,8 @@ Component: TypeAlias = Annotated[float, msgspec.Meta(ge=-LARGEST_COMPONENT, le=L
 """Of a position, velocity, ... in SI units. Beyond a thousand kilometres nothing is meant that a drone should try."""
 Sentence: TypeAlias = Annotated[str, msgspec.Meta(max_length=LONGEST_SENTENCE)]
 """For people; others pass it on inside of longer messages, hence of bounded length."""
+Magnitude: TypeAlias = Component
+"""How badly something fails, in the unit of its fault; of some kinds less is meant (docs/sensors.md)."""
 Vector3 = tuple[Component, Component, Component]
 Quaternion = tuple[Component, Component, Component, Component]
 
@@ -214,7 +216,7 @@ class SetFault(Message, frozen=True, kw_only=True):
     sensor: Label
     kind: Label
     on: bool = True
-    magnitude: float | None = None
+    magnitude: Magnitude | None = None
 
 
 class FaultState(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -373,9 +375,11 @@ class ObstacleStatus(Message, frozen=True, kw_only=True):
 
 class LandingPlace(Message, frozen=True, kw_only=True):
     """Where to land, as far as is known what stands below the drone: at `place` (ENU, at the drone's height), or, if
-    that is None, where it is. `text` says why."""
+    that is None, where it is. `taken`: something is known to stand there, or the ground is steep; without a `place` no
+    better one is known then. `text` says why."""
 
     place: Vector3 | None
+    taken: bool = False
     text: Sentence = ""
 
 

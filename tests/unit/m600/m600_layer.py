@@ -84,6 +84,7 @@ class M600Layer(FakeLayer):
         self.laps_done = 0.0
         self.source = ObstacleSource.NONE
         self.landing_place: Vector3 | None = None
+        self.taken = False
         self.refuses: type[Motion] | None = None
         self.mapping = False
         self.body = Holder()
@@ -150,7 +151,8 @@ class M600Layer(FakeLayer):
     def _land_where(self, _: topics.Empty) -> topics.LandingPlace:
         if self.position == self.landing_place:
             return topics.LandingPlace(place=None, text="free")
-        return topics.LandingPlace(place=self.landing_place, text="taken")
+        taken = self.taken or self.landing_place is not None
+        return topics.LandingPlace(place=self.landing_place, taken=taken, text="taken" if taken else "unknown")
 
     # --- motion ------------------------------------------------------------------------------------------------------
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from drone import Drone
 
-from skillwing.m600.skills.land import ASIDES, PATIENCE, LandManager
+from skillwing.m600.skills.land import ASIDES, PATIENCE, SUBJECT, LandManager
 from skillwing.sim_mujoco.topics import FlyTo
 
 
@@ -53,10 +53,22 @@ def test_on_the_ground_it_is_not_ready() -> None:
 # --- where to ---------------------------------------------------------------------------------------------------------
 
 
+def what_is_told_of_the_place(drone: Drone) -> list[tuple[str, str]]:
+    return [(record.after, record.text) for record in drone.history.records if record.subject == SUBJECT]
+
+
 def test_lands_where_it_is_if_nobody_knows_better(drone: Drone) -> None:
     drone.start(speed=2.0).assert_ended("S_LANDED")
     assert drone.layer.motions == ["Land", "Stop"]
     assert drone.layer.position[:2] == (0.0, 0.0)
+    assert what_is_told_of_the_place(drone) == []
+
+
+def test_lands_on_what_stands_below_if_no_better_place_is_known_and_says_so(drone: Drone) -> None:
+    drone.layer.taken = True
+    drone.start(speed=2.0).assert_ended("S_LANDED")
+    assert drone.layer.motions == ["Land", "Stop"]
+    assert what_is_told_of_the_place(drone) == [("TAKEN", "taken")]
 
 
 def test_lands_beside_what_stands_below(drone: Drone) -> None:
@@ -64,7 +76,7 @@ def test_lands_beside_what_stands_below(drone: Drone) -> None:
     drone.start(speed=2.0).assert_ended("S_LANDED")
     assert drone.layer.motions == ["FlyTo", "Land", "Stop"]
     assert drone.layer.position[:2] == (3.0, 1.0)
-    assert [record.text for record in drone.history.records if record.subject == "ground"] == ["taken"]
+    assert what_is_told_of_the_place(drone) == [("TAKEN", "taken")]
 
 
 def test_asks_again_where_it_is_blocked_on_the_way(drone: Drone) -> None:

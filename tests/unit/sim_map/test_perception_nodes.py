@@ -222,10 +222,42 @@ def test_rubbish_is_refused_or_dropped_and_the_node_lives(obstacles: Bench) -> N
     assert report(obstacles).free_distance == pytest.approx(6.0, abs=0.05)
 
 
-def landing_text(bench: Bench) -> str:
+def landing_place(bench: Bench) -> topics.LandingPlace:
     answer = bench.ask(topics.LANDING_PLACE, topics.Empty())
     assert isinstance(answer, Answered)
-    return decode(answer.payload, topics.LandingPlace).text
+    return decode(answer.payload, topics.LandingPlace)
+
+
+def landing_text(bench: Bench) -> str:
+    return landing_place(bench).text
+
+
+def show_ground(bench: Bench, pillar: bool) -> None:
+    """Let the LiDAR see plain ground 4 m below the drone and nothing else, but for a pillar that may stand there."""
+    bench.blind = True
+    directions = lidar_directions(256, 16)
+    down = np.maximum(-directions[..., 2], 1e-6)
+    top = 2.0 / down
+    on_top = np.linalg.norm(top[..., None] * directions[..., :2], axis=-1) < 1.0
+    ranges = np.where(pillar & on_top, top, HOVER[2] / down)
+    scan = np.where(down > 0.3, ranges, 0.0).astype(np.float32)
+    lidar = bench.bus.advertise(topics.LIDAR)
+
+    def show() -> None:
+        now = bench.bus.now()
+        lidar.put(scan.tobytes(), encode(topics.LidarHeader(t0=now - 0.1, t1=now, columns=256, beams=16, mount=ZERO)))
+
+    bench.bus.every(0.1, show)
+    bench.run(2.0)
+
+
+@pytest.mark.parametrize("pillar", [False, True])
+def test_the_answer_says_whether_the_place_below_is_taken(pillar: bool) -> None:
+    bench = Bench(make_obstacles({}))
+    show_ground(bench, pillar)
+    answer = landing_place(bench)
+    assert answer.taken is pillar, answer
+    assert answer.text.startswith("something stands below" if pillar else "the ground below is free")
 
 
 def report_health(bench: Bench, sensor: str, status: topics.SensorStatus) -> None:

@@ -34,6 +34,8 @@ ASIDE = 1.0
 """Speed at which the drone flies there [m/s]."""
 ASIDES = 2
 """So often it flies aside at most: underway more is seen of the ground than was known before."""
+SUBJECT = "landing place"
+"""Of the record in the timeline that says what is known to stand below."""
 AT_AN_END = frozenset({MotionState.DONE, MotionState.BLOCKED, MotionState.ABORTED})
 """The way aside is flown, or as much of it as can be."""
 
@@ -52,9 +54,10 @@ class LandManager(AbstractLandManager):
     """Descends until the drone stands and its rotors are off: where it is, or beside what is known to stand below.
 
     Where it has flown aside it asks again, for it may have been stopped on the way, or see by now what stands there.
-    The timeline tells why it flies aside.
 
-    Whoever does not answer where to land, or refuses to fly there, does not keep the drone from landing where it is.
+    Whoever does not answer where to land, or refuses to fly there, does not keep the drone from landing where it is, nor
+    does what stands below where no better place is known: the battery may not wait. Whether something is known to stand
+    below, the timeline tells.
     """
 
     def setup(self) -> None:
@@ -92,12 +95,13 @@ class LandManager(AbstractLandManager):
         if self.current is None or self.current.id != goal.id or self._stage is not Stage.ASKING:
             return
         told = _read(answer)
+        if told.taken:
+            self._timeline.record(RecordKind.HEALTH, SUBJECT, None, "TAKEN", text=told.text, goal_id=goal.id)
         if told.place is None:
             self._descend(goal)
         else:
             self._stage = Stage.GOING_ASIDE
             self._asides += 1
-            self._timeline.record(RecordKind.HEALTH, "ground", None, "TAKEN", text=told.text, goal_id=goal.id)
             aside = FlyTo(target=told.place, speed=ASIDE, nose=Nose.FREE)
             self.guidance.fly(goal, aside, on_refused=lambda _: self._descend(goal))
 

@@ -192,7 +192,7 @@ class ObstaclesNode:
             return topics.LandingPlace(place=None, text=seen)
         place = below.free_place()
         elsewhere = "no free ground is known nearby" if place is None else "here the ground is free"
-        return topics.LandingPlace(place=place, text=f"something stands below, or it is steep; {elsewhere}")
+        return topics.LandingPlace(place=place, taken=True, text=f"something stands below, or it is steep; {elsewhere}")
 
     def _way(self, t: float) -> tuple[topics.Vector3, ...]:
         """Where guidance is flying, as far as it says so itself."""
