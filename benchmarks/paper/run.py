@@ -13,7 +13,6 @@ from __future__ import annotations
 import argparse
 import shutil
 import sys
-from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 
@@ -24,7 +23,7 @@ from way_picture import WAYS_PICTURE, draw_ways, flights_drawn
 
 from skillwing.m600.campaign.command import parse_seeds
 from skillwing.m600.campaign.crew import Crew, LostFlight
-from skillwing.m600.campaign.flight_code import CodeChangedError, FlightCode, flight_code
+from skillwing.m600.campaign.flight_code import FlyingCode
 from skillwing.m600.campaign.ledger import LEDGER_FILE, Ledger, read_results
 from skillwing.m600.campaign.plan import FlightPlan
 from skillwing.m600.campaign.recordings import begin_recording, is_recorded, keep_recording
@@ -48,19 +47,20 @@ def main() -> None:
     chosen = options.parse_args()
     if chosen.jobs < 1:
         sys.exit("No flight can be flown by so few. Give `--jobs 1` or more.")
-    code = flight_code()
-    folder = chosen.output / code.digest
+    flying = FlyingCode()
+    digest = flying.code.digest
+    folder = chosen.output / digest
     try:
         plans = paper_plans(parse_seeds(chosen.seeds))
-        flown = known(folder) if chosen.only_write else fly(plans, folder, chosen.jobs, code)
+        flown = known(folder) if chosen.only_write else fly(plans, folder, chosen.jobs, flying)
         results = list({result.plan.name: result for result in flown if result.plan in plans}.values())
         if not results:
-            sys.exit(f"Nothing has been flown by this code ({code.digest}) yet. Leave out `--only-write`.")
+            sys.exit(f"Nothing has been flown by this code ({digest}) yet. Leave out `--only-write`.")
         first = [result.plan for result in results if result.plan.seed == plans[0].seed]
         images = chosen.page.parent / "images" / "results"
         drawn = draw_pictures(first, folder, images)
         draw_price(images / PRICE_PICTURE, results)
-        write_page(chosen.page, results, plans, code.digest, {*drawn, PRICE_PICTURE})
+        write_page(chosen.page, results, plans, digest, {*drawn, PRICE_PICTURE})
     except SkillwingError as error:
         sys.exit(str(error))
     except KeyboardInterrupt:
@@ -73,17 +73,11 @@ def known(folder: Path) -> list[FlightResult]:
     return read_results(ledger) if ledger.exists() else []
 
 
-def fly(
-    plans: list[FlightPlan],
-    folder: Path,
-    jobs: int,
-    code: FlightCode,
-    now: Callable[[], FlightCode] = flight_code,
-) -> list[FlightResult]:
+def fly(plans: list[FlightPlan], folder: Path, jobs: int, flying: FlyingCode) -> list[FlightResult]:
     """Fly what the ledger has not. Those that the page shows are recorded, each in a folder of its own.
 
-    code, now: what the folder's flights are flown by, and what there is whenever one has ended. Raises
-    CodeChangedError when that is not the same, and SkillwingError at the end where a flight's process did not end well.
+    flying: what the folder's flights are flown by. Raises CodeChangedError when that is not the same any more, and
+    SkillwingError at the end where a flight's process did not end well.
     """
     ledger = Ledger(folder, resume=True)
     flown = [result.plan for result in ledger.results]
@@ -95,10 +89,7 @@ def fly(
 
     lost: list[LostFlight] = []
     with closing(ledger), Crew(jobs) as crew:
-        for count, result in enumerate(crew.fly(missing, run_dir), start=1):
-            if changes := code.changes(now()):
-                kept = "The flight under way was not kept. The same command flies everything anew, by the new code."
-                raise CodeChangedError(changes, kept)
+        for count, result in enumerate(flying.kept(crew.fly(missing, run_dir)), start=1):
             if isinstance(result, LostFlight):
                 lost.append(result)
                 continue

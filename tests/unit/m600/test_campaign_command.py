@@ -14,9 +14,10 @@ import typer
 
 from skillwing.m600.campaign import command
 from skillwing.m600.campaign.crew import Crew
-from skillwing.m600.campaign.flight_code import FlightCode
+from skillwing.m600.campaign.flight_code import CodeChangedError, FlyingCode
 from skillwing.m600.campaign.ledger import LEDGER_FILE, read_results
 from skillwing.m600.campaign.recordings import UNFINISHED
+from skillwing.services.errors import InvalidOptionError
 
 PLAN = """
 import json, os, sys
@@ -35,13 +36,23 @@ if len(sys.argv) > 2:
 )
 ENDS_OTHERWISE = PLAN + "print(json.dumps({**result, 'end': 'landed elsewhere', 'digest': 'another'}))"
 
+FLIES = "services/skillwing/hover.py"
+
 Fly = Callable[..., int]
 
 
 @pytest.fixture
-def fly(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Fly:
+def repository(tmp_path: Path) -> Path:
+    """One in which a single file flies."""
+    (tmp_path / FLIES).parent.mkdir(parents=True)
+    (tmp_path / FLIES).write_text("SECONDS = 2.0\n", encoding="utf-8")
+    return tmp_path
+
+
+@pytest.fixture
+def fly(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, repository: Path) -> Fly:
     """Run a campaign whose flights are a program's; its exit code."""
-    monkeypatch.setattr(command, "flight_code", lambda: FlightCode({"flight.py": "1"}))
+    monkeypatch.setattr(command, "FlyingCode", partial(FlyingCode, repository))
 
     def fly(source: str, **options: Any) -> int:
         monkeypatch.setattr(command, "Crew", partial(Crew, worker=(sys.executable, "-c", source)))
@@ -76,6 +87,16 @@ def test_the_summary_for_programs_tells_what_was_lost(fly: Fly, capsys: pytest.C
     summary = json.loads(capsys.readouterr().out)
     assert (summary["planned"], summary["flown"], summary["sampled"]) == (2, 1, None)
     assert [each["flight"] for each in summary["lost"]] == ["mapping-courtyard-none-1"]
+
+
+def test_a_flight_by_code_that_changed_meanwhile_is_not_kept(fly: Fly, tmp_path: Path, repository: Path) -> None:
+    edits = PLAN + f"if plan['seed'] == 1: open({str(repository / FLIES)!r}, 'w').close()\nprint(json.dumps(result))"
+    with pytest.raises(CodeChangedError, match=rf"while it flew: {FLIES}\. Flights under way are not kept"):
+        fly(edits, seeds="0:3", write=tmp_path / "page.md")
+    assert seeds_in(tmp_path / "flights") == [0]
+    assert not (tmp_path / "page.md").exists()
+    with pytest.raises(InvalidOptionError, match="Begin anew in another folder"):
+        fly(LANDS, seeds="0:3", resume=True)
 
 
 def test_half_a_recording_is_not_gone_on_with(fly: Fly, tmp_path: Path) -> None:

@@ -14,7 +14,15 @@ from typing import Self
 import pytest
 from msgspec.structs import replace
 
-from skillwing.m600.campaign.flight_code import LIBRARIES, CodeChangedError, claim, flight_code, flying_files
+from skillwing.m600.campaign import flight_code as module
+from skillwing.m600.campaign.flight_code import (
+    LIBRARIES,
+    CodeChangedError,
+    FlyingCode,
+    claim,
+    flight_code,
+    flying_files,
+)
 from skillwing.m600.campaign.ledger import LEDGER_FILE, read_results
 from skillwing.m600.campaign.plan import FlightPlan
 from skillwing.m600.campaign.result import End, FlightResult
@@ -106,12 +114,12 @@ class CrewOnPaper:
 def test_a_run_goes_on_with_flights_of_its_own_code(
     tmp_path: Path, repository: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    run, code = script("run"), flight_code(repository)
+    run, flying = script("run"), FlyingCode(repository)
     monkeypatch.setattr(run, "Crew", CrewOnPaper)
     plans = script("paper_flights").paper_plans(range(1))
-    assert len(run.fly(plans[:3], tmp_path / "runs", 1, code, lambda: code)) == 3
+    assert len(run.fly(plans[:3], tmp_path / "runs", 1, flying)) == 3
     changed = replace(plans[2], happens={"faults": []})
-    run.fly([*plans, changed], tmp_path / "runs", 1, code, lambda: code)
+    run.fly([*plans, changed], tmp_path / "runs", 1, flying)
     assert [each.plan for each in read_results(tmp_path / "runs" / LEDGER_FILE)] == [*plans, changed]
 
 
@@ -119,14 +127,14 @@ def test_a_flight_of_which_the_page_has_a_picture_is_flown_again_if_it_was_not_r
     tmp_path: Path, repository: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     runs = tmp_path / "runs"
-    run, code = script("run"), flight_code(repository)
+    run, flying = script("run"), FlyingCode(repository)
     monkeypatch.setattr(run, "Crew", CrewOnPaper)
     plans = script("paper_flights").paper_plans(range(2))
-    run.fly(plans, runs, 1, code, lambda: code)
+    run.fly(plans, runs, 1, flying)
     assert {path.name for path in runs.iterdir() if path.is_dir()} == {
         f"mapping-courtyard-none-0-{label}" for label in ("nominal", "recovery", "none")
     } | {f"inspection-inspection-none-0-{label}" for label in ("recovery", "abort", "home", "none")}
-    again = run.fly([plan for plan in plans if plan.seed == 1], runs, 1, code, lambda: code)[len(plans) :]
+    again = run.fly([plan for plan in plans if plan.seed == 1], runs, 1, flying)[len(plans) :]
     assert [each.plan.label for each in again] == ["nominal", "recovery", "none", "recovery", "abort", "home", "none"]
     assert all((runs / each.plan.name).is_dir() for each in again)
 
@@ -137,12 +145,30 @@ def test_a_flight_by_code_that_changed_meanwhile_is_not_kept(
     run = script("run")
     monkeypatch.setattr(run, "Crew", CrewOnPaper)
     plans = script("paper_flights").paper_plans(range(1))
-    code = flight_code(repository)
-    run.fly(plans[:1], tmp_path / "runs", 1, code, lambda: code)
+    flying = FlyingCode(repository)
+    run.fly(plans[:1], tmp_path / "runs", 1, flying)
     (repository / "services" / "skillwing" / "m600" / "m600.skillset").write_text("", encoding="utf-8")
     with pytest.raises(CodeChangedError, match=r"while it flew: services/skillwing/m600/m600\.skillset"):
-        run.fly(plans, tmp_path / "runs", 1, code, lambda: flight_code(repository))
+        run.fly(plans, tmp_path / "runs", 1, flying)
     assert len(read_results(tmp_path / "runs" / LEDGER_FILE)) == 1
+
+
+def test_flights_are_kept_while_files_are_touched_that_stay_what_they_are(repository: Path) -> None:
+    flying, hover = FlyingCode(repository), repository / "services" / "skillwing" / "m600" / "skills" / "hover.py"
+    hover.write_text("# For now.\nSECONDS = 2.0\n", encoding="utf-8")
+    assert list(flying.kept([1, 2])) == [1, 2]
+    hover.write_text("SECONDS = 2.0 +", encoding="utf-8")
+    flights = flying.kept([3])
+    with pytest.raises(CodeChangedError, match=r"while it flew: services/skillwing/m600/skills/hover\.py\."):
+        next(flights)
+
+
+def test_what_flies_is_digested_anew_only_if_a_file_was_touched(
+    repository: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    flying = FlyingCode(repository)
+    monkeypatch.setattr(module, "flight_code", lambda root: pytest.fail("There is nothing new."))
+    assert list(flying.kept([1, 2])) == [1, 2]
 
 
 def test_a_folder_is_of_one_code(tmp_path: Path, repository: Path) -> None:
@@ -152,6 +178,13 @@ def test_a_folder_is_of_one_code(tmp_path: Path, repository: Path) -> None:
     (repository / "services" / "skillwing" / "m600" / "m600.skillset").write_text("", encoding="utf-8")
     with pytest.raises(InvalidOptionError, match=r"m600\.skillset\. Begin anew in another folder"):
         claim(folder, flight_code(repository))
+
+
+def test_a_flight_by_code_that_somebody_deletes_is_not_kept(repository: Path) -> None:
+    flying = FlyingCode(repository)
+    (repository / "benchmarks" / "paper" / "mapping_otherwise.py").unlink()
+    with pytest.raises(CodeChangedError, match=r"mapping_otherwise\.py"):
+        next(flying.kept([1]))
 
 
 def test_flights_of_unknown_code_are_not_gone_on_with(tmp_path: Path, repository: Path) -> None:

@@ -19,7 +19,7 @@ from skillwing.m600.campaign import page
 from skillwing.m600.campaign.again import comparison, same_flight, take_sample
 from skillwing.m600.campaign.conditions import Condition, conditions_of
 from skillwing.m600.campaign.crew import Crew, LostFlight
-from skillwing.m600.campaign.flight_code import CodeChangedError, FlightCode, claim, flight_code
+from skillwing.m600.campaign.flight_code import FlyingCode, claim
 from skillwing.m600.campaign.ledger import Ledger
 from skillwing.m600.campaign.outcomes import outcomes
 from skillwing.m600.campaign.plan import FlightPlan, Network, usual_world
@@ -113,12 +113,12 @@ def campaign(
     called_off = False
     with closing(Ledger(folder, resume=resume)) as ledger, ended_by_signals() as ending:
         ledger.require(plans)
-        code = flight_code()
-        claim(folder, code, begun=bool(ledger.results))
+        flying = FlyingCode()
+        claim(folder, flying.code, begun=bool(ledger.results))
         found = Found(ledger.results, earlier)
         try:
-            _fly(plans, ledger, found.lost, at_once, record=record, console=shown, ending=ending)
-            _record_worst(ledger, worst, found.differing, at_once, shown, ending)
+            _fly(plans, ledger, flying, found.lost, at_once, record=record, console=shown, ending=ending)
+            _record_worst(ledger, flying, worst, found.differing, at_once, shown, ending)
         except KeyboardInterrupt:
             called_off = True
             shown.print("Called off. Go on with --resume.", style="red")
@@ -127,7 +127,7 @@ def campaign(
     else:
         tell(found, console)
     if write is not None and not called_off and found.results:
-        _write_page(write, title, found, code, shown)
+        _write_page(write, title, found, flying.code.digest, shown)
     raise typer.Exit(FAILED if not found.as_promised else INTERRUPTED if called_off else OK)
 
 
@@ -193,6 +193,7 @@ def _names(what: str, text: str, known: Sequence[str]) -> list[str]:
 def _fly(
     plans: Sequence[FlightPlan],
     ledger: Ledger,
+    flying: FlyingCode,
     lost: list[LostFlight],
     jobs: int,
     *,
@@ -210,7 +211,7 @@ def _fly(
         return begin_recording(ledger.folder, plan) if record else None
 
     with Crew(jobs) as crew:
-        for count, result in enumerate(crew.fly(missing, run_dir, ending.look), start=1):
+        for count, result in enumerate(flying.kept(crew.fly(missing, run_dir, ending.look)), start=1):
             if isinstance(result, LostFlight):
                 lost.append(result)
             else:
@@ -221,7 +222,13 @@ def _fly(
 
 
 def _record_worst(
-    ledger: Ledger, count: int, differing: list[str], jobs: int, console: Console, ending: Ending
+    ledger: Ledger,
+    flying: FlyingCode,
+    count: int,
+    differing: list[str],
+    jobs: int,
+    console: Console,
+    ending: Ending,
 ) -> None:
     """Fly the worst flights again with the recorder. Those that are not the same again are added to `differing`."""
     worst = sorted(ledger.results, key=lambda result: result.badness, reverse=True)[:count]
@@ -231,7 +238,8 @@ def _record_worst(
     console.print(f"Flying the {len(before)} worst flights again, recorded.")
     with Crew(jobs) as crew:
         plans = [each.plan for each in before.values()]
-        for again in crew.fly(plans, lambda plan: begin_recording(ledger.folder, plan), ending.look):
+        flights = crew.fly(plans, lambda plan: begin_recording(ledger.folder, plan), ending.look)
+        for again in flying.kept(flights):
             told = Text(f"  {ledger.folder / again.plan.name}")
             if isinstance(again, LostFlight):
                 told.append(f": not recorded. {again.why}", "red")
@@ -247,13 +255,11 @@ def _record_worst(
 # --- telling ---------------------------------------------------------------------------------------------------------
 
 
-def _write_page(path: Path, title: str, found: Found, code: FlightCode, console: Console) -> None:
-    """Write the section, unless flights are missing in it. Raises CodeChangedError."""
+def _write_page(path: Path, title: str, found: Found, code: str, console: Console) -> None:
+    """Write the section, unless flights are missing in it. code: digest of what flew."""
     if found.lost:
         console.print(f"{path} is left as it was: the table would lack these.", style="red", soft_wrap=True)
         return
-    if changes := flight_code().changes(code):
-        raise CodeChangedError(changes, "The page is left as it was. Fly anew, with another folder for --output.")
     more = comparison(found.earlier, found.results) if found.earlier else ()
-    section = page.section(title, words(), found.results, outcomes(found.results), code.digest, more)
+    section = page.section(title, words(), found.results, outcomes(found.results), code, more)
     page.write(path, title, section)

@@ -5,14 +5,18 @@ from __future__ import annotations
 import ast
 import hashlib
 import platform
+from collections.abc import Iterable, Iterator
 from importlib.metadata import version
 from pathlib import Path
+from typing import TypeVar
 
 import msgspec
 from msgspec import Struct
 
 from skillwing.m600.campaign.besides import BESIDES, ROOT
 from skillwing.services.errors import InvalidOptionError, SkillwingError
+
+_Flight = TypeVar("_Flight")
 
 CODE_FILE = "code.json"
 PORTIONS = ("dsl", "services", "sim_mujoco", "bt_missions")
@@ -91,8 +95,30 @@ class FlightCode(Struct, frozen=True):
 class CodeChangedError(SkillwingError):
     """The code changed while it flew: what was flown is not all of one version."""
 
-    def __init__(self, changes: list[str], consequence: str) -> None:
-        super().__init__(f"The code has changed while it flew: {_some(changes)}. {consequence}")
+    def __init__(self, changes: list[str]) -> None:
+        text = f"The code has changed while it flew: {_some(changes)}. Flights under way are not kept. Begin anew."
+        super().__init__(text)
+
+
+class FlyingCode:
+    """The code of the repository, as it is when this is made and has to stay while it flies. code: what it is."""
+
+    def __init__(self, root: Path = ROOT) -> None:
+        self._root = root
+        self._seen = _touched(root)
+        self.code = flight_code(root)
+
+    def kept(self, ended: Iterable[_Flight]) -> Iterator[_Flight]:
+        """Flights as they end, as long as the code is the same. Raises CodeChangedError for the first after a change.
+
+        A digest of all takes seconds, so it is made only if files were touched.
+        """
+        for flight in ended:
+            if (seen := _touched(self._root)) != self._seen:
+                if changes := self.code.changes(flight_code(self._root)):
+                    raise CodeChangedError(changes)
+                self._seen = seen
+            yield flight
 
 
 def claim(folder: Path, code: FlightCode, *, begun: bool = False) -> None:
@@ -123,16 +149,15 @@ def flight_code(root: Path = ROOT) -> FlightCode:
 
     Where the package was installed without a repository its version stands for its files.
     """
-    if not any((root / portion).is_dir() for portion in PORTIONS):
-        return FlightCode({name: version(name) for name in ("skillwing", *LIBRARIES)})
+    if not _has_sources(root):
+        return FlightCode({"skillwing": version("skillwing"), **_libraries()})
     files = {str(path.relative_to(root)): _digest(_what_runs(path)) for path in flying_files(root)}
-    libraries = {name: version(name) for name in LIBRARIES}
-    return FlightCode({**files, **libraries, "python": platform.python_version()})
+    return FlightCode({**files, **_libraries(), "python": platform.python_version()})
 
 
 def flying_files(root: Path = ROOT) -> list[Path]:
     """Every file that may have a say in a flight."""
-    flying = [root / name for name in BESIDES]
+    flying = [path for name in BESIDES if (path := root / name).exists()]
     for package in (root / portion / "skillwing" for portion in PORTIONS):
         grounded, exempt = [package / each for each in FLIES_NOTHING], {package / each for each in FLIES}
         for path in package.rglob("*"):
@@ -140,6 +165,20 @@ def flying_files(root: Path = ROOT) -> list[Path]:
             if counts and path.suffix in READ:
                 flying.append(path)
     return sorted(flying)
+
+
+def _has_sources(root: Path) -> bool:
+    return any((root / portion).is_dir() for portion in PORTIONS)
+
+
+def _libraries() -> dict[str, str]:
+    return {name: version(name) for name in LIBRARIES}
+
+
+def _touched(root: Path) -> dict[str, object]:
+    """What tells in little time that nothing has changed: when each file was written, and how large it is."""
+    found = ((path, path.stat()) for path in (flying_files(root) if _has_sources(root) else ()))
+    return {**{str(path): (status.st_mtime_ns, status.st_size) for path, status in found}, **_libraries()}
 
 
 def _some(names: list[str]) -> str:
@@ -151,7 +190,10 @@ def _what_runs(path: Path) -> str:
     text = path.read_text(encoding="utf-8")
     if path.suffix != ".py":
         return text
-    tree = ast.parse(text)
+    try:
+        tree = ast.parse(text)
+    except SyntaxError:  # Somebody is still writing it.
+        return text
     for node in ast.walk(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
             node.body = [each for each in node.body if not _is_text(each)]
