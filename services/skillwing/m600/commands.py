@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from enum import StrEnum
 from typing import Annotated
 
@@ -19,6 +18,7 @@ from skillwing.services.protocol import ErrorCode, M, Message
 from skillwing.sim_mujoco.topics import (
     FAULT,
     FAULTS,
+    LARGEST_COMPONENT,
     LINK_FAULT,
     LINK_STATUS,
     PILOT,
@@ -83,8 +83,10 @@ def fault(
         return
     if sensor is None:
         raise InvalidOptionError("name", "Name what is to fail, or give --list to see what can.")
-    if magnitude is not None and not math.isfinite(magnitude):
-        raise InvalidOptionError("magnitude", f"A magnitude of {magnitude} means nothing. Give a finite number.")
+    least = 0.0 if sensor == LINK else -LARGEST_COMPONENT
+    if magnitude is not None and not least <= magnitude <= LARGEST_COMPONENT:
+        bounds = f"from {least:,.0f} to {LARGEST_COMPONENT:,.0f}"
+        raise InvalidOptionError("magnitude", f"A magnitude is a number {bounds}, not {magnitude:,.12g}.")
     kind = kind or _USUAL_KIND.get(sensor.partition("/")[0], "blackout")
     key, switch = FAULT, SetFault(sensor=sensor, kind=kind, on=not off, magnitude=magnitude)
     if sensor == LINK:

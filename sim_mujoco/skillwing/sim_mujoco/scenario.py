@@ -17,7 +17,7 @@ import msgspec
 from skillwing.sim_mujoco.link.radio import RadioOptions
 from skillwing.sim_mujoco.scenario_slips import slips
 from skillwing.sim_mujoco.sensors.zones import Zone
-from skillwing.sim_mujoco.topics import Vector3
+from skillwing.sim_mujoco.topics import LARGEST_COMPONENT, Magnitude, Vector3
 
 Seconds = Annotated[float, msgspec.Meta(ge=0.0, le=1e6)]
 Percent = Annotated[float, msgspec.Meta(ge=0.0, le=100.0)]
@@ -37,7 +37,7 @@ class FaultOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rena
     kind: str
     at: Seconds = 0.0
     duration: Seconds | None = None
-    magnitude: float | None = None
+    magnitude: Magnitude | None = None
     zone: Zone | None = None
 
 
@@ -92,7 +92,7 @@ def read_scenario(path: Path) -> Scenario:
     except ValueError as error:
         language = "JSON" if path.suffix == ".json" else "TOML"
         raise ScenarioError(f"the scenario {path} is no {language}: {error}") from error
-    wrong = [*slips(content, Scenario), *_unknown_faults(content)]
+    wrong = [*slips(content, Scenario), *_impossible_faults(content)]
     if wrong:
         told = f" {wrong[0]}" if len(wrong) == 1 else "".join(f"\n    {each}" for each in wrong)
         raise ScenarioError(f"the scenario {path} does not fit:{told}")
@@ -104,7 +104,7 @@ def read_scenario(path: Path) -> Scenario:
     return scenario
 
 
-def _unknown_faults(content: dict[str, Any]) -> Iterator[str]:
+def _impossible_faults(content: dict[str, Any]) -> Iterator[str]:
     """A clause for each fault that nothing can have, whatever else is wrong with it."""
     faults = content.get("fault")
     if not isinstance(faults, list) or not faults:
@@ -113,13 +113,18 @@ def _unknown_faults(content: dict[str, Any]) -> Iterator[str]:
 
     for number, fault in enumerate(cast("list[object]", faults), 1):
         match fault:
-            case {"sensor": str(sensor), "kind": str(kind)}:
+            case {"sensor": str(sensor), "kind": str(kind), **rest}:
                 try:
-                    check_fault(sensor, kind)
+                    check_fault(sensor, kind, _magnitude(rest.get("magnitude")))
                 except ValueError as error:
                     yield f"fault {number}: {error}"
             case _:
                 pass
+
+
+def _magnitude(value: object) -> float | None:
+    """What is a magnitude at all; of what is not, the structure tells."""
+    return value if isinstance(value, int | float) and abs(value) <= LARGEST_COMPONENT else None
 
 
 def _require_library(poses: Poses | None) -> None:

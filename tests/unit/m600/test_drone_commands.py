@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import SimpleNamespace
@@ -10,7 +11,7 @@ from typing import Any
 import pytest
 
 from skillwing.m600 import commands
-from skillwing.services.errors import SkillwingError, UnansweredError
+from skillwing.services.errors import InvalidOptionError, SkillwingError, UnansweredError
 from skillwing.services.protocol import Message
 from skillwing.sim_mujoco.topics import FAULT, LINK_FAULT, Done, SetFault, SetLinkFault
 
@@ -73,3 +74,17 @@ def test_a_fault_goes_to_whoever_can_have_it(
     monkeypatch.setattr(commands, "connect", connect)
     commands.fault(**arguments)
     assert drone.asked == [(key, message)]
+
+
+@pytest.mark.parametrize(
+    ("name", "magnitude", "least"),
+    [
+        ("gnss", 1e39, "-1,000,000"),
+        ("zed", math.nan, "-1,000,000"),
+        ("rotor/1", -math.inf, "-1,000,000"),
+        ("link", -1.0, "0"),
+    ],
+)
+def test_a_magnitude_that_is_none_is_refused_before_anybody_is_asked(name: str, magnitude: float, least: str) -> None:
+    with pytest.raises(InvalidOptionError, match=f"is a number from {least} to 1,000,000, not"):
+        commands.fault(name, magnitude=magnitude)

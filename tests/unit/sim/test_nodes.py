@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
+from itertools import product
 
 import msgspec
 import numpy as np
@@ -12,9 +14,13 @@ from skillwing.services.bus import Answer, Answered, Bus, Refused, Sample
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import ErrorCode, Message, decode, encode
 from skillwing.sim_mujoco import topics
+from skillwing.sim_mujoco.camera.feed import CAMERA
 from skillwing.sim_mujoco.guidance.node import make_guidance
 from skillwing.sim_mujoco.options import OptionsError
+from skillwing.sim_mujoco.sensors.corruptors import KINDS
+from skillwing.sim_mujoco.sensors.fittings import SENSORS
 from skillwing.sim_mujoco.simulator.node import make_sim
+from skillwing.sim_mujoco.simulator.rotor_faults import ROTOR_NAMES
 
 
 class Ground:
@@ -100,6 +106,46 @@ def test_an_unknown_fault_is_refused_with_the_known_names(ground: Ground, sensor
     assert isinstance(answer, Refused)
     assert answer.error.code is ErrorCode.UNKNOWN_NAME
     assert answer.error.known
+
+
+@pytest.mark.parametrize("magnitude", [1e39, -1e39, math.inf, math.nan])
+def test_a_magnitude_that_is_none_is_refused_for_every_sensor_and_kind(ground: Ground, magnitude: float) -> None:
+    for sensor, kind in product((*SENSORS, CAMERA, ROTOR_NAMES[0]), (*KINDS, "weak")):
+        wanted = topics.SetFault(sensor=sensor, kind=kind, magnitude=magnitude)
+        answer = ground.ask(topics.FAULT, msgspec.msgpack.encode(wanted))
+        assert isinstance(answer, Refused)
+        assert answer.error.code is ErrorCode.BAD_REQUEST
+
+
+@pytest.mark.parametrize(
+    ("kind", "magnitude", "words"),
+    [
+        ("dropout", 1.5, "the magnitude of dropout has to be from 0 to 1, not 1.5"),
+        ("slow", 0.5, "the magnitude of slow has to be from 1 to 1,000,000, not 0.5"),
+        ("noise", -1.0, "the magnitude of noise has to be from 0 to 1,000,000, not -1"),
+    ],
+)
+def test_a_magnitude_that_a_kind_cannot_have_is_refused_in_words(
+    ground: Ground, kind: str, magnitude: float, words: str
+) -> None:
+    answer = ground.ask(topics.FAULT, topics.SetFault(sensor="gnss", kind=kind, magnitude=magnitude))
+    assert isinstance(answer, Refused)
+    assert (answer.error.code, answer.error.message) == (ErrorCode.BAD_REQUEST, words)
+
+
+@pytest.mark.parametrize("sensor", SENSORS)
+@pytest.mark.parametrize(("kind", "magnitude"), [("noise", 1e6), ("bias", 1e6), ("bias", -1e6)])
+def test_the_simulator_lives_through_the_largest_magnitudes(
+    network: InProcessNetwork, ground: Ground, sensor: str, kind: str, magnitude: float
+) -> None:
+    network.run_for(1.5)
+    up = topics.GuidanceCommand(goal_id="up", token=1, motion=topics.TakeOff(height=2.0, speed=1.0))
+    assert isinstance(ground.ask(topics.GUIDANCE_COMMAND, up), Answered)
+    answer = ground.ask(topics.FAULT, topics.SetFault(sensor=sensor, kind=kind, magnitude=magnitude))
+    assert isinstance(answer, Answered)
+    network.run_for(3.0)
+    flight = decode(ground.heard[topics.FLIGHT][-1].payload, topics.FlightState)
+    assert network.now() - flight.t < 0.2
 
 
 @pytest.mark.parametrize("key", [topics.FAULT, topics.PILOT, topics.GUIDANCE_COMMAND])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from itertools import product
 from pathlib import Path
 
 import msgspec
@@ -13,7 +14,8 @@ from hypothesis import strategies as st
 from skillwing.sim_mujoco.options import OptionsError
 from skillwing.sim_mujoco.scenario import Scenario, ScenarioError, read_scenario
 from skillwing.sim_mujoco.scenario_slips import slips
-from skillwing.sim_mujoco.sensors.corruptors import Fault, UnknownFaultError
+from skillwing.sim_mujoco.sensors.corruptors import KINDS, Fault, MagnitudeError, UnknownFaultError
+from skillwing.sim_mujoco.sensors.fittings import SENSORS
 from skillwing.sim_mujoco.sensors.zones import Zone
 from skillwing.sim_mujoco.simulator.fault_plan import FaultPlan
 from skillwing.sim_mujoco.simulator.node import make_sim
@@ -132,6 +134,15 @@ def test_a_fault_that_nothing_can_have_is_refused() -> None:
             FaultPlan([Fault(sensor, kind)])
 
 
+@pytest.mark.parametrize("magnitude", [1e39, float("inf"), float("nan")])
+def test_options_with_a_magnitude_that_is_none_are_refused(magnitude: float) -> None:
+    for sensor, kind in product(SENSORS, KINDS):
+        with pytest.raises(OptionsError, match="magnitude"):
+            make_sim({"faults": [{"sensor": sensor, "kind": kind, "magnitude": magnitude}]})
+        with pytest.raises(MagnitudeError):
+            FaultPlan([Fault(sensor, kind, magnitude=magnitude)])
+
+
 def test_a_file_becomes_faults_wind_battery_and_a_pilot(write) -> None:
     node = make_sim({"seed": 2, "scenario": str(write(EXAMPLE)), "sensors": ["range"]})
     simulator = node._sim
@@ -190,6 +201,16 @@ def test_options_add_to_a_scenario_and_count_before_it(write) -> None:
         ),
         ('[[fault]]\nsensor="zed"\nkind="freeze"\nzone={center=[1,2]}', "fault 1 zone: .*`center` and `radius`"),
         ('[[fault]]\nsensor="nose"\nkind="freeze"', "fault 1: there is no sensor 'nose'; choose one of zed"),
+        (
+            '[[fault]]\nsensor="gnss"\nkind="noise"\nmagnitude=1e39',
+            "fit: fault 1: `magnitude` has to be a number from -1,000,000 to 1,000,000, not 1e\\+39$",
+        ),
+        ('[[fault]]\nsensor="range"\nkind="slow"\nmagnitude=nan', "fit: fault 1: `magnitude` has .* not NaN$"),
+        ('[[fault]]\nsensor="imu"\nkind="bias"\nmagnitude=-inf', "fit: fault 1: `magnitude` has .* not -Infinity$"),
+        (
+            '[[fault]]\nsensor="zed"\nkind="dropout"\nmagnitude=2',
+            "fit: fault 1: the magnitude of dropout has to be from 0 to 1, not 2$",
+        ),
         ("winds = [1, 2, 3]", "there is no `winds`; did you mean `wind`; known are fault, gust, pilot, wind"),
         ("wind = = 3", "is no TOML"),
     ],

@@ -5,13 +5,14 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from skillwing.sim_mujoco.frames.vectors import Vector
 from skillwing.sim_mujoco.sensors.zones import Zone
+from skillwing.sim_mujoco.topics import LARGEST_COMPONENT
 
 Data = NDArray[np.float32]
 ONE: Final[Data] = np.ones(1, dtype=np.float32)
@@ -79,7 +80,7 @@ class Slow(Corruptor):
     """Delivers only one of so many measurements."""
 
     def __init__(self, every: float) -> None:
-        self._every, self._count = max(1, round(every)), 0
+        self._every, self._count = round(every), 0
 
     def apply(self, data: Data) -> Data | None:
         self._count += 1
@@ -113,26 +114,50 @@ class UnknownFaultError(ValueError):
         self.what, self.name, self.known = what, name, known
 
 
-_Maker = Callable[[float, np.random.Generator, Data], Corruptor]
-_MAKERS: dict[str, tuple[float, _Maker]] = {
-    "blackout": (0.0, lambda _, rng, unit: Blackout()),
-    "freeze": (0.0, lambda _, rng, unit: Freeze()),
-    "noise": (2.0, Noise),
-    "bias": (1.0, lambda offset, rng, unit: Bias(offset, unit)),
-    "dropout": (0.8, lambda probability, rng, unit: Dropout(probability, rng)),
-    "slow": (5.0, lambda every, rng, unit: Slow(every)),
+class MagnitudeError(ValueError):
+    """A fault is to be as strong as its kind cannot be."""
+
+    def __init__(self, kind: str, magnitude: float, least: float, most: float) -> None:
+        super().__init__(f"the magnitude of {kind} has to be from {least:,.12g} to {most:,.12g}, not {magnitude:,.12g}")
+
+
+class _Kind(NamedTuple):
+    """How a corruptor is made, and its magnitude: the usual one, the least and the largest."""
+
+    make: Callable[[float, np.random.Generator, Data], Corruptor]
+    usual: float = 0.0
+    least: float = -LARGEST_COMPONENT
+    most: float = LARGEST_COMPONENT
+
+
+_KINDS = {
+    "blackout": _Kind(lambda _, rng, unit: Blackout()),
+    "freeze": _Kind(lambda _, rng, unit: Freeze()),
+    "noise": _Kind(Noise, usual=2.0, least=0.0),
+    "bias": _Kind(lambda offset, rng, unit: Bias(offset, unit), usual=1.0),
+    "dropout": _Kind(lambda probability, rng, unit: Dropout(probability, rng), usual=0.8, least=0.0, most=1.0),
+    "slow": _Kind(lambda every, rng, unit: Slow(every), usual=5.0, least=1.0),
 }
-KINDS = tuple(_MAKERS)
+KINDS = tuple(_KINDS)
+
+
+def check_kind(kind: str, magnitude: float | None = None) -> None:
+    """Raises UnknownFaultError for a kind that does not exist, MagnitudeError for a magnitude that it cannot have: a
+    larger one would overflow what a measurement is made of."""
+    if kind not in _KINDS:
+        raise UnknownFaultError("kind of fault", kind, KINDS)
+    _, _, least, most = _KINDS[kind]
+    if magnitude is not None and not least <= magnitude <= most:
+        raise MagnitudeError(kind, magnitude, least, most)
 
 
 def make_corruptor(kind: str, magnitude: float | None, rng: np.random.Generator, unit: Data = ONE) -> Corruptor:
     """A corruptor by name. `magnitude` is sigma, offset, probability or divisor; None takes the kind's usual value.
 
-    Raises UnknownFaultError.
+    Raises UnknownFaultError and MagnitudeError.
     """
-    if kind not in _MAKERS:
-        raise UnknownFaultError("kind of fault", kind, KINDS)
-    usual, make = _MAKERS[kind]
+    check_kind(kind, magnitude)
+    make, usual, _, _ = _KINDS[kind]
     return make(usual if magnitude is None else magnitude, rng, unit)
 
 
@@ -148,7 +173,8 @@ class Corruption:
         return tuple(self._active)
 
     def switch(self, kind: str, on: bool, magnitude: float | None = None) -> None:
-        """Switch a kind of fault on or off; switching twice changes only the magnitude. Raises UnknownFaultError."""
+        """Switch a kind of fault on or off; switching twice changes only the magnitude. Raises UnknownFaultError
+        and MagnitudeError."""
         corruptor = make_corruptor(kind, magnitude, self._rng, self._unit)
         if on:
             self._active[kind] = corruptor

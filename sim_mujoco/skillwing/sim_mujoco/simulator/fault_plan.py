@@ -6,32 +6,33 @@ from collections.abc import Iterable, Iterator
 
 from skillwing.sim_mujoco.camera.feed import CAMERA
 from skillwing.sim_mujoco.frames.vectors import Vector
-from skillwing.sim_mujoco.sensors.corruptors import KINDS, Fault, UnknownFaultError
+from skillwing.sim_mujoco.sensors.corruptors import Fault, UnknownFaultError, check_kind
 from skillwing.sim_mujoco.sensors.fittings import SENSORS
 from skillwing.sim_mujoco.simulator.rotor_faults import ROTOR_NAMES, check_rotor_fault
 
 ROTOR = "rotor/"
 
 
-def check_fault(sensor: str, kind: str) -> None:
-    """Raises UnknownFaultError for a sensor, a rotor or a kind of fault that does not exist."""
+def check_fault(sensor: str, kind: str, magnitude: float | None = None) -> None:
+    """Raises UnknownFaultError for a sensor, a rotor or a kind of fault that does not exist, MagnitudeError for a
+    magnitude that a sensor's kind of fault cannot have."""
     if sensor.startswith(ROTOR):
         check_rotor_fault(sensor, kind)
     elif sensor not in (*SENSORS, CAMERA):
         raise UnknownFaultError("sensor", sensor, (*SENSORS, CAMERA, *ROTOR_NAMES))
-    elif kind not in KINDS:
-        raise UnknownFaultError("kind of fault", kind, KINDS)
+    else:
+        check_kind(kind, magnitude)
 
 
 class FaultPlan:
     """Faults that come and go with time and place. What was switched by hand meanwhile stays as it is."""
 
     def __init__(self, faults: Iterable[Fault]) -> None:
-        """Raises UnknownFaultError."""
+        """Raises UnknownFaultError and MagnitudeError."""
         self._faults = tuple(faults)
         self._on: list[int] = []
         for fault in self._faults:
-            check_fault(fault.sensor, fault.kind)
+            check_fault(fault.sensor, fault.kind, fault.magnitude)
 
     @property
     def is_empty(self) -> bool:

@@ -25,7 +25,7 @@ from skillwing.sim_mujoco.scenario import FaultOptions, GustOptions, PilotOption
 from skillwing.sim_mujoco.sensors import lidar
 from skillwing.sim_mujoco.sensors.cadence import Cadence
 from skillwing.sim_mujoco.sensors.channel import Measurement
-from skillwing.sim_mujoco.sensors.corruptors import Fault, UnknownFaultError
+from skillwing.sim_mujoco.sensors.corruptors import Fault, MagnitudeError, UnknownFaultError
 from skillwing.sim_mujoco.sensors.depth_camera import depth_header
 from skillwing.sim_mujoco.sensors.fittings import GNSS, IMU, LIDAR, RANGE, SENSORS
 from skillwing.sim_mujoco.sensors.health import Change
@@ -209,6 +209,8 @@ class SimNode:
             self._sim.set_fault(wanted.sensor, wanted.kind, wanted.on, wanted.magnitude)
         except UnknownFaultError as error:
             raise RefusedError(ErrorCode.UNKNOWN_NAME, str(error), "choose a known name", error.known) from error
+        except MagnitudeError as error:
+            raise RefusedError(ErrorCode.BAD_REQUEST, str(error), "choose another magnitude") from error
         return f"{wanted.kind} of {wanted.sensor} is {'on' if wanted.on else 'off'}"
 
     def _control_camera(self, wanted: topics.ControlCamera) -> str:
@@ -318,7 +320,7 @@ def make_sim(options: dict[str, Any]) -> SimNode:
             sensors=wanted.sensors,
             receiver=wanted.receiver,
         )
-    except (UnknownFaultError, ValueError) as error:
+    except ValueError as error:
         raise OptionsError(str(error)) from error
     simulator.autopilot.authority = wanted.authority
     return SimNode(simulator, wanted.factor)

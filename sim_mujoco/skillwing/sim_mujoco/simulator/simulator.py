@@ -179,7 +179,8 @@ class Simulator:
         self._navigator.odometry(report)
 
     def set_fault(self, sensor: str, kind: str, on: bool, magnitude: float | None = None) -> None:
-        """Switch a corruptor of a sensor, or a fault of a rotor ("rotor/2"). Raises UnknownFaultError."""
+        """Switch a corruptor of a sensor, or a fault of a rotor ("rotor/2"). Raises UnknownFaultError and
+        MagnitudeError."""
         if sensor.startswith(ROTOR):
             self._rotors.switch(sensor, kind, on, magnitude)
             self._physics.set_rotors(self._rotors.shares)
