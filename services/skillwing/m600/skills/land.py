@@ -55,9 +55,9 @@ class LandManager(AbstractLandManager):
 
     Where it has flown aside it asks again, for it may have been stopped on the way, or see by now what stands there.
 
-    Whoever does not answer where to land, or refuses to fly there, does not keep the drone from landing where it is, nor
-    does what stands below where no better place is known: the battery may not wait. Whether something is known to stand
-    below, the timeline tells.
+    Whoever does not answer where to land, or refuses to fly there, does not keep the drone from landing where it is,
+    nor does what stands below where no better place is known: the battery may not wait. Whether something is known to
+    stand below, the timeline tells.
     """
 
     def setup(self) -> None:
