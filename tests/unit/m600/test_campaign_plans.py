@@ -15,7 +15,7 @@ from skillwing.bt_missions.running.library import find_mission
 from skillwing.dsl.model import UnknownNameError
 from skillwing.m600.bridge.battery_level import CRITICAL_BELOW, LOW_BELOW
 from skillwing.m600.campaign.command import make_plans, parse_seeds
-from skillwing.m600.campaign.conditions import EARLIEST, LONGEST, SENSOR_FAULTS, SHORTEST, Condition, begins, draw
+from skillwing.m600.campaign.conditions import EARLIEST, LONGEST, SENSOR_FAULTS, SHORTEST, Condition, draw, met_from
 from skillwing.m600.campaign.plan import FlightPlan, planned_way, way_time
 from skillwing.m600.robot import ROBOT
 from skillwing.services.errors import InvalidOptionError
@@ -46,7 +46,7 @@ def test_whatever_happens_happens_in_flight(condition: Condition, seed: int) -> 
     met = draw(condition, seed, WAY_TIME)
     found = moments(met)
     assert all(EARLIEST <= moment <= LATEST for moment in found)
-    assert begins(met) == min(found, default=None)
+    assert met_from(met) == (max if condition is Condition.BOTH else min)(found, default=None)
     assert all(fault["kind"] in SENSOR_FAULTS for fault in met.get("faults", []))
     pilot = met.get("pilot", [])
     assert pilot == sorted(pilot, key=lambda handover: handover["at"])

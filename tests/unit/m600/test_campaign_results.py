@@ -71,13 +71,13 @@ def test_every_flight_is_counted_once_in_its_row_and_once_in_all(results: list[F
 def test_the_outcomes_of_one_world_fit_a_terminal_of_80_columns() -> None:
     results = [replace(flown(seed), end_time=1234.5, coverage=0.999) for seed in range(1000)]
     pilot = FlightPlan(mission="mapping", world="courtyard", seed=1, condition=Condition.PILOT_RETURNS)
-    results.append(replace(flown(1), plan=pilot))
+    results.append(replace(flown(1), plan=pilot, end_time=1234.5))
     console = Console(width=80, record=True, file=StringIO())
     console.print(outcome_table(outcomes(results)))
     head, none, returns, total, *_ = console.export_text().splitlines()
     assert head.split() == list(SHORT_HEADINGS[1:])
-    assert " ".join(none.split()) == "none 1000 1000 0 1000 0 0 0 0 0 2.00 m 100 % 1234 s"
-    assert returns.split()[:3] == ["pilot-returns", "1", "1"]
+    assert " ".join(none.split()) == "none 1000 0 1000 0 1000 0 0 0 0 0 2.00 m 100 % 1234 s"
+    assert returns.split()[:4] == ["pilot-returns", "1", "1", "1"]
     assert total.split()[:2] == ["all", "1001"]
 
 
@@ -221,13 +221,24 @@ def test_a_page_without_place_is_told_before_anything_flies(tmp_path: Path) -> N
     assert not folder.exists()
 
 
-def test_a_section_tells_in_how_many_flights_nothing_happened_before_the_drone_was_down() -> None:
-    at = {"faults": [{"sensor": "zed", "kind": "blackout", "at": 40.0}]}
-    plan = FlightPlan(mission="mapping", world="courtyard", seed=1, condition=Condition.CAMERA, happens=at)
-    results = [replace(flown(1), plan=plan, end_time=end) for end in (39.0, 41.0, 100.0)]
-    text = page.section("Mapping", ["skillwing"], [*results, flown(2)], outcomes(results), "abc")
-    assert "befell the drone in 2 flights, 40 to 40 s after the start; in 1 it was down before." in text
-    assert "befell" not in page.section("Mapping", ["skillwing"], [flown(2)], outcomes(results), "abc")
+def test_each_row_tells_how_many_flights_met_their_condition_before_the_drone_was_down() -> None:
+    lost = [{"sensor": sensor, "kind": "blackout", "at": at} for sensor, at in (("zed", 40.0), ("lidar", 60.0))]
+    camera = FlightPlan(
+        mission="mapping", world="courtyard", seed=1, condition=Condition.CAMERA, happens={"faults": lost[:1]}
+    )
+    both = replace(camera, condition=Condition.BOTH, happens={"faults": lost})
+    results = [replace(flown(1), plan=plan, end_time=end) for plan in (camera, both) for end in (39.0, 50.0, 100.0)]
+    rows = outcomes([*results, flown(2)])
+    assert [(row.condition, row.flights, row.met) for row in rows] == [
+        ("none", 1, 0),
+        ("camera", 3, 2),
+        ("both", 3, 1),
+        ("all", 7, 3),
+    ]
+    text = page.section("Mapping", ["skillwing"], [*results, flown(2)], rows, "abc")
+    assert "both of it, in 3 flights, 40 to 60 s after the start; in 3 it was down before." in text
+    assert "| courtyard | both | 3 | 1 |" in text
+    assert "Met:" not in page.section("Mapping", ["skillwing"], [flown(2)], outcomes([flown(2)]), "abc")
 
 
 def test_a_section_replaces_the_one_before_and_leaves_the_rest_of_the_page(tmp_path: Path) -> None:

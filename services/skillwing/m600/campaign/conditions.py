@@ -99,12 +99,17 @@ def draw(condition: Condition, seed: int, way_time: float) -> dict[str, Any]:
     return simulation
 
 
-def begins(happens: dict[str, Any]) -> float | None:
-    """Robot time at which the first of these options of the functional layer befalls the drone [s]; None where nothing
-    does. What lasts from the start on, such as wind, counts only by what is added to it."""
+def met_from(happens: dict[str, Any]) -> float | None:
+    """Robot time from which on these options of the functional layer have befallen the drone [s]: of each kind, as of a
+    sensor's failures or of gusts, one at least. None where there are none. What lasts from the start on, such as wind,
+    counts only by what is added to it."""
     faults = [*happens.get("faults", ()), *happens.get("link", {}).get("faults", ())]
-    events = [*faults, *(event for name in ("gusts", "pilot", "packs_fail") for event in happens.get(name, ()))]
-    return min((event["at"] for event in events), default=None)
+    kinds = [(fault.get("sensor", "link"), fault["at"]) for fault in faults]
+    kinds += [(name, event["at"]) for name in ("gusts", "pilot", "packs_fail") for event in happens.get(name, ())]
+    first: dict[str, float] = {}
+    for kind, at in kinds:
+        first[kind] = min(at, first.get(kind, at))
+    return max(first.values(), default=None)
 
 
 def _wind(chance: random.Random, least: float, most: float) -> list[float]:

@@ -15,6 +15,7 @@ HEADINGS = (
     "world",
     "condition",
     "flights",
+    "met",
     "succeeded",
     "failed, safe",
     "at home",
@@ -28,13 +29,13 @@ HEADINGS = (
     "time",
 )
 SHORT_HEADINGS = (
-    *("world", "condition", "flown", "done", "safe", "home", "else", "pilot", "up", "hit", "out"),
-    *("nearest", "mapped", "time"),
+    *("world", "condition", "flew", "met", "done", "safe", "home", "else", "pilot", "up", "hit", "out"),
+    *("near", "map", "time"),
 )
 """The same for a terminal."""
 LEGEND = (
-    "done: the mission succeeded; safe: it failed and kept every promise. Landed at home or elsewhere, handed to the "
-    "pilot, still up, hit something, out of the fence."
+    "met: it befell the drone before it was down; done: the mission succeeded; safe: it failed and kept every promise. "
+    "Landed at home or elsewhere, handed to the pilot, still up, hit something, out of the fence."
 )
 ALL = "all"
 
@@ -42,12 +43,14 @@ ALL = "all"
 class Outcomes(msgspec.Struct, frozen=True, kw_only=True):
     """Numbers of flights; least clearance of all [m], medians of coverage (a share) and time [robot s].
 
-    failed_safe: the mission did not succeed, and every promise was kept.
+    met: what was to befall the drone did before it was down, with several sensors all of it. failed_safe: the mission
+    did not succeed, and every promise was kept.
     """
 
     world: str
     condition: str
     flights: int
+    met: int
     succeeded: int
     failed_safe: int
     at_home: int
@@ -70,6 +73,7 @@ class Outcomes(msgspec.Struct, frozen=True, kw_only=True):
                 str,
                 (
                     self.flights,
+                    self.met,
                     self.succeeded,
                     self.failed_safe,
                     self.at_home,
@@ -131,6 +135,7 @@ def _outcomes(world: str, condition: str, results: Sequence[FlightResult]) -> Ou
         world=world,
         condition=condition,
         flights=len(results),
+        met=sum(each.met for each in results),
         succeeded=sum(each.succeeded for each in results),
         failed_safe=sum(each.kept and not each.succeeded for each in results),
         at_home=ends.count(End.HOME),

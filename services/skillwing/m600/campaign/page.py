@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
-from skillwing.m600.campaign.conditions import Condition, begins, conditions_of
+from skillwing.m600.campaign.conditions import Condition, conditions_of, met_from
 from skillwing.m600.campaign.outcomes import HEADINGS, Outcomes
 from skillwing.m600.campaign.plan import FlightPlan, Network
 from skillwing.m600.campaign.result import FlightResult
@@ -104,14 +104,15 @@ def _marks(title: str) -> Marks:
 
 
 def _beginnings(results: Sequence[FlightResult]) -> list[str]:
-    """When in these flights something began to befall the drone; nothing where nothing was to."""
-    drawn = [(t, each.end_time) for each in results if (t := begins(each.plan.circumstances())) is not None]
+    """When in these flights the drone had met its condition; nothing where there was none."""
+    drawn = [(t, each.met) for each in results if (t := met_from(each.plan.circumstances())) is not None]
     if not drawn:
         return []
-    times = sorted(t for t, end in drawn if t < end)
-    met = f", {times[0]:.0f} to {times[-1]:.0f} s after the start" if times else ""
+    times = sorted(t for t, met in drawn if met)
+    when = f", {times[0]:.0f} to {times[-1]:.0f} s after the start" if times else ""
     return [
-        f"Something befell the drone in {len(times)} flights{met}; in {len(drawn) - len(times)} it was down before.",
+        f"Met: what was to befall the drone did, with two sensors both of it, in {len(times)} flights{when}; "
+        f"in {len(drawn) - len(times)} it was down before.",
         "",
     ]
 

@@ -6,6 +6,7 @@ from enum import StrEnum
 
 import msgspec
 
+from skillwing.m600.campaign.conditions import met_from
 from skillwing.m600.campaign.plan import FlightPlan
 from skillwing.m600.campaign.price import Price
 
@@ -46,6 +47,12 @@ class FlightResult(msgspec.Struct, frozen=True, kw_only=True):
     processor_time: float = 0.0
     error: str = ""
     price: Price = Price()
+
+    @property
+    def met(self) -> bool:
+        """Whether all that was to befall the drone did, before the flight was over."""
+        begun = met_from(self.plan.circumstances())
+        return begun is not None and begun < self.end_time
 
     @property
     def succeeded(self) -> bool:
