@@ -274,7 +274,7 @@ def test_a_payload_that_is_no_batch_is_refused(payload: bytes, header: ImuHeader
 
 
 def test_the_memory_gives_what_was_asked_for_and_drops_what_came_twice() -> None:
-    memory = InertialMemory()
+    memory = InertialMemory(10.0)
     assert [memory.add(batch(t)) for t in (1.0, 1.02, 1.02, 1.04)] == [True, True, False, True]
     assert memory.covered_until == pytest.approx(1.06)
     taken = memory.take(1.01, 1.05)
@@ -283,10 +283,17 @@ def test_the_memory_gives_what_was_asked_for_and_drops_what_came_twice() -> None
     assert memory.take(1.05, 1.09).largest_gap(1.05, 1.09) == pytest.approx(0.034)
 
 
+def test_the_memory_forgets_what_nobody_took() -> None:
+    memory = InertialMemory(2.0)
+    for k in range(500):
+        memory.add(batch(0.02 * k))
+    assert memory.take(0.0, 10.0).times[0] == pytest.approx(8.0, abs=0.03)
+
+
 def test_the_memory_begins_anew_when_time_was_reset() -> None:
-    memory = InertialMemory()
+    memory = InertialMemory(10.0)
     for t in (50.0, 50.02, 1.0, 1.02):
         assert memory.add(batch(t))
     assert memory.covered_until == pytest.approx(1.04)
     assert len(memory.take(1.0, 1.04)) == 10
-    assert len(InertialMemory().take(0.0, 1.0)) == 0
+    assert len(InertialMemory(10.0).take(0.0, 1.0)) == 0

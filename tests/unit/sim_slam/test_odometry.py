@@ -6,10 +6,10 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from box_room import BATCH, HIGH, LOW, STANDING, Room
+from box_room import BATCH, HIGH, IMU_RATE, LOW, STANDING, Room
 
 from skillwing.sim_mujoco.slam import so3
-from skillwing.sim_mujoco.slam.odometry import HUNGRY_SCANS, PATIENCE, Odometry, Phase
+from skillwing.sim_mujoco.slam.odometry import HUNGRY_SCANS, KEPT, PATIENCE, Odometry, Phase
 from skillwing.sim_mujoco.slam.vigil import DOUBTS
 
 
@@ -156,6 +156,16 @@ def test_a_lost_odometry_gives_no_more_poses_until_it_is_started_anew() -> None:
     fixes = list(room.fly(odometry, 6.0))
     assert odometry.phase is Phase.TRACKING
     assert np.linalg.norm(fixes[-1].state.position - room.position(fixes[-1].t)) < 0.1
+
+
+@pytest.mark.parametrize(("begins", "broken"), [(False, "lost"), (True, "lidar_bias"), (True, "blind")])
+def test_inertial_measurements_that_no_scan_asks_for_are_not_kept_for_ever(begins: bool, broken: str) -> None:
+    room = Room()
+    odometry = flying(room) if begins else make_odometry()
+    setattr(room, broken, True)
+    list(room.fly(odometry, 10.0))
+    assert odometry.phase is (Phase.LOST if begins else Phase.STARTING)
+    assert len(odometry._memory.take(-np.inf, np.inf)) <= (KEPT + BATCH) * IMU_RATE
 
 
 def test_a_single_wrong_scan_is_left_out_and_changes_nothing() -> None:

@@ -47,13 +47,14 @@ class Inertial:
 
 
 class InertialMemory:
-    """The batches since the last scan.
+    """The batches since the last scan, but none older than `span` [s]: where there are no scans nobody takes them.
 
     covered_until: up to which time measurements are there; None before the first. A batch covers its last sample and
     one sampling period more. A batch that came twice is dropped; one from quite another time begins the memory anew.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, span: float) -> None:
+        self._span = span
         self._batches: deque[Inertial] = deque()
         self.covered_until: float | None = None
 
@@ -68,12 +69,12 @@ class InertialMemory:
         period = float(batch.times[-1] - batch.times[0]) / (len(batch) - 1) if len(batch) > 1 else 0.0
         self._batches.append(batch)
         self.covered_until = float(batch.times[-1]) + period
+        self._forget_before(self.covered_until - self._span)
         return True
 
     def take(self, start: float, end: float) -> Inertial:
         """The samples from `start` to `end`, without the latter. Older ones are forgotten."""
-        while self._batches and self._batches[0].times[-1] < start - 1e-6:
-            self._batches.popleft()
+        self._forget_before(start - 1e-6)
         if not self._batches:
             return Inertial(np.empty(0), np.empty((0, 3)), np.empty((0, 3)))
         times, forces, rates = (
@@ -82,3 +83,7 @@ class InertialMemory:
         # float32 offsets and float64 times differ by microseconds.
         wanted = (times >= start - 1e-6) & (times < end - 1e-6)
         return Inertial(times[wanted], forces[wanted], rates[wanted])
+
+    def _forget_before(self, t: float) -> None:
+        while self._batches and self._batches[0].times[-1] < t:
+            self._batches.popleft()

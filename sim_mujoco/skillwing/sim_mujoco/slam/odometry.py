@@ -29,6 +29,8 @@ PATIENCE: Final = 2.0
 """Without scans, or without anything, for so long the drone is lost [s]."""
 HUNGRY_SCANS: Final = 5
 """So many scans without inertial measurements in between mean that only these are missing, and will be."""
+KEPT: Final = 2.0 * PATIENCE
+"""Inertial measurements are kept for so long: by then a drone that nothing has asked for them is lost [s]."""
 LARGEST_GAP: Final = 0.1
 """Where inertial measurements are missing for longer, navigation has to say how the drone has moved [s]."""
 
@@ -112,7 +114,7 @@ class Odometry:
         self.phase, self.text = Phase.STARTING, "waits for navigation and for two seconds at rest"
         self.begun_at: float | None = None
         self._beginning: Beginning | None = Beginning()
-        self._memory = InertialMemory()
+        self._memory = InertialMemory(KEPT)
         self._waiting: LidarScan | None = None
         self._hungry = 0
         self._bridge = NavigationBridge()
