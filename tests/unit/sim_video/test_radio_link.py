@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.bus.reading import message_reader
+from skillwing.services.protocol import decode, encode
 from skillwing.sim_mujoco.link.node import make_link
 from skillwing.sim_mujoco.link.pipe import BURST, CAPACITY, HEADER, LONGEST_WAIT, Packet, Pipe
 from skillwing.sim_mujoco.link.radio import Conditions, LinkFaultOptions, Radio, RadioOptions, RadioZone
 from skillwing.sim_mujoco.options import OptionsError
+from skillwing.sim_mujoco.topics import LINK_FAULT, LINK_STATUS, Done, LinkStatus, SetLinkFault
 
 OPEN = RadioOptions(bandwidth=4.0, reach=100.0, latency=0.02, loss=0.0)
 BALL = RadioZone(center=(50.0, 0.0), radius=10.0, edge=5.0, bandwidth=0.1, latency=0.2, loss=0.3)
@@ -59,10 +64,40 @@ def test_faults_come_by_the_clock_and_by_hand() -> None:
     radio = Radio(RadioOptions(faults=(fault,)))
     here = (0.0, 0.0, 0.0)
     assert [radio.at(t, here).bandwidth for t in (9.9, 10.0, 14.9, 15.0)] == [4e6, 0.2e6, 0.2e6, 4e6]
-    radio.switch("cut", on=True)
-    assert radio.at(0.0, here) == Conditions(0.0, 0.03, 1.0)
-    radio.switch("cut", on=False)
-    assert radio.at(0.0, here).bandwidth == 4e6
+    radio.switch(16.0, "cut", on=True)
+    assert radio.at(16.0, here) == Conditions(0.0, 0.03, 1.0)
+    radio.switch(17.0, "cut", on=False)
+    assert radio.at(17.0, here).bandwidth == 4e6
+
+
+def test_a_scheduled_fault_can_be_switched_off_by_hand_and_stays_off() -> None:
+    radio = Radio(RadioOptions(faults=(LinkFaultOptions(kind="cut", at=10.0),)))
+    here = (0.0, 0.0, 0.0)
+    radio.switch(11.0, "cut", on=False)
+    assert [radio.faults(t) for t in (11.0, 12.0)] == [(), ()], "it had begun before, though nobody had looked since"
+    assert radio.at(12.0, here).bandwidth == 4e6
+    radio.switch(13.0, "narrow", on=True, magnitude=0.3)
+    assert (radio.faults(13.0), radio.at(14.0, here).bandwidth) == (("narrow",), 0.3e6)
+
+
+def test_a_scheduled_fault_that_begins_or_ends_counts_for_more_than_what_was_switched_by_hand_before() -> None:
+    radio = Radio(RadioOptions(faults=(LinkFaultOptions(kind="narrow", at=10.0, duration=5.0, magnitude=0.2),)))
+    here = (0.0, 0.0, 0.0)
+    radio.switch(9.0, "narrow", on=True, magnitude=0.1)
+    assert [radio.at(t, here).bandwidth for t in (9.0, 10.0, 15.0)] == [0.1e6, 0.2e6, 4e6]
+
+
+def test_the_word_of_the_link_and_what_it_carries_agree() -> None:
+    network = InProcessNetwork()
+    network.attach(make_link({"faults": [{"kind": "cut", "at": 0.5}]}))
+    bus, told, answers = network.bus("operator"), list[LinkStatus](), list[Any]()
+    bus.subscribe(LINK_STATUS, message_reader(LinkStatus, told.append))
+    network.run_for(2.0)
+    assert told[-1].faults == ("cut",)
+    bus.ask(LINK_FAULT, encode(SetLinkFault(kind="cut", on=False)), answers.append)
+    network.run_for(2.0)
+    assert decode(answers[0].payload, Done).text == "cut of the link is off"
+    assert (told[-1].faults, told[-1].loss) == ((), 0.0)
 
 
 @pytest.mark.parametrize(

@@ -67,8 +67,9 @@ class LinkNode:
         self._position = truth.position
 
     def _set_fault(self, wanted: topics.SetLinkFault) -> str:
+        assert self._bus is not None
         try:
-            self._radio.switch(wanted.kind, wanted.on, wanted.magnitude)
+            self._radio.switch(self._bus.now(), wanted.kind, wanted.on, wanted.magnitude)
         except UnknownLinkFaultError as error:
             raise RefusedError(ErrorCode.UNKNOWN_NAME, str(error), "choose a known kind", error.known) from error
         self._publish_status()

@@ -14,6 +14,8 @@ from typing import Annotated, Literal, TypeAlias
 import msgspec
 
 from skillwing.sim_mujoco.frames.vectors import Vector
+from skillwing.sim_mujoco.sensors.corruptors import Fault
+from skillwing.sim_mujoco.sensors.fault_schedule import FaultSchedule
 from skillwing.sim_mujoco.sensors.zones import Zone
 
 MEGABIT = 1e6
@@ -47,6 +49,11 @@ class LinkFaultOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     at: float = 0.0
     duration: float | None = None
     magnitude: Megabits | None = None
+
+    @property
+    def scheduled(self) -> Fault:
+        """The same for a schedule, which knows faults of many things."""
+        return Fault("link", self.kind, self.at, self.duration, self.magnitude)
 
 
 class RadioOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -83,16 +90,29 @@ class UnknownLinkFaultError(ValueError):
 
 
 class Radio:
-    """Conditions by place and time. Pure."""
+    """Conditions by place and time. No I/O; scheduled faults are switched as time is told to have passed."""
 
     def __init__(self, options: RadioOptions) -> None:
         self._options = options
+        self._schedule = FaultSchedule(fault.scheduled for fault in options.faults)
         self._faults: dict[str, float | None] = {}
 
-    def switch(self, kind: str, on: bool, magnitude: float | None = None) -> None:
-        """Switch a fault; `magnitude` is what a narrow link is left with [Mbit/s]. Raises UnknownLinkFaultError."""
+    def switch(self, t: float, kind: str, on: bool, magnitude: float | None = None) -> None:
+        """Switch a fault by hand at robot time `t` [s], until it is switched again, by hand or by the schedule.
+
+        `magnitude` is what a narrow link is left with [Mbit/s]. Raises UnknownLinkFaultError.
+        """
         if kind not in FAULTS:
             raise UnknownLinkFaultError(kind)
+        self._follow_schedule(t)
+        self._set(kind, on, magnitude)
+
+    def _follow_schedule(self, t: float) -> None:
+        # These faults are bound to no place.
+        for fault, on in self._schedule.switches(t, (0.0, 0.0, 0.0)):
+            self._set(fault.kind, on, fault.magnitude)
+
+    def _set(self, kind: str, on: bool, magnitude: float | None) -> None:
         if on:
             self._faults[kind] = magnitude
         else:
@@ -100,6 +120,7 @@ class Radio:
 
     def at(self, t: float, position: Vector) -> Conditions:
         """What the link can do at robot time `t` [s] with the drone at `position` (ENU, the ground station at 0)."""
+        self._follow_schedule(t)
         options = self._options
         distance = math.hypot(*position)
         open_air = Conditions(
@@ -108,26 +129,19 @@ class Radio:
         found = open_air
         for zone in options.zones:
             found = _worst(found, _inside(open_air, zone, zone.depth(position)))
-        return self._spoilt(t, found)
+        return self._spoilt(found)
 
     def faults(self, t: float) -> tuple[str, ...]:
         """The kinds of fault that are on at robot time `t` [s]."""
-        return tuple(kind for kind in FAULTS if kind in self._active(t))
+        self._follow_schedule(t)
+        return tuple(kind for kind in FAULTS if kind in self._faults)
 
-    def _active(self, t: float) -> dict[str, float | None]:
-        """The magnitude of each fault that is on."""
-        faults = dict(self._faults)
-        for fault in self._options.faults:
-            if fault.at <= t and (fault.duration is None or t < fault.at + fault.duration):
-                faults[fault.kind] = fault.magnitude
-        return faults
-
-    def _spoilt(self, t: float, conditions: Conditions) -> Conditions:
-        faults = self._active(t)
-        if CUT in faults:
+    def _spoilt(self, conditions: Conditions) -> Conditions:
+        """What the faults that are on leave of the link."""
+        if CUT in self._faults:
             return replace(conditions, bandwidth=0.0, loss=1.0)
-        if NARROW in faults:
-            left = faults[NARROW]
+        if NARROW in self._faults:
+            left = self._faults[NARROW]
             limit = (USUAL_NARROW if left is None else left) * MEGABIT
             return replace(conditions, bandwidth=min(conditions.bandwidth, limit))
         return conditions

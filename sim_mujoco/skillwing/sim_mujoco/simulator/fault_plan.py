@@ -1,12 +1,12 @@
-"""Which faults are to be switched when and where."""
+"""Which faults the simulated drone can have, and when and where they are to be switched."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
 from skillwing.sim_mujoco.camera.feed import CAMERA
-from skillwing.sim_mujoco.frames.vectors import Vector
 from skillwing.sim_mujoco.sensors.corruptors import Fault, UnknownFaultError, check_kind
+from skillwing.sim_mujoco.sensors.fault_schedule import FaultSchedule
 from skillwing.sim_mujoco.sensors.fittings import SENSORS
 from skillwing.sim_mujoco.simulator.rotor_faults import ROTOR_NAMES, check_rotor_fault
 
@@ -24,49 +24,11 @@ def check_fault(sensor: str, kind: str, magnitude: float | None = None) -> None:
         check_kind(kind, magnitude)
 
 
-class FaultPlan:
-    """Faults that come and go with time and place. What was switched by hand meanwhile stays as it is."""
+class FaultPlan(FaultSchedule):
+    """The schedule of faults that the sensors and rotors of the drone can have."""
 
     def __init__(self, faults: Iterable[Fault]) -> None:
         """Raises UnknownFaultError and MagnitudeError."""
-        self._faults = tuple(faults)
-        self._on: list[int] = []
+        super().__init__(faults)
         for fault in self._faults:
             check_fault(fault.sensor, fault.kind, fault.magnitude)
-
-    @property
-    def is_empty(self) -> bool:
-        """Nothing will ever be switched."""
-        return not self._faults
-
-    def switches(self, t: float, position: Vector) -> Iterator[tuple[Fault, bool]]:
-        """The faults that have to be switched on (True) or off at `t`, with the drone at `position`.
-
-        A sensor has each kind of fault once: of several that overlap, the one that began last counts, and when it ends
-        the one before counts again.
-        """
-        for k, fault in enumerate(self._faults):
-            wanted = fault.is_wanted(t, position)
-            if wanted is (k in self._on):
-                continue
-            if wanted:
-                self._on.append(k)
-                yield fault, True
-            else:
-                yield from self._end(k)
-
-    def _end(self, k: int) -> Iterator[tuple[Fault, bool]]:
-        """What has to be switched when a fault ends."""
-        fault = self._faults[k]
-        last = self._counts(fault)
-        self._on.remove(k)
-        following = self._counts(fault)
-        if following is None:
-            yield fault, False
-        elif last == k and self._faults[following].magnitude != fault.magnitude:
-            yield self._faults[following], True
-
-    def _counts(self, like: Fault) -> int | None:
-        """Which one counts of the faults of this sensor and kind that are on."""
-        same = [k for k in self._on if (self._faults[k].sensor, self._faults[k].kind) == (like.sensor, like.kind)]
-        return same[-1] if same else None
