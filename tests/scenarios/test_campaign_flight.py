@@ -109,6 +109,18 @@ def test_a_drone_in_the_pilots_hands_is_handed_over_once_it_has_held_its_place()
     assert scene.witness.end is End.FLYING
 
 
+def test_a_drone_that_the_pilot_took_before_the_missions_end_has_to_hold_its_place_after_it() -> None:
+    scene = Scene()
+    scene.be(11.0, 4.0, authority=False, seconds=6.0 * HELD_FOR)
+    assert scene.witness.end is End.FLYING
+    scene.end_mission()
+    assert not scene.witness.over
+    scene.be(11.0, 4.0, authority=False, seconds=HELD_FOR - 0.2)
+    assert not scene.witness.over
+    scene.be(11.0, 4.0, authority=False, seconds=0.6)
+    assert (scene.witness.end, scene.witness.over) == (End.HANDED_OVER, True)
+
+
 def test_a_pilot_who_gives_back_what_he_took_has_to_do_so_first() -> None:
     scene = Scene(pilot_returns=True)
     scene.end_mission()

@@ -29,7 +29,7 @@ from skillwing.sim_mujoco.topics import (
 AT_HOME = 2.0
 """A drone this near to the home point is at home [m]."""
 HELD_FOR = 5.0
-"""So long a drone in the pilot's hands has to hold its place after the mission's end [s]."""
+"""So long a drone in the pilot's hands has to hold its place, from the mission's end on if he took it before [s]."""
 HELD_WITHIN = 2.0
 """And so near to where it was [m]."""
 
@@ -79,11 +79,15 @@ class Witness:
     @property
     def over(self) -> bool:
         """The mission is over, and the drone stands, or holds its place for a pilot who has the authority."""
-        return self.mission is not None and self.mission.phase in OVER and self.end is not End.FLYING
+        return self._mission_over and self.end is not End.FLYING
+
+    @property
+    def _mission_over(self) -> bool:
+        return self.mission is not None and self.mission.phase in OVER
 
     @property
     def end(self) -> End:
-        """Where the drone is by now."""
+        """Where the drone is by now. In the pilot's hands it is only after the mission's end."""
         state, truth = self._state, self._truth
         if state is None or truth is None:
             return End.FLYING
@@ -115,7 +119,7 @@ class Witness:
         self._outside = not truth.inside_fence
         self.clearance = truth.clearance if self.clearance is None else min(self.clearance, truth.clearance)
         held_by_pilot = self._state is not None and not self._state.authority
-        if not held_by_pilot:
+        if not (held_by_pilot and self._mission_over):
             self._held = None
         elif self._held is None or math.dist(self._held.position, truth.position) > HELD_WITHIN:
             self._held = truth
