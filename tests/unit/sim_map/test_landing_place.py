@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from skillwing.sim_mujoco.extent import TIP_RADIUS
 from skillwing.sim_mujoco.obstacles.free_space import TUBE_RADIUS
-from skillwing.sim_mujoco.obstacles.landing_place import REACH, ROOM, Below
+from skillwing.sim_mujoco.obstacles.landing_place import REACH, ROOM, SURROUNDINGS, Below
 from skillwing.sim_mujoco.obstacles.local_map import VOXEL, LocalMap
 
 Cloud = NDArray[np.float64]
@@ -45,11 +45,15 @@ def wall(east: float, height: float = 7.0) -> Cloud:
     return np.column_stack([np.full(along.size, HERE[0] + east), HERE[1] + along.ravel(), heights.ravel()])
 
 
-def below(*clouds: Cloud, measurements: int = 2, height: float = HERE[2]) -> Below:
-    known, here = LocalMap(), (*HERE[:2], height)
+def remembered(*clouds: Cloud, measurements: int = 2) -> LocalMap:
+    known = LocalMap()
     for stamp in range(measurements):
-        known.see(np.concatenate(clouds), np.array(here), 0.1 * stamp, lambda places: np.zeros(len(places), bool))
-    return Below(known, here)
+        known.see(np.concatenate(clouds), np.array(HERE), 0.1 * stamp, lambda places: np.zeros(len(places), bool))
+    return known
+
+
+def below(*clouds: Cloud, measurements: int = 2, height: float = HERE[2]) -> Below:
+    return Below(remembered(*clouds, measurements=measurements), (*HERE[:2], height))
 
 
 def gap(place: tuple[float, float, float], *things: Cloud) -> float:
@@ -110,6 +114,18 @@ def test_no_place_behind_a_wall_is_chosen() -> None:
     found = below(plain(), hedge, bush(0.0, 0.0, radius=3.0), bush(0.0, 0.0, radius=1.0), wall(2.0))
     place = found.free_place()
     assert place is None or place[0] < HERE[0] + 2.0
+
+
+def test_of_a_memory_only_the_surroundings_are_looked_at() -> None:
+    """A way is asked for hundreds of times, and the whole flight is remembered."""
+    known = remembered(plain(), bush(0.0, 0.0), wall(1.5), wall(SURROUNDINGS + 1.0))
+    found = Below(known, HERE)
+    assert 0 < len(found._known) < len(known)
+    expected = found.free_place()
+    known.forget()
+    assert expected is not None
+    assert found.free_place() == expected
+    assert expected[0] < HERE[0] + 1.5 - TUBE_RADIUS
 
 
 def test_over_unseen_ground_no_way_leads() -> None:

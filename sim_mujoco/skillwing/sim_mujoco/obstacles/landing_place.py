@@ -59,11 +59,12 @@ class Below:
 
     def __init__(self, known: LocalMap, here: Vector) -> None:
         """`here` is the drone's position (ENU) [m]."""
-        self._known, self._here = known, np.array(here)
-        span = np.array([SURROUNDINGS, SURROUNDINGS, 0.0])
+        self._here = np.array(here)
+        span = np.array([SURROUNDINGS, SURROUNDINGS, np.inf])
         low, high = self._here - span, self._here + span
-        low[2], high[2] = -np.inf, self._here[2] + TUBE_RADIUS
-        points = known.solid_within(low, high)
+        self._known = known.part(low, high)
+        high[2] = self._here[2] + TUBE_RADIUS
+        points = self._known.solid_within(low, high)
         self._points = points
         squares, self._square = _squares(points)
         self._rising = _above_ground(points, squares, self._square) > STEP

@@ -46,6 +46,10 @@ class LocalMap:
         solid = np.flatnonzero(self._within(low, high) & (self._votes >= AGREEING))
         return self._points.take(solid, axis=1).T
 
+    def part(self, low: Points, high: Points) -> LocalMap:
+        """What of it lies in the box from `low` to `high` (3,), to be asked often."""
+        return self._copy(self._within(low, high), self._memory)
+
     def forget(self) -> None:
         self.__init__(self._span, self._memory)
 
@@ -79,6 +83,12 @@ class LocalMap:
         for along, least, most in zip(self._points, low, high, strict=True):
             inside &= (along >= least) & (along <= most)
         return inside
+
+    def _copy(self, wanted: Mask, memory: float) -> LocalMap:
+        copy, at = LocalMap(self._span, memory), np.flatnonzero(wanted)
+        copy._keys, copy._points = self._keys[at], self._points.take(at, axis=1)
+        copy._votes, copy._stamps = self._votes[at], self._stamps[at]
+        return copy
 
     def _merge(self, kept: Mask, keys: NDArray[np.int64], points: Points, stamp: float, votes: int) -> None:
         """Leave out what is not `kept`, and put new voxels with so many votes between the others."""
