@@ -16,6 +16,7 @@ from skillwing.m600.campaign.flight_code import FlightCode, claim
 from skillwing.m600.campaign.ledger import Ledger
 from skillwing.m600.campaign.plan import FlightPlan, Network
 from skillwing.m600.campaign.result import End, FlightResult
+from skillwing.m600.campaign.telling import line_of
 from skillwing.services.errors import InvalidOptionError
 
 CODE = FlightCode({"flight.py": "1"})
@@ -66,6 +67,7 @@ def test_the_seeds_of_a_sample_are_spread_and_differ_between_conditions() -> Non
         ({"phase": "FAILED"}, False),
         ({"collisions": 1}, False),
         ({"breaches": 1}, False),
+        ({"deaths": ("hover was killed by SIGSEGV.",)}, False),
     ],
 )
 def test_flights_end_alike_where_drone_mission_and_promises_do(change: dict[str, object], alike: bool) -> None:
@@ -79,6 +81,13 @@ def test_the_comparison_tells_each_flight_that_ended_otherwise_and_how() -> None
     first, second = comparison(sample, results)[-2:]
     assert first.startswith("| courtyard 1, none | landed at home, succeeded | the same | 2.00 m |")
     assert second.startswith("| courtyard 2, none | landed at home, succeeded | **landed elsewhere, failed** |")
+
+
+def test_a_death_on_a_flight_that_was_flown_again_is_told() -> None:
+    again = replace(over_zenoh(flown(1)), deaths=("hover was killed by SIGSEGV.",))
+    told = comparison(Sample(Path("runs/first"), [flown(1)], CODE), [again])
+    assert "**landed at home, succeeded, hover was killed by SIGSEGV**" in told[-1]
+    assert "hover was killed by SIGSEGV." in line_of(again, "1/1", 0.0).plain
 
 
 def test_the_same_flight_is_told_to_be_the_same_bit_by_bit() -> None:

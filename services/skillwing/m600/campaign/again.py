@@ -68,8 +68,9 @@ def choose(flights: Sequence[FlightResult], count: int) -> list[FlightResult]:
 
 
 def end_alike(flight: FlightResult, again: FlightResult) -> bool:
-    """Whether the drone was left in the same way, by a mission in the same phase, and promises were kept alike."""
-    return (flight.end, flight.phase, flight.kept) == (again.end, again.phase, again.kept)
+    """Whether the drone was left in the same way, by a mission in the same phase, promises were kept alike, and no
+    process died when it was flown again."""
+    return (flight.end, flight.phase, flight.kept) == (again.end, again.phase, again.kept) and not again.deaths
 
 
 def same_flight(flight: FlightResult, again: FlightResult) -> bool:
@@ -113,7 +114,8 @@ def _cells(flight: FlightResult, again: FlightResult) -> tuple[str, ...]:
 
 
 def _ended(result: FlightResult) -> str:
-    return ", ".join(filter(None, (result.end, result.phase.lower(), *result.broken)))
+    deaths = (each.removesuffix(".") for each in result.deaths)
+    return ", ".join(filter(None, (result.end, result.phase.lower(), *result.broken, *deaths)))
 
 
 def _name(plan: FlightPlan) -> str:

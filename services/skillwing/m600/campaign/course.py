@@ -28,11 +28,13 @@ LONGEST_WALL = 3000.0
 
 @dataclass(frozen=True, slots=True)
 class Course:
-    """Where it ended and when [robot s]; error: why it broke off, empty if it did not."""
+    """Where it ended and when [robot s]; error: why it broke off, empty if it did not. deaths: of processes that it did
+    without, or that were started again, in sentences."""
 
     end: End
     end_time: float
     error: str = ""
+    deaths: tuple[str, ...] = ()
 
 
 def in_process(witness: Witness, specs: Sequence[ProcessSpec], longest: float) -> Course:
@@ -61,8 +63,12 @@ def over_zenoh(witness: Witness, specs: Sequence[ProcessSpec], longest: float, f
         launcher = Launcher(ROBOT.name, ROBOT.skillset.stem, folder or Path(nowhere), clock=ROBOT.clock, restarts=True)
         essential = {ROUTER, *(spec.name for spec in specs if spec.essential)}
 
+        def deaths(*, fatal: bool) -> tuple[str, ...]:
+            found = launcher.deaths
+            return tuple(str(each) for each in found if (each.final and each.process in essential) is fatal)
+
         def dead() -> str:
-            return " ".join(str(each) for each in launcher.deaths if each.final and each.process in essential)
+            return " ".join(deaths(fatal=True))
 
         with launcher:
             try:
@@ -74,11 +80,12 @@ def over_zenoh(witness: Witness, specs: Sequence[ProcessSpec], longest: float, f
                     over = bus.run_until(lambda: witness.over or bool(dead()) or bus.now() > longest, LONGEST_WALL)
                     if not over:
                         raise TimedOutError("The end of the flight", LONGEST_WALL)
-                    course = Course(End.BROKE_OFF if dead() else witness.end, bus.now(), dead())
+                    end = End.BROKE_OFF if dead() else witness.end
+                    course = Course(end, bus.now(), dead(), deaths(fatal=False))
                     witness.ask_for_map()
                     bus.run_until(lambda: witness.map is not None, MAP_TIMEOUT)
             except TimedOutError:
                 raise
             except (SkillwingError, OSError) as failure:
-                return Course(End.BROKE_OFF, 0.0, str(failure))
+                return Course(End.BROKE_OFF, 0.0, str(failure), deaths(fatal=False))
     return course

@@ -59,6 +59,7 @@ def fly(plan: FlightPlan, run_dir: Path | None = None, *, longest: float = LONGE
         digest=witness.digest,
         processor_time=round(_processor_time() - begun, 2),
         error=course.error,
+        deaths=course.deaths,
         price=meter.price,
     )
 

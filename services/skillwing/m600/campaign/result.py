@@ -30,7 +30,8 @@ class FlightResult(msgspec.Struct, frozen=True, kw_only=True):
     breaches: how often the drone left the fence. clearance: from an obstacle to the blades' tips, the least [m].
     coverage: share of the surface in view of the route that was mapped, None if it was not judged. end_time: robot
     seconds. digest: of the timeline; two flights with the same one are the same flight. processor_time: seconds.
-    error: why the flight broke off, empty if it did not. price: what it cost.
+    error: why the flight broke off, empty if it did not. deaths: of processes that it did without, or that were started
+    again, in sentences. price: what it cost.
     """
 
     plan: FlightPlan
@@ -46,6 +47,7 @@ class FlightResult(msgspec.Struct, frozen=True, kw_only=True):
     digest: str = ""
     processor_time: float = 0.0
     error: str = ""
+    deaths: tuple[str, ...] = ()
     price: Price = Price()
 
     @property

@@ -64,6 +64,8 @@ def line_of(result: FlightResult | LostFlight, count: str, left: float) -> Text:
     text.append("done   " if result.succeeded else "failed ", "green" if result.succeeded else "yellow")
     text.append(f"{clearance:>7}{mapped:>5}{result.end_time:6.0f} s", "dim")
     text.append(f"  {_duration(left)} left", "dim")
+    if result.deaths:
+        text.append(f"\n        {' '.join(result.deaths)}", "yellow")
     if not result.kept:
         text.append(f"\n        {', '.join(result.broken)}\n        {plan.command}", "red")
     return text
