@@ -160,6 +160,25 @@ def test_of_a_track_the_nearest_place_is_chosen_that_the_blades_fit_into() -> No
     assert math.dist(place, HERE) < 4.0
 
 
+@pytest.mark.parametrize("length", [3.0, 6.0])
+@pytest.mark.parametrize("taken", [1.0, 2.0])
+def test_on_a_short_track_what_stands_below_is_seen_as_well(length: float, taken: float) -> None:
+    line = track(length)
+    met = line[:, 0] < HERE[0] + taken
+    line[met, 2] = 2.0
+    found = below(line)
+    place = found.free_place()
+    assert found.taken
+    assert place is None or gap(place, line[met]) >= TIP_RADIUS
+
+
+@pytest.mark.parametrize("slope", [-0.2, 0.2])
+def test_a_short_track_down_a_hillside_is_no_obstacle(slope: float) -> None:
+    line = track(6.0)
+    line[:, 2] = slope * (line[:, 0] - HERE[0])
+    assert not below(line).taken
+
+
 def test_across_a_track_no_slope_is_seen() -> None:
     line = track()
     line += np.random.default_rng(3).normal(0.0, 0.02, line.shape)

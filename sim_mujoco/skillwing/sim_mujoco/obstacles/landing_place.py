@@ -47,7 +47,7 @@ _BEARINGS: Final = 72
 _GAP = 2.0
 """Over what was not seen in between, ground goes on as far as this [m]."""
 _PLOT = 20
-"""So many squares that lie together may be ground, fewer are noise."""
+"""So many squares that lie together may be ground, fewer are noise where there are so many."""
 _SEEN: Final = 0.7
 """Of the squares around another place so many have to be seen at least."""
 _GLIMPSED: Final = 0.15
@@ -161,11 +161,13 @@ def _squares(points: Points) -> tuple[Squares, Squares]:
 
 
 def _above_ground(points: Points, squares: Squares, of: Squares) -> Points:
-    """How high points (N, 3), each `of` one of the squares (M, 2), lie above the ground next to them; 0 where no ground
-    is known.
+    """How high points (N, 3), each `of` one of the squares (M, 2), lie above the ground next to them.
 
-    Ground is the lowest of what hangs together without steps. Roofs are as flat, but nothing leads up to them.
+    Ground is the lowest of what hangs together without steps. Roofs are as flat, but nothing leads up to them. Where
+    little was seen, all of it counts: rather is noise taken for ground than what stands on it.
     """
+    if len(points) == 0:
+        return np.empty(0)
     heights = np.full(len(squares), np.inf)
     np.minimum.at(heights, of, points[:, 2])
     one, other = KDTree(squares * _GRID).query_pairs(_GAP, output_type="ndarray").T
@@ -173,9 +175,8 @@ def _above_ground(points: Points, squares: Squares, of: Squares) -> Points:
     joined = np.abs(heights[one] - heights[other]) <= np.maximum(STEP, SLOPE * apart)
     links = coo_array((joined[joined], (one[joined], other[joined])), shape=(len(squares), len(squares)))
     _, patch = connected_components(links, directed=False)
-    plots = np.flatnonzero(np.bincount(patch) >= _PLOT)
-    if len(plots) == 0:
-        return np.zeros(len(points))
+    sizes = np.bincount(patch)
+    plots = np.flatnonzero(sizes >= (_PLOT if sizes.max() >= _PLOT else 1))
     lowest = min(plots, key=lambda plot: float(np.median(heights[patch == plot])))
     ground = patch == lowest
     _, next_to = KDTree(squares[ground]).query(squares)
