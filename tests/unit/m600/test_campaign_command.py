@@ -129,6 +129,18 @@ def test_a_recorded_flight_that_is_another_one_is_told(
     assert fly(LANDS, seeds="5", output=tmp_path / "other", worst=1) == 0
 
 
+def test_a_recording_whose_process_was_lost_is_no_flight_that_differs(
+    fly: Fly, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    dies = PLAN + "if len(sys.argv) > 2: os.kill(os.getpid(), 9)\nprint(json.dumps(result))"
+    page = tmp_path / "page.md"
+    assert fly(dies, seeds="0", worst=1, as_json=True, write=page) == 1
+    summary = json.loads(capsys.readouterr().out)
+    lost = {"flight": "mapping-courtyard-none-0", "why": "Its process was killed by signal 9."}
+    assert (summary["flown"], summary["lost"], summary["differing"], summary["unrecorded"]) == (1, [], [], [lost])
+    assert page.exists()
+
+
 def test_a_sample_fails_if_a_flight_ends_otherwise(
     fly: Fly, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -118,7 +118,7 @@ def campaign(
         found = Found(ledger.results, earlier)
         try:
             _fly(plans, ledger, flying, found.lost, at_once, record=record, console=shown, ending=ending)
-            _record_worst(ledger, flying, worst, found.differing, at_once, shown, ending)
+            _record_worst(ledger, flying, worst, found, at_once, shown, ending)
         except KeyboardInterrupt:
             called_off = True
             shown.print("Called off. Go on with --resume.", style="red")
@@ -225,12 +225,12 @@ def _record_worst(
     ledger: Ledger,
     flying: FlyingCode,
     count: int,
-    differing: list[str],
+    found: Found,
     jobs: int,
     console: Console,
     ending: Ending,
 ) -> None:
-    """Fly the worst flights again with the recorder. Those that are not the same again are added to `differing`."""
+    """Fly the worst flights again with the recorder. `found` gets those that were not the same again, or are lost."""
     worst = sorted(ledger.results, key=lambda result: result.badness, reverse=True)[:count]
     before = {each.plan.name: each for each in worst if not is_recorded(ledger.folder, each.plan)}
     if not before:
@@ -243,12 +243,12 @@ def _record_worst(
             told = Text(f"  {ledger.folder / again.plan.name}")
             if isinstance(again, LostFlight):
                 told.append(f": not recorded. {again.why}", "red")
-                differing.append(again.plan.name)
+                found.unrecorded.append(again)
             else:
                 keep_recording(ledger.folder, again.plan)
                 if not same_flight(before[again.plan.name], again):
                     told.append(f": not the same flight again; it {again.end}", "red")
-                    differing.append(again.plan.name)
+                    found.differing.append(again.plan.name)
             console.print(told, soft_wrap=True)
 
 

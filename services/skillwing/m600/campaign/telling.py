@@ -20,26 +20,28 @@ from skillwing.services.commands.output import print_json
 @dataclass
 class Found:
     """What a campaign has found so far. lost: flights without a result. differing: names of flights that were not the
-    same again when they were recorded. earlier: the campaign of which this one is a sample."""
+    same again when they were recorded. unrecorded: flights whose process was lost when they were to be recorded.
+    earlier: the campaign of which this one is a sample."""
 
     results: list[FlightResult]
     earlier: Sample | None
     lost: list[LostFlight] = field(default_factory=list[LostFlight])
     differing: list[str] = field(default_factory=list[str])
+    unrecorded: list[LostFlight] = field(default_factory=list[LostFlight])
 
     @property
     def as_promised(self) -> bool:
-        """Every flight has a result, kept the promises, and was the same again."""
+        """Every flight has a result, kept the promises, and was the same again where it was recorded."""
         kept = all(result.kept for result in self.results)
         alike = self.earlier is None or all(end_alike(*pair) for pair in self.earlier.pairs(self.results))
-        return kept and alike and not self.lost and not self.differing
+        return kept and alike and not (self.lost or self.differing or self.unrecorded)
 
 
 class Summary(msgspec.Struct, frozen=True, kw_only=True):
     """What `--json` prints. broken: the flights that broke a promise; command: what flies and records one again. lost:
     flights whose process ended without a result. differing: names of flights that were not the same when they were
-    flown again to be recorded. sampled, alike: of a sample, how many were flown again, and how many of them ended as
-    they did before; null without one."""
+    flown again to be recorded. unrecorded: those whose process ended without a result then. sampled, alike: of a
+    sample, how many were flown again, and how many of them ended as they did before; null without one."""
 
     folder: str
     planned: int
@@ -48,6 +50,7 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
     broken: list[dict[str, object]]
     lost: list[dict[str, str]]
     differing: list[str]
+    unrecorded: list[dict[str, str]]
     sampled: int | None = None
     alike: int | None = None
 
@@ -108,12 +111,17 @@ def print_summary(folder: str, planned: int, found: Found) -> None:
                 for result in found.results
                 if not result.kept
             ],
-            lost=[{"flight": each.plan.name, "why": each.why} for each in found.lost],
+            lost=_names_and_reasons(found.lost),
             differing=found.differing,
+            unrecorded=_names_and_reasons(found.unrecorded),
             sampled=len(pairs) if found.earlier else None,
             alike=sum(end_alike(*pair) for pair in pairs) if found.earlier else None,
         )
     )
+
+
+def _names_and_reasons(lost: Sequence[LostFlight]) -> list[dict[str, str]]:
+    return [{"flight": each.plan.name, "why": each.why} for each in lost]
 
 
 def words() -> list[str]:
