@@ -23,6 +23,7 @@ from skillwing.m600.skills import depthmap, guidance_client, lidar_mapping, stre
 from skillwing.services.cli import app
 from skillwing.services.protocol import Message
 from skillwing.sim_mujoco import topics
+from skillwing.sim_mujoco.guidance import body_motion
 from skillwing.sim_mujoco.interface.page import interface_page, interface_schema
 from skillwing.sim_mujoco.interface.table import TOPICS
 from skillwing.sim_mujoco.interface.topic import Kind, Topic
@@ -77,6 +78,23 @@ def test_a_row_says_what_its_kind_calls_for(topic: Topic) -> None:
     ],
 )
 def test_figures_of_those_who_use_it_are_theirs(sentence: str) -> None:
+    assert sentence in " ".join(PAGE.split())
+
+
+@pytest.mark.parametrize(
+    "sentence",
+    [
+        f"{body_motion.MAX_CLIMB:g} m/s up and down",
+        f"Stay within {body_motion.DRIFT:g} m of the path",
+        f"Come to rest ({body_motion.AT_REST:g} m/s) within {body_motion.ARRIVED_WITHIN:g} m of its end",
+        f"or it is BLOCKED {body_motion.PATIENCE:g} s later",
+        f"ends BLOCKED after {body_motion.PATIENCE:g} s",
+        f"at {body_motion.TOUCHDOWN_SPEED:g} m/s below {body_motion.FLARE_HEIGHT:g} m",
+        f"before the path is {body_motion.DRIFT:g} m below the vehicle",
+        f"It lands slowly all the way, at {body_motion.TOUCHDOWN_SPEED:g} m/s at most",
+    ],
+)
+def test_figures_of_guidance_are_its_own(sentence: str) -> None:
     assert sentence in " ".join(PAGE.split())
 
 

@@ -25,16 +25,20 @@ ARRIVED_WITHIN = 0.3
 """How far from a path's end the drone may come to rest [m]."""
 UNDER_WAY = (MotionState.TURNING, MotionState.MOVING, MotionState.WAITING)
 BUSY = (*UNDER_WAY, MotionState.STOPPING)
-_AT_REST = 0.25
-_DRIFT = 3.0
-_PATIENCE = 10.0
+AT_REST = 0.25
+"""What is slower than this counts as at rest [m/s]."""
+DRIFT = 3.0
+"""How far the drone may be from its path [m]."""
+PATIENCE = 10.0
 """How long after its planned end a motion may take to get there before it counts as blocked [s]."""
 _WORD_WITHIN = 1.0
 """How long a round waits for a word on its way before it begins, if there is a depth map [s]."""
 _TOLD_AHEAD = stopping_distance(MAX_SPEED)
 """How much of a bent way is told to those who look along it [m]."""
-_MAX_CLIMB = 1.8
-_FLARE_HEIGHT, _TOUCHDOWN_SPEED = 1.5, 0.5
+MAX_CLIMB = 1.8
+"""Up and down [m/s]."""
+FLARE_HEIGHT, TOUCHDOWN_SPEED = 1.5, 0.5
+"""So low above the ground [m] a landing is so slow [m/s]."""
 _BELOW_ANY_GROUND = 50.0
 _RANGE_VALID = 0.5
 _STILL: Vector = (0.0, 0.0, 0.0)
@@ -222,12 +226,12 @@ class BodyMotion:
         return self.path.flown(t) if isinstance(self.path, Arc) and self.axis.state is MotionState.MOVING else 0.0
 
     def _begin_descent(self, landing: Land, here: Vector, t: float) -> None:
-        """Come down to 1.5 m above the ground if it is in view, and gently from there."""
+        """Come down to `FLARE_HEIGHT` above the ground if it is in view, and gently from there."""
         ground = self._ground(t)
-        if ground is not None and ground > _FLARE_HEIGHT + 1.0:
-            self._go(here, (here[0], here[1], here[2] - (ground - _FLARE_HEIGHT)), landing.speed, t)
+        if ground is not None and ground > FLARE_HEIGHT + 1.0:
+            self._go(here, (here[0], here[1], here[2] - (ground - FLARE_HEIGHT)), landing.speed, t)
         else:
-            self._go(here, (here[0], here[1], here[2] - _BELOW_ANY_GROUND), min(landing.speed, _TOUCHDOWN_SPEED), t)
+            self._go(here, (here[0], here[1], here[2] - _BELOW_ANY_GROUND), min(landing.speed, TOUCHDOWN_SPEED), t)
 
     def _ground(self, t: float) -> float | None:
         """Distance to the ground, if the range-finder has told it lately."""
@@ -238,7 +242,7 @@ class BodyMotion:
         way = subtract(target, here)
         climb = abs(way[2]) / max(norm(way), 1e-9)
         if climb > 0.0:
-            speed = min(speed, _MAX_CLIMB / climb)
+            speed = min(speed, MAX_CLIMB / climb)
         if self._legs:
             speed = min(speed, self._lookout.speed_limit(t))
         self._fly(straight(here, target, speed, t), t)
@@ -266,9 +270,9 @@ class BodyMotion:
             self._advance_path(t, navigation, path)
 
     def _advance_stop(self, t: float, navigation: Navigation, path: Path) -> None:
-        at_rest = norm(navigation.velocity) <= _AT_REST
+        at_rest = norm(navigation.velocity) <= AT_REST
         # In a storm the drone may never come to rest; whoever waits for it must not wait for ever.
-        overdue = t - path.began > path.profile.duration + _PATIENCE
+        overdue = t - path.began > path.profile.duration + PATIENCE
         if not path.is_over(t) or not (at_rest or overdue):
             return
         if self._next is not None:
@@ -295,8 +299,8 @@ class BodyMotion:
     def _advance_wait(self, t: float, navigation: Navigation, path: Path) -> None:
         if self._lookout.lets_go_on(t):
             self._begin_leg(path.end, navigation, t)
-        elif t - path.began > path.profile.duration + _PATIENCE:
-            self.axis.become(MotionState.BLOCKED, f"no view of the way ahead for {_PATIENCE:g} s")
+        elif t - path.began > path.profile.duration + PATIENCE:
+            self.axis.become(MotionState.BLOCKED, f"no view of the way ahead for {PATIENCE:g} s")
 
     def _advance_path(self, t: float, navigation: Navigation, path: Path) -> None:
         position, velocity, _ = path.at(t)
@@ -308,7 +312,7 @@ class BodyMotion:
         if self._legs:
             left = self._left(self._legs[0], navigation.position, t)
         self.axis.remaining = left + self._later
-        if off > _DRIFT:
+        if off > DRIFT:
             self.abort(t, f"the drone has drifted {off:.1f} m from its path")
         elif path.is_over(t):
             self._conclude(t, navigation, path)
@@ -340,19 +344,19 @@ class BodyMotion:
         height = ground if ground is not None else navigation.position[2]
         self.axis.remaining = max(0.0, height)
         late = navigation.position[2] - path.at(t)[0][2]
-        if late > _DRIFT:
+        if late > DRIFT:
             self.brake(t, MotionState.BLOCKED, "the drone does not come down")
         elif path.is_over(t):
             self._begin_descent(landing, path.end, t)
 
     def _conclude(self, t: float, navigation: Navigation, path: Path) -> None:
         short = norm(subtract(path.end, navigation.position))
-        if short <= ARRIVED_WITHIN and norm(navigation.velocity) <= _AT_REST:
+        if short <= ARRIVED_WITHIN and norm(navigation.velocity) <= AT_REST:
             del self._legs[:1]
             if self._legs:
                 self._begin_leg(path.end, navigation, t)
             else:
                 self.axis.remaining = 0.0
                 self.axis.become(MotionState.DONE)
-        elif t - path.began > path.profile.duration + _PATIENCE:
+        elif t - path.began > path.profile.duration + PATIENCE:
             self.axis.become(MotionState.BLOCKED, f"no headway, {short:.1f} m short of the target")

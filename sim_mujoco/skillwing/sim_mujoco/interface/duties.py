@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
-from skillwing.sim_mujoco.guidance.body_motion import ARRIVED_WITHIN
+from skillwing.sim_mujoco.guidance.body_motion import (
+    ARRIVED_WITHIN,
+    AT_REST,
+    DRIFT,
+    FLARE_HEIGHT,
+    MAX_CLIMB,
+    PATIENCE,
+    TOUCHDOWN_SPEED,
+)
 from skillwing.sim_mujoco.guidance.heading_control import ALIGNED, TURN_RATE
 from skillwing.sim_mujoco.guidance.limits import HIGHEST, LOWEST, MAX_SPEED
 from skillwing.sim_mujoco.guidance.lookout import MARGIN, STALE
@@ -17,17 +25,17 @@ It tells `fl/navigation` and `fl/flight`, and follows `fl/autopilot/setpoint`. T
 `fl/battery` and `fl/range` should be there, too. These are its duties, none of which guidance can do for it:
 
 1. **Follow.** A setpoint is a position with velocity and acceleration to feed forward, and a heading. Paths are flown
-   at up to {MAX_SPEED:g} m/s, 1.8 m/s up and down, with {ACCELERATION:g} m/s² at their ends and {BRAKING:g} m/s² where
-   they are broken off; the heading turns at {TURN_RATE:g} rad/s. Stay within 3 m of the path, or the motion is ABORTED.
-   Come to rest (0.25 m/s) within {ARRIVED_WITHIN:g} m of its end, or it is BLOCKED 10 s later. Point the nose to within
-   {ALIGNED:g} rad of where it should be, or the turn never ends.
+   at up to {MAX_SPEED:g} m/s, {MAX_CLIMB:g} m/s up and down, with {ACCELERATION:g} m/s² at their ends and
+   {BRAKING:g} m/s² where they are broken off; the heading turns at {TURN_RATE:g} rad/s. Stay within {DRIFT:g} m of the
+   path, or the motion is ABORTED. Come to rest ({AT_REST:g} m/s) within {ARRIVED_WITHIN:g} m of its end, or it is
+   BLOCKED {PATIENCE:g} s later. Point the nose to within {ALIGNED:g} rad of where it should be, or the turn never ends.
 2. **Take off by setpoint.** There is no command for it: on the ground there are no setpoints, and the first one that
    asks for rotors and a place above the vehicle starts them. From then on, and not later than at the height asked
    for, `on_ground` is False; a True in between means to guidance that the vehicle has landed again.
-3. **Notice the touchdown.** A landing goes on downwards through the ground, at 0.5 m/s below 1.5 m, until the vehicle
-   says `on_ground`; no setpoint says `rotors` False. Stop the rotors by yourself and tell it: `land` ends when the
-   vehicle is on the ground *and* its rotors are off. Where that is not told before the path is 3 m below the vehicle,
-   the landing is BLOCKED.
+3. **Notice the touchdown.** A landing goes on downwards through the ground, at {TOUCHDOWN_SPEED:g} m/s below
+   {FLARE_HEIGHT:g} m, until the vehicle says `on_ground`; no setpoint says `rotors` False. Stop the rotors by yourself
+   and tell it: `land` ends when the vehicle is on the ground *and* its rotors are off. Where that is not told before
+   the path is {DRIFT:g} m below the vehicle, the landing is BLOCKED.
 4. **Look after yourself.** Without a setpoint for {SETPOINT_TIMEOUT:g} s: brake, hold the position. {LAND_AFTER:g} s
    later: land. A fresh setpoint takes over again. Guidance relies on it: it falls silent when nobody has commanded the
    vehicle for {ALONE:g} s in the air, and so does a guidance that has crashed. Say in `failsafe` what is being done; it

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from skillwing.services.protocol import ErrorCode
 from skillwing.sim_mujoco import topics
+from skillwing.sim_mujoco.guidance.body_motion import PATIENCE
 from skillwing.sim_mujoco.interface.topic import (
     BRIDGE,
     GUIDANCE,
@@ -39,7 +40,7 @@ SEEING = (
         (GUIDANCE, SKILLS, BRIDGE, RECORDER),
         "How far the way ahead is free.",
         "Without any, **ways are flown unwatched**. A way that was watched and is not any more makes the vehicle brake "
-        "and wait, and ends BLOCKED after 10 s.",
+        f"and wait, and ends BLOCKED after {PATIENCE:g} s.",
         rate=10.0,
     ),
     Topic(

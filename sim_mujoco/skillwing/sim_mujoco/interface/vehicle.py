@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from skillwing.services.protocol import ClockTick
 from skillwing.sim_mujoco import topics
+from skillwing.sim_mujoco.guidance.body_motion import TOUCHDOWN_SPEED
 from skillwing.sim_mujoco.interface.topic import (
     BRIDGE,
     EVERYBODY,
@@ -78,7 +79,8 @@ FLYING = (
         VEHICLE,
         (GUIDANCE, OBSTACLES),
         "Distance to the ground.",
-        "It lands slowly all the way, at 0.5 m/s at most, for guidance does not know when the ground comes.",
+        f"It lands slowly all the way, at {TOUCHDOWN_SPEED:g} m/s at most, for guidance does not know when the ground "
+        "comes.",
         rate=20.0,
     ),
     Topic(
