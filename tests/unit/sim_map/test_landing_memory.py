@@ -72,11 +72,39 @@ def test_a_drone_that_is_not_sure_of_its_place_remembers_the_last_seconds(
     assert len(remembered(memory, MEMORY + PERIOD + 0.1)) == 0
 
 
-def test_one_that_has_found_its_place_again_begins_anew(memory: LandingMemory) -> None:
+@pytest.mark.parametrize("outage", [1.0, 2.0 * MEMORY])
+def test_one_that_has_found_its_place_again_knows_what_it_had_seen_before(memory: LandingMemory, outage: float) -> None:
+    meanwhile = (-3.0, 2.0, 1.0)
     memory.follow(navigation(1.0, sigma=2.0 * SURE))
-    assert len(remembered(memory, 1.1)) == 1
-    memory.follow(navigation(1.2))
-    assert len(remembered(memory, 1.3)) == 0
+    for t in (outage, outage + PERIOD):
+        look(memory, t, meanwhile)
+        memory.known(t)
+    assert meanwhile in [tuple(place) for place in remembered(memory, outage + PERIOD).tolist()]
+    memory.follow(navigation(outage + 1.0))
+    assert remembered(memory, outage + 1.0) == pytest.approx(np.array([GROUND]))
+
+
+def test_one_that_was_not_sure_from_the_beginning_begins_anew() -> None:
+    memory = LandingMemory()
+    for t in (0.0, PERIOD):
+        look(memory, t, GROUND)
+    assert len(remembered(memory, 1.0)) == 1
+    memory.follow(navigation(1.0))
+    assert memory.known(1.0) is None
+
+
+def test_rays_of_a_drone_that_is_not_sure_of_its_place_do_not_erase_what_it_knows(memory: LandingMemory) -> None:
+    view = RingView(nearest=np.full((128, 16), 30.0, dtype=np.float32))
+    beside = (0.0, 3.0, 4.0)
+    for t in (1.0, 1.5):
+        look(memory, t, beside)
+    memory.follow(navigation(2.0, sigma=2.0 * SURE))
+    for t in (2.0, 2.5, 3.0):
+        nothing = np.empty((0, 3), dtype=np.float32)
+        memory.see(LIDAR, Sighting(view, PlacedPoints(t, np.eye(3), np.array(HERE), nothing)))
+    assert len(remembered(memory, 3.0)) < 2
+    memory.follow(navigation(3.5))
+    assert len(remembered(memory, 3.5)) == 2
 
 
 def test_a_look_now_and_then_is_enough(memory: LandingMemory) -> None:

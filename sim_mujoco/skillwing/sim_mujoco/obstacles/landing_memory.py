@@ -3,7 +3,7 @@
 The LiDAR's ring sees the ground below the drone; where it does not look, the camera sees some of it ahead, and the
 range-finder a line under the track. A drone often lands where it sees no ground any more, such as over the home pad
 with a camera that looks ahead. But it has been there before: so this memory lasts for the whole flight, as long as the
-drone knows where it is.
+drone knows where it is. What it sees while it does not know counts for seconds, and not at all once it knows again.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from skillwing.sim_mujoco.frames.vectors import Vector
 from skillwing.sim_mujoco.obstacles.free_space import TUBE_RADIUS, Sighting
 from skillwing.sim_mujoco.obstacles.landing_place import SURROUNDINGS
-from skillwing.sim_mujoco.obstacles.local_map import AGREEING, MEMORY, LocalMap
+from skillwing.sim_mujoco.obstacles.local_map import AGREEING, LocalMap
 from skillwing.sim_mujoco.topics import Navigation, ObstacleSource
 
 Points = NDArray[np.float64]
@@ -36,17 +36,22 @@ class LandingMemory:
     """Remembers what stands below and around the drone, by a look now and then."""
 
     def __init__(self) -> None:
-        self._map = LocalMap(_SPAN, memory=np.inf)
+        self._placed = LocalMap(_SPAN, memory=np.inf)
+        self._unplaced = LocalMap(_SPAN)
         self._looked: dict[ObstacleSource, float] = {}
         self._met: list[Vector] = []
         self._sure = False
 
     def follow(self, navigation: Navigation) -> None:
-        """Take what navigation says of itself. Where it has found its place again nothing is where it seemed to be."""
+        """Take what navigation says of itself. Where it has found its place again, what was seen meanwhile is not where
+        it seemed to be; but what was seen before is."""
         sure = navigation.valid and max(navigation.sigma, navigation.height_sigma) <= SURE
-        if sure and not self._sure:
-            self.forget()
+        if sure is self._sure:
+            return
         self._sure = sure
+        self._met.clear()
+        if not sure:
+            self._unplaced = self._placed.lately(navigation.t)
 
     def wants(self, sensor: ObstacleSource, t: float) -> bool:
         """Whether it is time for a measurement of this sensor that ends at `t`."""
@@ -77,14 +82,19 @@ class LandingMemory:
     def known(self, t: float) -> LocalMap | None:
         """What is known at time `t`; None if nothing is. A drone that is not sure of its place believes only what it
         has seen lately."""
-        if not self._sure:
-            self._map.forget_before(t - MEMORY)
-        return self._map if len(self._map) else None
+        known = self._placed if self._sure else self._unplaced.lately(t)
+        return known if len(known) else None
 
     def forget(self) -> None:
         self._looked.clear()
         self._met.clear()
-        self._map.forget()
+        self._placed.forget()
+        self._unplaced.forget()
+
+    @property
+    def _map(self) -> LocalMap:
+        """What measurements are taken into now."""
+        return self._placed if self._sure else self._unplaced
 
     def _ring_looks(self, t: float) -> bool:
         return self._has_looked(ObstacleSource.LIDAR, t, within=2.0 * PERIOD)

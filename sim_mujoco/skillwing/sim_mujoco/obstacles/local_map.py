@@ -53,11 +53,9 @@ class LocalMap:
     def forget(self) -> None:
         self.__init__(self._span, self._memory)
 
-    def forget_before(self, stamp: float) -> None:
-        """Forget what was not seen since then."""
-        kept = np.flatnonzero(self._stamps >= stamp)
-        self._keys, self._points = self._keys[kept], self._points.take(kept, axis=1)
-        self._votes, self._stamps = self._votes[kept], self._stamps[kept]
+    def lately(self, t: float, memory: float = MEMORY) -> LocalMap:
+        """What one would know at `t` that had seen the same, with so short a memory [s]."""
+        return self._copy(self._stamps >= t - memory, memory)
 
     def see(
         self, points: Points, here: Points, stamp: float, sees_through: Callable[[Points], Mask], votes: int = 1
