@@ -159,10 +159,9 @@ def flying_files(root: Path = ROOT) -> list[Path]:
     """Every file that may have a say in a flight."""
     flying = [path for name in BESIDES if (path := root / name).exists()]
     for package in (root / portion / "skillwing" for portion in PORTIONS):
-        grounded, exempt = [package / each for each in FLIES_NOTHING], {package / each for each in FLIES}
+        grounded, exempt = {package / each for each in FLIES_NOTHING}, {package / each for each in FLIES}
         for path in package.rglob("*"):
-            counts = path in exempt or not any(path.is_relative_to(each) for each in grounded)
-            if counts and path.suffix in READ:
+            if path.suffix in READ and (path in exempt or grounded.isdisjoint((path, *path.parents))):
                 flying.append(path)
     return sorted(flying)
 
