@@ -27,7 +27,7 @@ from skillwing.bt_missions.running.mission import MissionTrees
 from skillwing.m600.campaign.besides import BESIDES
 from skillwing.m600.campaign.conditions import Condition
 from skillwing.m600.campaign.crew import Crew
-from skillwing.m600.campaign.flight_code import FlightCode
+from skillwing.m600.campaign.flight_code import FlyingCode
 from skillwing.m600.campaign.ledger import LEDGER_FILE, read_results
 from skillwing.m600.campaign.plan import FlightPlan, planned_circle
 from skillwing.m600.campaign.price import AWAY, LIVE_FOR, Price, PriceMeter
@@ -169,17 +169,17 @@ sys.stdout.buffer.write(msgspec.json.encode(FlightResult(plan=plan, end=End.HOME
 
 def test_half_a_recording_is_not_taken_for_a_whole_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     plan = plan_of("mapping", "nominal", 0)
-    code = FlightCode({})
+    flying = FlyingCode(tmp_path / "no repository")
     works(monkeypatch, "import sys; open(sys.argv[2] + '/map.png', 'w').close(); sys.exit('killed')")
     with pytest.raises(SkillwingError, match=f"no result of {plan.name}. .* killed"):
-        run.fly([plan], tmp_path, 1, code, lambda: code)
+        run.fly([plan], tmp_path, 1, flying)
     assert run.draw_pictures([plan], tmp_path, tmp_path / "images") == set()
 
     works(monkeypatch, RECORDS)
-    assert run.fly([plan], tmp_path, 1, code, lambda: code)[-1].end is End.HOME
+    assert run.fly([plan], tmp_path, 1, flying)[-1].end is End.HOME
     assert [each.name for each in tmp_path.iterdir() if each.is_dir() and each.name != "images"] == [plan.name]
     works(monkeypatch, "raise SystemExit('nothing is missing')")
-    assert len(run.fly([plan], tmp_path, 1, code, lambda: code)) == 1
+    assert len(run.fly([plan], tmp_path, 1, flying)) == 1
 
 
 def test_a_page_without_marks_is_told_before_anything_flies(
