@@ -26,7 +26,7 @@ from skillwing.bt_missions.planning.waypoints import Route, RouteFulfilled, Wayp
 from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
 from skillwing.bt_missions.subtrees.coming_home import come_home
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside, first_that_works, guarded, in_order
-from skillwing.bt_missions.subtrees.depth_map import CAMERA, LIDAR, flown_with
+from skillwing.bt_missions.subtrees.depth_map import CAMERA, LIDAR, Sensor, flown_with
 from skillwing.bt_missions.subtrees.flight import (
     PILOT_PATIENCE,
     fly_home,
@@ -153,13 +153,7 @@ def _by_camera(context: MissionContext, route: Route, options: MappingOptions) -
     return in_order(
         "ZED branch",
         ResourceIs("camera?", context, CAMERA.status, "OK"),
-        flown_with(
-            context,
-            CAMERA,
-            "fly route and home",
-            _route_or_turn_back(context, route, leg),
-            fly_home(context, options.return_height, options.speed),
-        ),
+        _route_and_home(context, CAMERA, route, leg, options),
     )
 
 
@@ -190,13 +184,19 @@ def _by_lidar(context: MissionContext, route: Route, options: MappingOptions) ->
         "LiDAR branch",
         NoteSwitch("why", context, "navigation", "ZED", "LiDAR"),
         ResourceIs("LiDAR?", context, LIDAR.status, "OK"),
-        flown_with(
-            context,
-            LIDAR,
-            "fly route and home",
-            _route_or_turn_back(context, route, leg),
-            fly_home(context, options.return_height, options.speed),
-        ),
+        _route_and_home(context, LIDAR, route, leg, options),
+    )
+
+
+def _route_and_home(
+    context: MissionContext, sensor: Sensor, route: Route, leg: Behaviour, options: MappingOptions
+) -> Behaviour:
+    return flown_with(
+        context,
+        sensor,
+        "fly route and home",
+        _route_or_turn_back(context, route, leg),
+        fly_home(context, options.return_height, options.speed),
     )
 
 
