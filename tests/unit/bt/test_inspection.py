@@ -74,6 +74,12 @@ class Flight(FakeMission):
             if not goal.done:
                 goal.run()
 
+    def take_off(self) -> None:
+        self.tick()
+        self.goal("takeoff").end("S_AT_ALTITUDE", success=True)
+        self.interface.states["flight_status"] = "IN_AIR"
+        self.tick()
+
     def land_at_home(self) -> Status:
         """From the end of `return_home` to that of the mission."""
         self.goal("return_home").end("S_ARRIVED", success=True)
@@ -90,10 +96,7 @@ class Flight(FakeMission):
 def flight(m600: Skillset) -> Flight:
     """On its first lap."""
     flight = Flight(m600)
-    flight.tick()
-    flight.goal("takeoff").end("S_AT_ALTITUDE", success=True)
-    flight.interface.states["flight_status"] = "IN_AIR"
-    flight.tick()
+    flight.take_off()
     flight.interface.states["depthmap_source"] = "LIDAR"
     flight.tick()
     for goal in flight.goals:
@@ -276,10 +279,7 @@ def test_without_the_lidar_the_drone_comes_home_by_the_camera_with_video(
 
 def test_a_lidar_that_never_looks_along_leaves_it_to_the_camera(m600: Skillset) -> None:
     flight = Flight(m600)
-    flight.tick()
-    flight.goal("takeoff").end("S_AT_ALTITUDE", success=True)
-    flight.interface.states["flight_status"] = "IN_AIR"
-    flight.tick()
+    flight.take_off()
     flight.tick(later=5.0)
     flight.come_to_rest()
     assert flight.alive() == ["stream", "zed_depthmap"]
