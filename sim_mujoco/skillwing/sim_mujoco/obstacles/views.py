@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skillwing.sim_mujoco.frames.vectors import Vector
-from skillwing.sim_mujoco.sensors.directions import LIDAR_HALF_FAN
+from skillwing.sim_mujoco.sensors.directions import DEPTH_NOISE, LIDAR_HALF_FAN
 from skillwing.sim_mujoco.sensors.scans import DepthPicture, LidarScan
 
 Points = NDArray[np.float64]
@@ -60,7 +60,7 @@ class CameraView:
     """A pyramid around the body's x axis; `across` and `upright` are the tangents of its half angles. `nearest`
     (rows, columns) is the depth [m] of what is nearest around each block of pixels, infinity where nothing is known.
 
-    The reach is where depth noise (0.0015 z^2) has grown to 0.3 m, the side of a voxel; a pole of 0.2 m is more than
+    The reach is where depth noise (`DEPTH_NOISE`) has grown to 0.3 m, the side of a voxel; a pole of 0.2 m is more than
     two pixels wide there.
     """
 
@@ -96,7 +96,7 @@ class CameraView:
         column = _cell(left.take(ahead) / wide.take(ahead), columns)
         seen = np.where(np.isfinite(self.nearest), self.nearest, 0.0)
         through = np.zeros(len(places), dtype=np.bool_)
-        through[ahead] = (seen - 3 * 0.0015 * seen * seen - _BEYOND)[row, column] > depth.take(ahead)
+        through[ahead] = (seen - 3 * DEPTH_NOISE * seen * seen - _BEYOND)[row, column] > depth.take(ahead)
         return through
 
 

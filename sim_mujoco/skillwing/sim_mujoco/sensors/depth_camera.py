@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from skillwing.sim_mujoco.frames.motion import Motion
 from skillwing.sim_mujoco.frames.vectors import Vector, add, axes, to_world
-from skillwing.sim_mujoco.sensors.directions import depth_directions
+from skillwing.sim_mujoco.sensors.directions import DEPTH_NOISE, depth_directions
 from skillwing.sim_mujoco.sensors.infill import Infill, Pixels
 from skillwing.sim_mujoco.sensors.noise import NoiseTable
 from skillwing.sim_mujoco.sensors.rays import RayScene
@@ -30,8 +30,6 @@ FOCAL = HEIGHT / 2 / math.tan(math.radians(54.0) / 2)
 """Focal length [px], the same in both directions; the optical axis passes through the image's centre."""
 BASELINE = 0.12
 """Distance of the two cameras [m]."""
-_NOISE = 0.0015
-"""Depth noise grows with the square of the depth, as disparity noise does: sigma = 0.0015 z^2 [m]."""
 _STEEPEST = 1.0
 """Disparity gradient that can still be matched [pixels per pixel]."""
 _UNMATCHED, _UNMATCHED_FAR = 3.0, 1.4
@@ -48,7 +46,7 @@ def depth_header(t: float) -> DepthHeader:
 
 def noise_at(depth: NDArray[np.float32]) -> NDArray[np.float32]:
     """Standard deviation of what is measured at a depth [m]."""
-    return np.float32(_NOISE) * depth * depth
+    return np.float32(DEPTH_NOISE) * depth * depth
 
 
 class DepthCamera:

@@ -1,4 +1,5 @@
-"""Where each measurement of a picture, a scan or the range-finder points: all that a receiver has to know about them.
+"""Where each measurement of a picture, a scan or the range-finder points, and how noisy a depth is: all that a receiver
+has to know about them.
 
 Frames are FLU (x forward, y left, z up).
 """
@@ -16,6 +17,8 @@ from skillwing.sim_mujoco.topics import DepthHeader
 
 RANGE_MOUNT: Final[Vector] = (0.0, 0.0, -0.42)
 """Where the range-finder sits on the drone; it looks along the body's -z [m]."""
+DEPTH_NOISE: Final = 0.0015
+"""Depth noise grows with the square of the depth, as disparity noise does: sigma = 0.0015 z^2 [m]."""
 LIDAR_HALF_FAN: Final = math.radians(15.0)
 """How far the LiDAR's beams lean out of the plane of its ring, fore and aft [rad]."""
 
