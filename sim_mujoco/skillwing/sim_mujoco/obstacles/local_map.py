@@ -53,9 +53,9 @@ class LocalMap:
     def forget(self) -> None:
         self.__init__(self._span, self._memory)
 
-    def lately(self, t: float, memory: float = MEMORY) -> LocalMap:
-        """What one would know at `t` that had seen the same, with so short a memory [s]."""
-        return self._copy(self._stamps >= t - memory, memory)
+    def lately(self, t: float) -> LocalMap:
+        """What one would know at `t` that had seen the same, with the usual memory."""
+        return self._copy(self._stamps >= t - MEMORY, MEMORY)
 
     def see(
         self, points: Points, here: Points, stamp: float, sees_through: Callable[[Points], Mask], votes: int = 1
