@@ -16,10 +16,10 @@ import msgspec
 
 from skillwing.sim_mujoco.link.radio import RadioOptions
 from skillwing.sim_mujoco.scenario_slips import slips
+from skillwing.sim_mujoco.sensors.fault_schedule import Seconds
 from skillwing.sim_mujoco.sensors.zones import Zone
 from skillwing.sim_mujoco.topics import LARGEST_COMPONENT, Magnitude, Vector3
 
-Seconds = Annotated[float, msgspec.Meta(ge=0.0, le=1e6)]
 Percent = Annotated[float, msgspec.Meta(ge=0.0, le=100.0)]
 Poses = Literal["odometry", "navigation", "small-gicp"]
 """Whence the map has its poses (docs/mapping.md)."""

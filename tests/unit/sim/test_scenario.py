@@ -192,6 +192,13 @@ def test_options_add_to_a_scenario_and_count_before_it(write) -> None:
         ("[link]\nloss = 2", "link: `loss` has to be a number from 0 to 1, not 2$"),
         ("[[link.faults]]\nkind = 'cutt'", "link faults 1: `kind` has to be one of cut, narrow, not"),
         (
+            "[[link.faults]]\nkind = 'cut'\nat = -1",
+            "fit: link faults 1: `at` has to be a number from 0 to 1,000,000, not -1$",
+        ),
+        ("[[link.faults]]\nkind = 'cut'\nfor = 1e300", "fit: link faults 1: `for` has .* to 1,000,000, not 1e\\+300$"),
+        ("[[link.faults]]\nkind = 'cut'\nat = nan", "fit: link faults 1: `at` has .* to 1,000,000, not NaN$"),
+        ("[[link.faults]]\nkind = 'cut'\nfor = inf", "fit: link faults 1: `for` has .* to 1,000,000, not Infinity$"),
+        (
             '[[fault]]\nsensor="zed"\nkind="freeze"\n[[fault]]\nkind="slow"\nsensr="x"',
             "fit: fault 2: there is no `sensr`; did you mean `sensor`; known are sensor, kind",
         ),

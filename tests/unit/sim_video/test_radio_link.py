@@ -6,14 +6,16 @@ import math
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from skillwing.services.bus import Answer, Refused
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.bus.reading import message_reader
-from skillwing.services.protocol import decode, encode
+from skillwing.services.protocol import ErrorCode, decode, encode
 from skillwing.sim_mujoco.link.node import make_link
 from skillwing.sim_mujoco.link.pipe import BURST, CAPACITY, HEADER, LONGEST_WAIT, Packet, Pipe
 from skillwing.sim_mujoco.link.radio import Conditions, LinkFaultOptions, Radio, RadioOptions, RadioZone
@@ -114,6 +116,28 @@ def test_the_word_of_the_link_and_what_it_carries_agree() -> None:
 def test_options_that_do_not_fit_are_named(options: dict[str, object], sentence: str) -> None:
     with pytest.raises(OptionsError, match=sentence):
         make_link(options)
+
+
+@pytest.mark.parametrize("name", ["at", "for"])
+@pytest.mark.parametrize("seconds", [math.nan, math.inf, -1.0, 1e300])
+def test_a_time_at_which_no_fault_can_be_is_named(name: str, seconds: float) -> None:
+    with pytest.raises(OptionsError, match=rf"faults\[0\]\.{name}"):
+        make_link({"faults": [{"kind": "cut", name: seconds}]})
+
+
+@pytest.mark.parametrize("magnitude", [math.nan, math.inf, -1.0, 1e300])
+def test_a_magnitude_that_no_fault_of_the_link_has_is_refused_by_command(magnitude: float) -> None:
+    network = InProcessNetwork()
+    network.attach(make_link({}))
+    answers = list[Answer]()
+    wanted = msgspec.msgpack.encode(SetLinkFault(kind="narrow", magnitude=magnitude))
+    network.bus("operator").ask(LINK_FAULT, wanted, answers.append)
+    network.run_for(0.1)
+    (answer,) = answers
+    assert isinstance(answer, Refused)
+    assert answer.error.code is ErrorCode.BAD_REQUEST
+    assert "$.magnitude" in answer.error.message
+    assert answer.error.help
 
 
 def test_a_scenario_adds_its_section(tmp_path: Path) -> None:

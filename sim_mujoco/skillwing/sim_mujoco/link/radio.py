@@ -15,7 +15,7 @@ import msgspec
 
 from skillwing.sim_mujoco.frames.vectors import Vector
 from skillwing.sim_mujoco.sensors.corruptors import Fault
-from skillwing.sim_mujoco.sensors.fault_schedule import FaultSchedule
+from skillwing.sim_mujoco.sensors.fault_schedule import FaultSchedule, Seconds
 from skillwing.sim_mujoco.sensors.zones import Zone
 
 MEGABIT = 1e6
@@ -26,7 +26,7 @@ NARROW, CUT = "narrow", "cut"
 FAULTS = (NARROW, CUT)
 Kind: TypeAlias = Literal["narrow", "cut"]
 Megabits: TypeAlias = Annotated[float, msgspec.Meta(ge=0.0, le=1e4)]
-Seconds: TypeAlias = Annotated[float, msgspec.Meta(ge=0.0, le=10.0)]
+Latency: TypeAlias = Annotated[float, msgspec.Meta(ge=0.0, le=10.0)]
 Share: TypeAlias = Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
 Metres: TypeAlias = Annotated[float, msgspec.Meta(gt=0.0, le=1e6)]
 
@@ -37,7 +37,7 @@ class RadioZone(Zone, frozen=True, forbid_unknown_fields=True):
 
     edge: Metres = 4.0
     bandwidth: Megabits | None = None
-    latency: Seconds | None = None
+    latency: Latency | None = None
     loss: Share | None = None
 
 
@@ -46,8 +46,8 @@ class LinkFaultOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     Mbit/s that are left."""
 
     kind: Kind
-    at: float = 0.0
-    duration: float | None = None
+    at: Seconds = 0.0
+    duration: Seconds | None = None
     magnitude: Megabits | None = None
 
     @property
@@ -61,7 +61,7 @@ class RadioOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     bandwidth: Megabits = 4.0
     reach: Metres = 200.0
-    latency: Seconds = 0.03
+    latency: Latency = 0.03
     loss: Share = 0.0
     zones: tuple[RadioZone, ...] = ()
     faults: tuple[LinkFaultOptions, ...] = ()

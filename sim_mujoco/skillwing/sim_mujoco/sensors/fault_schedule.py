@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from typing import Annotated, TypeAlias
+
+import msgspec
 
 from skillwing.sim_mujoco.frames.vectors import Vector
 from skillwing.sim_mujoco.sensors.corruptors import Fault
+
+Seconds: TypeAlias = Annotated[float, msgspec.Meta(ge=0.0, le=1e6)]
+"""Robot time at which something is to happen, or how long it is to last: eleven days at most."""
 
 
 class FaultSchedule:

@@ -21,12 +21,13 @@ from skillwing.sim_mujoco.messaging import answer_with
 from skillwing.sim_mujoco.navigation.navigator import Solution
 from skillwing.sim_mujoco.navigation.odometry_aid import OdometryReport
 from skillwing.sim_mujoco.options import OptionsError, read_options
-from skillwing.sim_mujoco.scenario import FaultOptions, GustOptions, PilotOptions, ScenarioError, Seconds, read_scenario
+from skillwing.sim_mujoco.scenario import FaultOptions, GustOptions, PilotOptions, ScenarioError, read_scenario
 from skillwing.sim_mujoco.sensors import lidar
 from skillwing.sim_mujoco.sensors.cadence import Cadence
 from skillwing.sim_mujoco.sensors.channel import Measurement
 from skillwing.sim_mujoco.sensors.corruptors import Fault, MagnitudeError, UnknownFaultError
 from skillwing.sim_mujoco.sensors.depth_camera import depth_header
+from skillwing.sim_mujoco.sensors.fault_schedule import Seconds
 from skillwing.sim_mujoco.sensors.fittings import GNSS, IMU, LIDAR, RANGE, SENSORS
 from skillwing.sim_mujoco.sensors.health import Change
 from skillwing.sim_mujoco.simulator.autopilot import Limits, Setpoint
