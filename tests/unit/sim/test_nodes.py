@@ -118,17 +118,19 @@ def test_a_magnitude_that_is_none_is_refused_for_every_sensor_and_kind(ground: G
 
 
 @pytest.mark.parametrize(
-    ("kind", "magnitude", "words"),
+    ("sensor", "kind", "magnitude", "words"),
     [
-        ("dropout", 1.5, "the magnitude of dropout has to be from 0 to 1, not 1.5"),
-        ("slow", 0.5, "the magnitude of slow has to be from 1 to 1,000,000, not 0.5"),
-        ("noise", -1.0, "the magnitude of noise has to be from 0 to 1,000,000, not -1"),
+        ("gnss", "dropout", 1.5, "the magnitude of dropout has to be from 0 to 1, not 1.5"),
+        ("gnss", "slow", 0.5, "the magnitude of slow has to be from 1 to 1,000,000, not 0.5"),
+        ("imu", "noise", -1.0, "the magnitude of noise has to be from 0 to 1,000,000, not -1"),
+        ("rotor/2", "weak", 1.5, "the magnitude of weak has to be from 0 to 1, not 1.5"),
+        ("rotor/2", "weak", -0.5, "the magnitude of weak has to be from 0 to 1, not -0.5"),
     ],
 )
 def test_a_magnitude_that_a_kind_cannot_have_is_refused_in_words(
-    ground: Ground, kind: str, magnitude: float, words: str
+    ground: Ground, sensor: str, kind: str, magnitude: float, words: str
 ) -> None:
-    answer = ground.ask(topics.FAULT, topics.SetFault(sensor="gnss", kind=kind, magnitude=magnitude))
+    answer = ground.ask(topics.FAULT, topics.SetFault(sensor=sensor, kind=kind, magnitude=magnitude))
     assert isinstance(answer, Refused)
     assert (answer.error.code, answer.error.message) == (ErrorCode.BAD_REQUEST, words)
 

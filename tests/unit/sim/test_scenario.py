@@ -218,6 +218,10 @@ def test_options_add_to_a_scenario_and_count_before_it(write) -> None:
             '[[fault]]\nsensor="zed"\nkind="dropout"\nmagnitude=2',
             "fit: fault 1: the magnitude of dropout has to be from 0 to 1, not 2$",
         ),
+        (
+            '[[fault]]\nsensor="rotor/2"\nkind="weak"\nmagnitude=-0.1',
+            "fit: fault 1: the magnitude of weak has to be from 0 to 1, not -0.1$",
+        ),
         ("winds = [1, 2, 3]", "there is no `winds`; did you mean `wind`; known are fault, gust, pilot, wind"),
         ("wind = = 3", "is no TOML"),
     ],

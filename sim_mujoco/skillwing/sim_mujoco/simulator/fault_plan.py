@@ -15,9 +15,9 @@ ROTOR = "rotor/"
 
 def check_fault(sensor: str, kind: str, magnitude: float | None = None) -> None:
     """Raises UnknownFaultError for a sensor, a rotor or a kind of fault that does not exist, MagnitudeError for a
-    magnitude that a sensor's kind of fault cannot have."""
+    magnitude that its kind of fault cannot have."""
     if sensor.startswith(ROTOR):
-        check_rotor_fault(sensor, kind)
+        check_rotor_fault(sensor, kind, magnitude)
     elif sensor not in (*SENSORS, CAMERA):
         raise UnknownFaultError("sensor", sensor, (*SENSORS, CAMERA, *ROTOR_NAMES))
     else:

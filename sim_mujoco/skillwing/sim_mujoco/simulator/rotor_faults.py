@@ -5,7 +5,7 @@ Rotor 1 is ahead on the left, and they are counted counter-clockwise as seen fro
 
 from __future__ import annotations
 
-from skillwing.sim_mujoco.sensors.corruptors import UnknownFaultError
+from skillwing.sim_mujoco.sensors.corruptors import MagnitudeError, UnknownFaultError
 from skillwing.sim_mujoco.simulator.hexacopter import ROTORS
 
 ROTOR_NAMES = tuple(f"rotor/{number}" for number in range(1, ROTORS + 1))
@@ -23,15 +23,15 @@ class RotorFaults:
 
     def switch(self, name: str, kind: str, on: bool, magnitude: float | None = None) -> None:
         """Stop a rotor or weaken it to the part `magnitude` of its thrust (half), or end that. Raises
-        UnknownFaultError."""
-        check_rotor_fault(name, kind)
+        UnknownFaultError and MagnitudeError."""
+        check_rotor_fault(name, kind, magnitude)
         active = self._active[name]
         if not on:
             active.pop(kind, None)
         elif kind == STOPPED:
             active[kind] = 0.0
         else:
-            active[kind] = min(1.0, max(0.0, _USUALLY_LEFT if magnitude is None else magnitude))
+            active[kind] = _USUALLY_LEFT if magnitude is None else magnitude
         self.shares[ROTOR_NAMES.index(name)] = min(active.values(), default=1.0)
 
     def active(self, name: str) -> tuple[str, ...]:
@@ -39,9 +39,12 @@ class RotorFaults:
         return tuple(self._active[name])
 
 
-def check_rotor_fault(name: str, kind: str) -> None:
-    """Raises UnknownFaultError for a rotor or a kind that does not exist."""
+def check_rotor_fault(name: str, kind: str, magnitude: float | None = None) -> None:
+    """Raises UnknownFaultError for a rotor or a kind that does not exist, MagnitudeError for a weak one with less than
+    nothing or more than all of its thrust."""
     if name not in ROTOR_NAMES:
         raise UnknownFaultError("rotor", name, ROTOR_NAMES)
     if kind not in ROTOR_FAULTS:
         raise UnknownFaultError("kind of rotor fault", kind, ROTOR_FAULTS)
+    if kind == WEAK and magnitude is not None and not 0.0 <= magnitude <= 1.0:
+        raise MagnitudeError(kind, magnitude, 0.0, 1.0)
