@@ -115,7 +115,7 @@ campaign: setup
 	$(MAKE) --keep-going --jobs=1 $(CAMPAIGNS)
 
 campaign-mapping: setup
-	$(CAMPAIGN) mapping --seeds 0:100 --faults none,camera,lidar,both,gust,battery,pilot $(CAMPAIGN_PAGE)/mapping
+	$(CAMPAIGN) mapping --seeds 0:100 --faults none,camera,lidar,both,gust,battery,pilot --worst 3 $(CAMPAIGN_PAGE)/mapping
 
 # Held and resumed: the mission goes on as without a fault, so fewer flights tell as much.
 campaign-returns: setup

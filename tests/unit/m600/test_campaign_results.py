@@ -238,6 +238,8 @@ def test_each_row_tells_how_many_flights_met_their_condition_before_the_drone_wa
     text = page.section("Mapping", ["skillwing"], [*results, flown(2)], rows, "abc")
     assert "both of it, in 3 flights, 40 to 60 s after the start; in 3 it was down before." in text
     assert "| courtyard | both | 3 | 1 |" in text
+    assert "No flight broke a promise" in text
+    assert "The worst of them are `mapping-courtyard-camera-1`," in text
     assert "Met:" not in page.section("Mapping", ["skillwing"], [flown(2)], outcomes([flown(2)]), "abc")
 
 

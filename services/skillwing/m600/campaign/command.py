@@ -21,7 +21,7 @@ from skillwing.m600.campaign.conditions import Condition, conditions_of
 from skillwing.m600.campaign.crew import Crew, LostFlight
 from skillwing.m600.campaign.flight_code import FlyingCode, claim
 from skillwing.m600.campaign.ledger import Ledger
-from skillwing.m600.campaign.outcomes import outcomes
+from skillwing.m600.campaign.outcomes import outcomes, worst_of
 from skillwing.m600.campaign.plan import FlightPlan, Network, usual_world
 from skillwing.m600.campaign.recordings import begin_recording, is_recorded, keep_recording
 from skillwing.m600.campaign.telling import Found, line_of, print_summary, tell, words
@@ -231,8 +231,8 @@ def _record_worst(
     ending: Ending,
 ) -> None:
     """Fly the worst flights again with the recorder. `found` gets those that were not the same again, or are lost."""
-    worst = sorted(ledger.results, key=lambda result: result.badness, reverse=True)[:count]
-    before = {each.plan.name: each for each in worst if not is_recorded(ledger.folder, each.plan)}
+    chosen = worst_of(ledger.results, count)
+    before = {each.plan.name: each for each in chosen if not is_recorded(ledger.folder, each.plan)}
     if not before:
         return
     console.print(f"Flying the {len(before)} worst flights again, recorded.")

@@ -90,6 +90,11 @@ class Outcomes(msgspec.Struct, frozen=True, kw_only=True):
         )
 
 
+def worst_of(results: Iterable[FlightResult], count: int) -> list[FlightResult]:
+    """So many of the worst flights, the worst first."""
+    return sorted(results, key=lambda result: result.badness, reverse=True)[:count]
+
+
 def outcomes(results: Iterable[FlightResult]) -> list[Outcomes]:
     """One for each world and condition that were flown, and one for all of them together."""
     found = list(results)

@@ -10,11 +10,14 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from skillwing.m600.campaign.conditions import Condition, conditions_of, met_from
-from skillwing.m600.campaign.outcomes import HEADINGS, Outcomes
+from skillwing.m600.campaign.outcomes import HEADINGS, Outcomes, worst_of
 from skillwing.m600.campaign.plan import FlightPlan, Network
 from skillwing.m600.campaign.result import FlightResult
 from skillwing.services.marked_page import Marks
 from skillwing.sim_mujoco.world.kinds import KINDS
+
+NAMED = 3
+"""So many of the worst flights are named where none broke a promise."""
 
 
 def title_of(plans: Sequence[FlightPlan], *, again: bool = False) -> str:
@@ -77,7 +80,8 @@ def section(
         ]
     else:
         lines.append(
-            "No flight broke a promise: nothing was hit, the fence was kept, every drone stands or was handed over."
+            "No flight broke a promise: nothing was hit, the fence was kept, every drone stands or was handed over. "
+            f"The worst of them are {', '.join(f'`{result.plan.name}`' for result in worst_of(results, NAMED))}."
         )
     if more:
         lines += ["", *more]
