@@ -22,6 +22,7 @@ from skillwing.sim_mujoco.obstacles.landing_place import Below
 from skillwing.sim_mujoco.obstacles.views import view_of
 from skillwing.sim_mujoco.options import OptionsError
 from skillwing.sim_mujoco.sensors.directions import RANGE_MOUNT
+from skillwing.sim_mujoco.sensors.fittings import LIDAR, RANGE, ZED
 from skillwing.sim_mujoco.sensors.scans import DepthPicture, LidarScan
 from skillwing.sim_mujoco.topics import ObstacleSource
 
@@ -131,7 +132,7 @@ class ObstaclesNode:
 
     def _on_range(self, seen: topics.Range) -> None:
         navigation = self._navigation
-        if seen.distance is None or "range" in self._failed or navigation is None or seen.t - navigation.t > PERIOD:
+        if seen.distance is None or RANGE in self._failed or navigation is None or seen.t - navigation.t > PERIOD:
             return
         down = (RANGE_MOUNT[0], RANGE_MOUNT[1], RANGE_MOUNT[2] - seen.distance)
         self._ground.meet(seen.t, add(navigation.position, to_world(navigation.quaternion, down)))
@@ -218,8 +219,8 @@ class _Sensor(NamedTuple):
 
 
 _SENSORS = {
-    ObstacleSource.ZED: _Sensor(topics.ZED_DEPTH, DepthPicture.decode, "zed"),
-    ObstacleSource.LIDAR: _Sensor(topics.LIDAR, LidarScan.decode, "lidar"),
+    ObstacleSource.ZED: _Sensor(topics.ZED_DEPTH, DepthPicture.decode, ZED),
+    ObstacleSource.LIDAR: _Sensor(topics.LIDAR, LidarScan.decode, LIDAR),
 }
 
 LOOKING_ACROSS = frozenset({ObstacleSource.LIDAR})
