@@ -260,6 +260,13 @@ def test_the_answer_says_whether_the_place_below_is_taken(pillar: bool) -> None:
     assert answer.text.startswith("something stands below" if pillar else "the ground below is free")
 
 
+def test_a_question_for_a_place_that_is_none_is_refused(obstacles: Bench) -> None:
+    answers: list[Any] = []
+    obstacles.bus.ask(topics.LANDING_PLACE, b"rubbish", answers.append)
+    obstacles.run(0.1)
+    assert code(answers[0]) is ErrorCode.BAD_REQUEST
+
+
 def report_health(bench: Bench, sensor: str, status: topics.SensorStatus) -> None:
     health = topics.Health(id=f"{sensor} {status}", t=bench.bus.now(), sensor=sensor, status=status)
     bench.bus.advertise(topics.health_key(sensor), events=True).put(encode(health))

@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from skillwing.services.bus import Bus, Handle, Publisher
+from skillwing.services.bus import Bus, Handle, Publisher, Request
 from skillwing.services.bus.reading import message_reader
-from skillwing.services.protocol import encode
+from skillwing.services.protocol import ErrorCode, ErrorReply, ProtocolError, decode, encode
 from skillwing.sim_mujoco import topics
 from skillwing.sim_mujoco.axis import Axis
 from skillwing.sim_mujoco.frames.pose_history import PoseHistory
@@ -62,7 +62,7 @@ class ObstaclesNode:
         bus.subscribe(topics.health_key("*"), message_reader(topics.Health, self._on_health), events=True)
         self._follow(ObstacleSource.LIDAR)
         bus.serve(topics.OBSTACLE_COMMAND, answer_with(topics.SelectObstacleSource, self._on_command))
-        bus.serve(topics.LANDING_PLACE, lambda request: request.reply(encode(self._landing_place())))
+        bus.serve(topics.LANDING_PLACE, self._on_landing)
         bus.every(PERIOD, self._publish)
 
     def detach(self) -> None:
@@ -180,6 +180,14 @@ class ObstaclesNode:
                 across=self._source in LOOKING_ACROSS,
             )
         self._status.put(encode(status))
+
+    def _on_landing(self, request: Request) -> None:
+        try:
+            decode(request.payload, topics.Empty)
+        except ProtocolError as error:
+            request.refuse(ErrorReply(code=ErrorCode.BAD_REQUEST, message=str(error), help="send an empty message"))
+            return
+        request.reply(encode(self._landing_place()))
 
     def _landing_place(self) -> topics.LandingPlace:
         assert self._bus is not None
