@@ -160,3 +160,10 @@ def test_the_range_finder_leaves_a_line_where_the_lidar_does_not_look(memory: La
 def test_where_the_lidar_looks_the_range_finder_adds_nothing(memory: LandingMemory) -> None:
     line(memory, PERIOD, READINGS)
     assert len(remembered(memory, 1.1)) == 1
+
+
+def test_a_line_whose_readings_are_not_to_be_believed_is_not_finished(memory: LandingMemory) -> None:
+    line(memory, 10.0, READINGS - 1)
+    memory.drop_line()
+    line(memory, 11.0, READINGS - 1)
+    assert len(remembered(memory, 12.0)) == 1

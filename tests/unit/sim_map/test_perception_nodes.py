@@ -13,15 +13,19 @@ from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import ErrorCode, Message, decode, encode
 from skillwing.sim_mujoco import topics
 from skillwing.sim_mujoco.mapping.node import MISFITS, make_mapping
+from skillwing.sim_mujoco.obstacles.landing_memory import READINGS, SURE
 from skillwing.sim_mujoco.obstacles.node import make_obstacles
 from skillwing.sim_mujoco.options import OptionsError
-from skillwing.sim_mujoco.sensors.directions import lidar_directions
+from skillwing.sim_mujoco.sensors.directions import RANGE_MOUNT, lidar_directions
+from skillwing.sim_mujoco.sensors.fittings import LIDAR, RANGE
+from skillwing.sim_mujoco.sensors.instruments import RANGE_PERIOD
 from skillwing.sim_mujoco.topics import ObstacleSource
 
 M = TypeVar("M", bound=Message)
 ZERO = (0.0, 0.0, 0.0)
 HOVER = (0.0, 0.0, 4.0)
 UNKNOWN_GROUND = "nothing is known of the ground below"
+GROUND_BELOW = "nothing is known to stand below"
 AT_REST = topics.AxisStatus(goal_id=None, state=topics.MotionState.IDLE, remaining=0.0)
 
 
@@ -35,6 +39,8 @@ class Bench:
         self.target: topics.Vector3 | None = None
         self.wall = 6.0
         self.blind = False
+        self.valid = True
+        self.sigma = 0.0
         self.received: dict[str, list[tuple[bytes, bytes]]] = {}
         self._out = {
             key: self.bus.advertise(key)
@@ -79,6 +85,8 @@ class Bench:
             quaternion=(1.0, 0.0, 0.0, 0.0),
             angular_velocity=ZERO,
             heading=0.0,
+            valid=self.valid,
+            sigma=self.sigma,
         )
         self._out[topics.NAVIGATION].put(encode(pose))
 
@@ -278,22 +286,66 @@ def test_for_landings_the_lidar_is_followed_whatever_makes_the_depth_map(obstacl
 
 def test_nobody_lands_by_a_sensor_that_has_failed() -> None:
     bench = Bench(make_obstacles({}))
-    report_health(bench, "lidar", topics.SensorStatus.FAILED)
+    report_health(bench, LIDAR, topics.SensorStatus.FAILED)
     bench.run(2.0)
     assert landing_text(bench) == UNKNOWN_GROUND
-    report_health(bench, "lidar", topics.SensorStatus.OK)
+    report_health(bench, LIDAR, topics.SensorStatus.OK)
     bench.run(1.0)
     assert landing_text(bench) != UNKNOWN_GROUND
 
 
-@pytest.mark.parametrize(("status", "text"), [("OK", "nothing is known to stand below"), ("FAILED", UNKNOWN_GROUND)])
+def measure_range(bench: Bench, readings: int, late: float = 0.0) -> None:
+    """Let the range-finder, and nothing else, see the ground 4 m below the drone; readings come so late [s]."""
+    bench.blind = True
+    finder = bench.bus.advertise(topics.RANGE)
+    for _ in range(readings):
+        bench.run(RANGE_PERIOD)
+        finder.put(encode(topics.Range(t=bench.bus.now() - late, distance=HOVER[2] + RANGE_MOUNT[2])))
+    bench.run(RANGE_PERIOD)
+
+
+@pytest.mark.parametrize(("status", "text"), [("OK", GROUND_BELOW), ("FAILED", UNKNOWN_GROUND)])
 def test_the_range_finder_tells_of_the_ground_where_nothing_else_does(status: str, text: str) -> None:
     bench = Bench(make_obstacles({}))
-    bench.blind = True
-    report_health(bench, "range", topics.SensorStatus(status))
-    finder = bench.bus.advertise(topics.RANGE)
-    bench.bus.every(0.05, lambda: finder.put(encode(topics.Range(t=bench.bus.now(), distance=3.58))))
-    bench.run(2.0)
+    report_health(bench, RANGE, topics.SensorStatus(status))
+    measure_range(bench, 2 * READINGS)
+    assert landing_text(bench) == text
+
+
+def test_readings_from_before_the_range_finder_failed_are_not_waited_with() -> None:
+    """Who finds out that he fails has told wrong distances for a while."""
+    bench = Bench(make_obstacles({}))
+    measure_range(bench, READINGS - 1)
+    report_health(bench, RANGE, topics.SensorStatus.FAILED)
+    report_health(bench, RANGE, topics.SensorStatus.OK)
+    measure_range(bench, READINGS - 1)
+    assert landing_text(bench) == UNKNOWN_GROUND
+    measure_range(bench, 1)
+    assert landing_text(bench) == GROUND_BELOW
+
+
+def test_the_failure_of_another_sensor_does_not_break_the_line_of_the_range_finder() -> None:
+    bench = Bench(make_obstacles({}))
+    measure_range(bench, READINGS - 1)
+    report_health(bench, LIDAR, topics.SensorStatus.FAILED)
+    measure_range(bench, 1)
+    assert landing_text(bench) == GROUND_BELOW
+
+
+@pytest.mark.parametrize(("late", "text"), [(0.05, GROUND_BELOW), (0.5, UNKNOWN_GROUND), (-0.5, UNKNOWN_GROUND)])
+def test_a_reading_counts_where_the_drone_was_when_it_was_taken(late: float, text: str) -> None:
+    bench = Bench(make_obstacles({}))
+    measure_range(bench, 2 * READINGS, late)
+    assert landing_text(bench) == text
+
+
+@pytest.mark.parametrize(("valid", "text"), [(True, GROUND_BELOW), (False, UNKNOWN_GROUND)])
+def test_readings_of_a_drone_that_did_not_know_its_place_are_nowhere(valid: bool, text: str) -> None:
+    bench = Bench(make_obstacles({}))
+    bench.sigma, bench.valid = 2.0 * SURE, valid
+    measure_range(bench, 2 * READINGS)
+    bench.valid = True
+    bench.run(0.1)
     assert landing_text(bench) == text
 
 

@@ -79,6 +79,10 @@ class LandingMemory:
             self._map.see(line, line[-1], t, lambda places: np.zeros(len(places), dtype=np.bool_), votes=AGREEING)
             self._met.clear()
 
+    def drop_line(self) -> None:
+        """The range-finder has failed: it may have told wrong distances for a while before it found out."""
+        self._met.clear()
+
     def known(self, t: float) -> LocalMap | None:
         """What is known at time `t`; None if nothing is. A drone that is not sure of its place believes only what it
         has seen lately."""

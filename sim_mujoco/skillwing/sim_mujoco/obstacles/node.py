@@ -127,12 +127,16 @@ class ObstaclesNode:
     def _on_health(self, health: topics.Health) -> None:
         if health.status is topics.SensorStatus.FAILED:
             self._failed.add(health.sensor)
+            if health.sensor == RANGE:
+                self._ground.drop_line()
         else:
             self._failed.discard(health.sensor)
 
     def _on_range(self, seen: topics.Range) -> None:
         navigation = self._navigation
-        if seen.distance is None or RANGE in self._failed or navigation is None or seen.t - navigation.t > PERIOD:
+        if seen.distance is None or RANGE in self._failed or navigation is None or not navigation.valid:
+            return
+        if abs(seen.t - navigation.t) > PERIOD:
             return
         down = (RANGE_MOUNT[0], RANGE_MOUNT[1], RANGE_MOUNT[2] - seen.distance)
         self._ground.meet(seen.t, add(navigation.position, to_world(navigation.quaternion, down)))
