@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from skillwing.sim_mujoco.extent import TIP_RADIUS
+from skillwing.sim_mujoco.geofence import Box
 from skillwing.sim_mujoco.obstacles.free_space import TUBE_RADIUS
 from skillwing.sim_mujoco.obstacles.landing_place import REACH, ROOM, SURROUNDINGS, Below
 from skillwing.sim_mujoco.obstacles.local_map import VOXEL, LocalMap
@@ -114,6 +115,41 @@ def test_no_place_behind_a_wall_is_chosen() -> None:
     found = below(plain(), hedge, bush(0.0, 0.0, radius=3.0), bush(0.0, 0.0, radius=1.0), wall(2.0))
     place = found.free_place()
     assert place is None or place[0] < HERE[0] + 2.0
+
+
+def fence(west: float = 20.0, east: float = 20.0, ceiling: float = 30.0) -> Box:
+    """Around the drone, so far away; where targets may lie, one metre above the home pad at least."""
+    return Box((HERE[0] - west, HERE[1] - 20.0, 1.0), (HERE[0] + east, HERE[1] + 20.0, ceiling))
+
+
+@given(st.floats(-1.0, 6.0), st.floats(-1.0, 6.0))
+@settings(max_examples=25, deadline=None)
+def test_every_place_lies_where_guidance_may_be_sent(west: float, east: float) -> None:
+    targets = fence(west, east)
+    place = below(plain(), bush(0.8, 0.0)).free_place(targets)
+    assert place is None or targets.contains(place)
+
+
+def test_near_the_fence_a_place_farther_away_inside_is_chosen() -> None:
+    found = below(plain(), bush(0.8, 0.0))
+    nearest = found.free_place()
+    targets = fence(west=1.0)
+    place = found.free_place(targets)
+    assert nearest is not None and not targets.contains(nearest)
+    assert place is not None and targets.contains(place)
+    assert math.dist(place, HERE) > math.dist(nearest, HERE)
+
+
+def test_where_no_place_lies_inside_the_fence_none_is_chosen() -> None:
+    targets = Box((HERE[0] - 1.0, HERE[1] - 1.0, 1.0), (HERE[0] + 1.0, HERE[1] + 1.0, 30.0))
+    assert below(plain(), bush(0.0, 0.0)).free_place(targets) is None
+
+
+def test_a_drone_that_hovers_a_little_above_the_ceiling_is_sent_below_it() -> None:
+    ceiling = HERE[2] - 0.2
+    place = below(plain(), bush(0.0, 0.0)).free_place(fence(ceiling=ceiling))
+    assert place is not None
+    assert place[2] == ceiling
 
 
 def test_of_a_memory_only_the_surroundings_are_looked_at() -> None:

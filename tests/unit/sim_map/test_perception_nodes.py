@@ -12,6 +12,7 @@ from skillwing.services.bus import Answered, Node, Refused
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import ErrorCode, Message, decode, encode
 from skillwing.sim_mujoco import topics
+from skillwing.sim_mujoco.geofence import Box
 from skillwing.sim_mujoco.mapping.node import MISFITS, make_mapping
 from skillwing.sim_mujoco.obstacles.landing_memory import READINGS, SURE
 from skillwing.sim_mujoco.obstacles.node import make_obstacles
@@ -266,6 +267,46 @@ def test_the_answer_says_whether_the_place_below_is_taken(pillar: bool) -> None:
     answer = landing_place(bench)
     assert answer.taken is pillar, answer
     assert answer.text.startswith("something stands below" if pillar else "the ground below is free")
+
+
+def tell_fence(bench: Bench, south: float, north: float) -> Box:
+    """Let guidance tell where targets may lie: between lines so far to the south and north of the drone."""
+    fence = topics.Geofence(low=(-20.0, -south, 1.0), high=(20.0, north, 30.0))
+    bench.bus.advertise(topics.GEOFENCE, events=True).put(encode(fence))
+    return Box(fence.low, fence.high)
+
+
+@pytest.mark.parametrize(("south", "north"), [(1.0, 20.0), (20.0, 1.0)])
+@pytest.mark.parametrize("told_first", [False, True])
+def test_beside_the_fence_the_place_lies_inside(south: float, north: float, told_first: bool) -> None:
+    bench = Bench(make_obstacles({}))
+    targets = tell_fence(bench, south, north) if told_first else None
+    show_ground(bench, pillar=True)
+    if targets is None:
+        targets = tell_fence(bench, south, north)
+        bench.run(0.1)
+    answer = landing_place(bench)
+    assert answer.taken
+    assert answer.place is not None
+    assert targets.contains(answer.place), answer
+
+
+def test_between_narrow_fences_no_place_is_left_and_the_one_below_is_taken() -> None:
+    bench = Bench(make_obstacles({}))
+    tell_fence(bench, south=1.0, north=1.0)
+    show_ground(bench, pillar=True)
+    answer = landing_place(bench)
+    assert answer.taken
+    assert answer.place is None
+
+
+def test_where_no_fence_was_told_the_nearest_place_is_offered() -> None:
+    unfenced, fenced = Bench(make_obstacles({})), Bench(make_obstacles({}))
+    tell_fence(fenced, south=20.0, north=20.0)
+    for bench in (unfenced, fenced):
+        show_ground(bench, pillar=True)
+    assert landing_place(unfenced).place is not None
+    assert landing_place(unfenced) == landing_place(fenced)
 
 
 def test_a_question_for_a_place_that_is_none_is_refused(obstacles: Bench) -> None:

@@ -48,9 +48,9 @@ COMMANDING = (
         topics.Geofence,
         Duty.SHOULD,
         GUIDANCE,
-        (SKILLS,),
-        "Where targets may lie, told once. Skills refuse others before they begin, and come home inside of it.",
-        "Skills accept every target, and guidance has to refuse it.",
+        (SKILLS, OBSTACLES),
+        "Where targets may lie, told once. Skills refuse others before they begin, and come home and land inside.",
+        "Skills accept every target, and guidance has to refuse it; so it is with places to land.",
         when="at the start",
     ),
     Topic(

@@ -15,13 +15,15 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
-from skillwing.sim_mujoco.frames.vectors import Vector
+from skillwing.sim_mujoco.frames.vectors import Vector, clamp
+from skillwing.sim_mujoco.geofence import Box
 from skillwing.sim_mujoco.obstacles.free_space import TUBE_RADIUS, free_distance
 from skillwing.sim_mujoco.obstacles.local_map import LocalMap
 
 Points = NDArray[np.float64]
 Squares = NDArray[np.int64]
 
+ANYWHERE: Final = Box((-np.inf, -np.inf, -np.inf), (np.inf, np.inf, np.inf))
 REACH: Final = 15.0
 """How far away another place is looked for [m]."""
 ROOM: Final = TUBE_RADIUS + 0.3
@@ -80,18 +82,22 @@ class Below:
         """Whether the ground there was seen, on all sides."""
         return self._share_seen(self._here[:2]) >= _SEEN
 
-    def free_place(self) -> Vector | None:
-        """The nearest place, at the drone's height, below which ground was seen, with free ways there and down.
+    def free_place(self, targets: Box = ANYWHERE) -> Vector | None:
+        """The nearest place among those that may be `targets`, below which ground was seen, with free ways there and
+        down. It is at the drone's height, or as near to that as targets may be.
 
         Better one where all of the ground was seen; but one where a part of it was is better than none.
         """
+        height = clamp(float(self._here[2]), targets.low[2], targets.high[2])
         glimpsed: Vector | None = None
         for place in self._tries():
+            found = float(place[0]), float(place[1]), height
+            if not targets.contains(found):
+                continue
             seen = self._share_seen(place)
             if seen < (_SEEN if glimpsed else _GLIMPSED) or not self._is_clear(place, ROOM):
                 continue
-            if self._is_reached(place):
-                found = float(place[0]), float(place[1]), float(self._here[2])
+            if self._is_reached(found):
                 if seen >= _SEEN:
                     return found
                 glimpsed = found
@@ -133,9 +139,9 @@ class Below:
         squares = np.unique(self._square[self._around(place, ROOM)])
         return len(squares) / (np.pi * (ROOM / _GRID) ** 2)
 
-    def _is_reached(self, place: Points) -> bool:
+    def _is_reached(self, place: Vector) -> bool:
         """Whether the way there leads over seen places, and nothing stands in it."""
-        way = np.append(place, self._here[2]) - self._here
+        way = np.array(place) - self._here
         length = float(np.linalg.norm(way))
         below = self._here[:2] + np.arange(0.0, 1.0, _GRID / length)[:, None] * way[:2]
         gaps, _ = self._tree.query(below[1:], distance_upper_bound=2.0 * _GRID)

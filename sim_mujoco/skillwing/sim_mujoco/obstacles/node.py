@@ -15,10 +15,11 @@ from skillwing.sim_mujoco import topics
 from skillwing.sim_mujoco.axis import Axis
 from skillwing.sim_mujoco.frames.pose_history import PoseHistory
 from skillwing.sim_mujoco.frames.vectors import add, to_world
+from skillwing.sim_mujoco.geofence import Box
 from skillwing.sim_mujoco.messaging import answer_with, stream_reader
 from skillwing.sim_mujoco.obstacles.free_space import STALE, FreeSpace, Sighting
 from skillwing.sim_mujoco.obstacles.landing_memory import LandingMemory
-from skillwing.sim_mujoco.obstacles.landing_place import Below
+from skillwing.sim_mujoco.obstacles.landing_place import ANYWHERE, Below
 from skillwing.sim_mujoco.obstacles.views import view_of
 from skillwing.sim_mujoco.options import OptionsError
 from skillwing.sim_mujoco.sensors.directions import RANGE_MOUNT
@@ -47,6 +48,7 @@ class ObstaclesNode:
         self._failed: set[str] = set()
         self._navigation: topics.Navigation | None = None
         self._guidance: topics.GuidanceStatus | None = None
+        self._targets = ANYWHERE
         self._bus: Bus | None = None
         self._status: Publisher | None = None
 
@@ -57,6 +59,7 @@ class ObstaclesNode:
         bus.subscribe(
             topics.GUIDANCE_STATUS, message_reader(topics.GuidanceStatus, self._on_guidance), latest_only=True
         )
+        bus.subscribe(topics.GEOFENCE, message_reader(topics.Geofence, self._on_geofence), events=True)
         bus.subscribe(topics.RANGE, message_reader(topics.Range, self._on_range))
         bus.subscribe(topics.AUTHORITY, message_reader(topics.Revoked, self._on_revoked), events=True)
         bus.subscribe(topics.health_key("*"), message_reader(topics.Health, self._on_health), events=True)
@@ -123,6 +126,9 @@ class ObstaclesNode:
 
     def _on_guidance(self, status: topics.GuidanceStatus) -> None:
         self._guidance = status
+
+    def _on_geofence(self, fence: topics.Geofence) -> None:
+        self._targets = Box(fence.low, fence.high)
 
     def _on_health(self, health: topics.Health) -> None:
         if health.status is topics.SensorStatus.FAILED:
@@ -203,8 +209,8 @@ class ObstaclesNode:
         if not below.taken:
             seen = "the ground below is free" if below.seen else "nothing is known to stand below"
             return topics.LandingPlace(place=None, text=seen)
-        place = below.free_place()
-        elsewhere = "no free ground is known nearby" if place is None else "here the ground is free"
+        place = below.free_place(self._targets)
+        elsewhere = "no free ground is known within reach" if place is None else "here the ground is free"
         return topics.LandingPlace(place=place, taken=True, text=f"something stands below, or it is steep; {elsewhere}")
 
     def _way(self, t: float) -> tuple[topics.Vector3, ...]:
