@@ -52,6 +52,8 @@ def test_on_the_ground_it_is_not_ready() -> None:
 
 # --- where to ---------------------------------------------------------------------------------------------------------
 
+LANDS_ALL_THE_SAME = "TAKEN", "taken, but the drone goes aside no more"
+
 
 def what_is_told_of_the_place(drone: Drone) -> list[tuple[str, str]]:
     return [(record.after, record.text) for record in drone.history.records if record.subject == SUBJECT]
@@ -99,6 +101,22 @@ def test_asks_no_further_than_a_few_times(drone: Drone) -> None:
     drone.layer.blocked_at = None
     goal.assert_ended("S_LANDED")
     assert drone.layer.motions == [*["FlyTo"] * ASIDES, "Land", "Stop"]
+    assert what_is_told_of_the_place(drone) == [("TAKEN", "taken")] * ASIDES + [LANDS_ALL_THE_SAME]
+
+
+def test_where_it_is_stopped_over_free_ground_nothing_is_told_to_stand_below(drone: Drone) -> None:
+    drone.layer.landing_place = (3.0, 0.0, 5.0)
+    drone.layer.blocked_at = 1.0
+    goal = drone.start(speed=2.0)
+    drone.run(1.0)
+    drone.layer.landing_place = (0.0, 2.0, 5.0)
+    drone.run(2.0)
+    drone.layer.landing_place = None
+    drone.run(2.0)
+    drone.layer.blocked_at = None
+    goal.assert_ended("S_LANDED")
+    assert drone.layer.motions == [*["FlyTo"] * ASIDES, "Land", "Stop"]
+    assert what_is_told_of_the_place(drone) == [("TAKEN", "taken")] * ASIDES
 
 
 def test_lands_where_it_is_if_guidance_does_not_fly_to_the_place(drone: Drone) -> None:
@@ -107,6 +125,7 @@ def test_lands_where_it_is_if_guidance_does_not_fly_to_the_place(drone: Drone) -
     drone.start(speed=2.0).assert_ended("S_LANDED")
     assert drone.layer.motions == ["FlyTo", "Land", "Stop"]
     assert drone.layer.position[:2] == (0.0, 0.0)
+    assert what_is_told_of_the_place(drone) == [("TAKEN", "taken"), LANDS_ALL_THE_SAME]
 
 
 def test_lands_where_it_is_if_nobody_answers(drone: Drone) -> None:

@@ -26,6 +26,7 @@ from skillwing.sim_mujoco.topics import (
     LandingPlace,
     MotionState,
     Nose,
+    Vector3,
 )
 
 PATIENCE = 1.0
@@ -54,6 +55,7 @@ class LandManager(AbstractLandManager):
     """Descends until the drone stands and its rotors are off: where it is, or beside what is known to stand below.
 
     Where it has flown aside it asks again, for it may have been stopped on the way, or see by now what stands there.
+    It asks a last time where it goes aside no more: should something stand there, too, the timeline has to tell.
 
     Whoever does not answer where to land, or refuses to fly there, does not keep the drone from landing where it is,
     nor does what stands below where no better place is known: the battery may not wait. Whether something is known to
@@ -95,15 +97,26 @@ class LandManager(AbstractLandManager):
         if self.current is None or self.current.id != goal.id or self._stage is not Stage.ASKING:
             return
         told = _read(answer)
+        place, text = told.place, told.text
+        if place is not None and self._asides == ASIDES:
+            place, text = None, f"{text}, but the drone goes aside no more"
         if told.taken:
-            self._timeline.record(RecordKind.HEALTH, SUBJECT, None, "TAKEN", text=told.text, goal_id=goal.id)
-        if told.place is None:
+            self._timeline.record(RecordKind.HEALTH, SUBJECT, None, "TAKEN", text=text, goal_id=goal.id)
+        if place is None:
             self._descend(goal)
         else:
-            self._stage = Stage.GOING_ASIDE
-            self._asides += 1
-            aside = FlyTo(target=told.place, speed=ASIDE, nose=Nose.FREE)
-            self.guidance.fly(goal, aside, on_refused=lambda _: self._descend(goal))
+            self._go_aside(goal, place)
+
+    def _go_aside(self, goal: Goal[LandInputs], place: Vector3) -> None:
+        self._stage = Stage.GOING_ASIDE
+        self._asides += 1
+        aside = FlyTo(target=place, speed=ASIDE, nose=Nose.FREE)
+        self.guidance.fly(goal, aside, on_refused=lambda _: self._stay(goal))
+
+    def _stay(self, goal: Goal[LandInputs]) -> None:
+        """Guidance does not fly there, and would not the next time."""
+        self._asides = ASIDES
+        self._ask(goal)
 
     def _descend(self, goal: Goal[LandInputs]) -> None:
         self._stage = Stage.DESCENDING
@@ -118,17 +131,10 @@ class LandManager(AbstractLandManager):
             case Stage.ASKING:
                 pass  # There is no motion, or it was that of the way aside.
             case Stage.GOING_ASIDE:
-                self._go_on_aside(goal, axis)
+                if axis.state in AT_AN_END:
+                    self._ask(goal)
             case Stage.DESCENDING | Stage.STOPPING:
                 self._watch_descent(goal, axis)
-
-    def _go_on_aside(self, goal: Goal[LandInputs], axis: AxisStatus) -> None:
-        if axis.state not in AT_AN_END:
-            return
-        if self._asides < ASIDES:
-            self._ask(goal)
-        else:
-            self._descend(goal)
 
     def _watch_descent(self, goal: Goal[LandInputs], axis: AxisStatus) -> None:
         if axis.state is MotionState.ABORTED:
