@@ -18,7 +18,7 @@ from skillwing.sim_mujoco.camera.feed import CAMERA
 from skillwing.sim_mujoco.guidance.node import make_guidance
 from skillwing.sim_mujoco.options import OptionsError
 from skillwing.sim_mujoco.sensors.corruptors import KINDS
-from skillwing.sim_mujoco.sensors.fittings import SENSORS
+from skillwing.sim_mujoco.sensors.fittings import FITTINGS, GNSS, SENSORS
 from skillwing.sim_mujoco.simulator.node import make_sim
 from skillwing.sim_mujoco.simulator.rotor_faults import ROTOR_NAMES
 
@@ -123,6 +123,8 @@ def test_a_magnitude_that_is_none_is_refused_for_every_sensor_and_kind(ground: G
         ("gnss", "dropout", 1.5, "the magnitude of dropout has to be from 0 to 1, not 1.5"),
         ("gnss", "slow", 0.5, "the magnitude of slow has to be from 1 to 1,000,000, not 0.5"),
         ("imu", "noise", -1.0, "the magnitude of noise has to be from 0 to 1,000,000, not -1"),
+        ("gnss", "bias", 1e6, "the magnitude of bias has to be from -100,000 to 100,000, not 1,000,000"),
+        ("gnss", "noise", 2e5, "the magnitude of noise has to be from 0 to 100,000, not 200,000"),
         ("rotor/2", "weak", 1.5, "the magnitude of weak has to be from 0 to 1, not 1.5"),
         ("rotor/2", "weak", -0.5, "the magnitude of weak has to be from 0 to 1, not -0.5"),
     ],
@@ -136,10 +138,11 @@ def test_a_magnitude_that_a_kind_cannot_have_is_refused_in_words(
 
 
 @pytest.mark.parametrize("sensor", SENSORS)
-@pytest.mark.parametrize(("kind", "magnitude"), [("noise", 1e6), ("bias", 1e6), ("bias", -1e6)])
+@pytest.mark.parametrize(("kind", "sign"), [("noise", 1.0), ("bias", 1.0), ("bias", -1.0)])
 def test_the_simulator_lives_through_the_largest_magnitudes(
-    network: InProcessNetwork, ground: Ground, sensor: str, kind: str, magnitude: float
+    network: InProcessNetwork, ground: Ground, sensor: str, kind: str, sign: float
 ) -> None:
+    magnitude = sign * FITTINGS[sensor].largest
     network.run_for(1.5)
     up = topics.GuidanceCommand(goal_id="up", token=1, motion=topics.TakeOff(height=2.0, speed=1.0))
     assert isinstance(ground.ask(topics.GUIDANCE_COMMAND, up), Answered)
@@ -148,6 +151,24 @@ def test_the_simulator_lives_through_the_largest_magnitudes(
     network.run_for(3.0)
     flight = decode(ground.heard[topics.FLIGHT][-1].payload, topics.FlightState)
     assert network.now() - flight.t < 0.2
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_fixes_and_navigation_with_the_largest_bias_and_noise_from_the_start_can_be_read(sign: float) -> None:
+    largest = FITTINGS[GNSS].largest
+    faults = [
+        {"sensor": GNSS, "kind": "bias", "magnitude": sign * largest},
+        {"sensor": GNSS, "kind": "noise", "magnitude": largest},
+    ]
+    network = InProcessNetwork()
+    network.attach(make_sim({"seed": 2, "sensors": ["range"], "faults": faults}))
+    bus, fixes, solutions = network.bus("onlooker"), list[topics.Gnss](), list[topics.Navigation]()
+    bus.subscribe(topics.GNSS, lambda sample: fixes.append(decode(sample.payload, topics.Gnss)))
+    bus.subscribe(topics.NAVIGATION, lambda sample: solutions.append(decode(sample.payload, topics.Navigation)))
+    network.run_for(3.0)
+    assert len(fixes) > 20
+    assert len(solutions) > 100
+    assert abs(solutions[0].position[0]) > 100.0, "it began with such a fix"
 
 
 @pytest.mark.parametrize("key", [topics.FAULT, topics.PILOT, topics.GUIDANCE_COMMAND])

@@ -222,6 +222,10 @@ def test_options_add_to_a_scenario_and_count_before_it(write) -> None:
             '[[fault]]\nsensor="rotor/2"\nkind="weak"\nmagnitude=-0.1',
             "fit: fault 1: the magnitude of weak has to be from 0 to 1, not -0.1$",
         ),
+        (
+            '[[fault]]\nsensor="gnss"\nkind="bias"\nmagnitude=-1e6',
+            "fit: fault 1: the magnitude of bias has to be from -100,000 to 100,000, not -1,000,000$",
+        ),
         ("winds = [1, 2, 3]", "there is no `winds`; did you mean `wind`; known are fault, gust, pilot, wind"),
         ("wind = = 3", "is no TOML"),
     ],

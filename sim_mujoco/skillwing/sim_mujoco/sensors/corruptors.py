@@ -122,31 +122,35 @@ class MagnitudeError(ValueError):
 
 
 class _Kind(NamedTuple):
-    """How a corruptor is made, and its magnitude: the usual one, the least and the largest."""
+    """How a corruptor is made, and its magnitude: the usual one, the least and the largest, and whether it counts units
+    of the sensor, of which there may be fewer."""
 
     make: Callable[[float, np.random.Generator, Data], Corruptor]
     usual: float = 0.0
     least: float = -LARGEST_COMPONENT
     most: float = LARGEST_COMPONENT
+    in_units: bool = False
 
 
 _KINDS = {
     "blackout": _Kind(lambda _, rng, unit: Blackout()),
     "freeze": _Kind(lambda _, rng, unit: Freeze()),
-    "noise": _Kind(Noise, usual=2.0, least=0.0),
-    "bias": _Kind(lambda offset, rng, unit: Bias(offset, unit), usual=1.0),
+    "noise": _Kind(Noise, usual=2.0, least=0.0, in_units=True),
+    "bias": _Kind(lambda offset, rng, unit: Bias(offset, unit), usual=1.0, in_units=True),
     "dropout": _Kind(lambda probability, rng, unit: Dropout(probability, rng), usual=0.8, least=0.0, most=1.0),
     "slow": _Kind(lambda every, rng, unit: Slow(every), usual=5.0, least=1.0),
 }
 KINDS = tuple(_KINDS)
 
 
-def check_kind(kind: str, magnitude: float | None = None) -> None:
+def check_kind(kind: str, magnitude: float | None = None, largest: float = LARGEST_COMPONENT) -> None:
     """Raises UnknownFaultError for a kind that does not exist, MagnitudeError for a magnitude that it cannot have: a
-    larger one would overflow what a measurement is made of."""
+    larger one, or one of more than the `largest` number of units, would overflow what a measurement is made of."""
     if kind not in _KINDS:
         raise UnknownFaultError("kind of fault", kind, KINDS)
-    _, _, least, most = _KINDS[kind]
+    _, _, least, most, in_units = _KINDS[kind]
+    if in_units:
+        least, most = max(least, -largest), min(most, largest)
     if magnitude is not None and not least <= magnitude <= most:
         raise MagnitudeError(kind, magnitude, least, most)
 
@@ -157,8 +161,8 @@ def make_corruptor(kind: str, magnitude: float | None, rng: np.random.Generator,
     Raises UnknownFaultError and MagnitudeError.
     """
     check_kind(kind, magnitude)
-    make, usual, _, _ = _KINDS[kind]
-    return make(usual if magnitude is None else magnitude, rng, unit)
+    chosen = _KINDS[kind]
+    return chosen.make(chosen.usual if magnitude is None else magnitude, rng, unit)
 
 
 class Corruption:

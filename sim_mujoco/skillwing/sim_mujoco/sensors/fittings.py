@@ -13,19 +13,21 @@ from skillwing.sim_mujoco.sensors.corruptors import ONE, Data
 from skillwing.sim_mujoco.sensors.health import Limits
 from skillwing.sim_mujoco.sensors.instruments import ACCELERATION_LIMIT, IMU_BATCH, RANGE_PERIOD, RANGE_REACH
 from skillwing.sim_mujoco.sensors.self_tests import Jump, Roughness, SelfTest
+from skillwing.sim_mujoco.topics import LARGEST_COMPONENT
 
 ZED, LIDAR, IMU, RANGE, GNSS = "zed", "lidar", "imu", "range", "gnss"
 
 
 @dataclass(frozen=True, slots=True)
 class Fitting:
-    """Period and delay [s], possible values, and the unit in which noise and bias are given to corrupt it, and
-    the tests that it can make of itself."""
+    """Period and delay [s], possible values, the unit in which noise and bias are given to corrupt it and the largest
+    number of them, and the tests that it can make of itself."""
 
     period: float
     delay: float
     limits: Limits
     unit: Data = field(default_factory=lambda: ONE)
+    largest: float = LARGEST_COMPONENT
     tests: Callable[[], tuple[SelfTest, ...]] = tuple
 
 
@@ -62,6 +64,7 @@ FITTINGS = {
         Limits(-gnss.FARTHEST, gnss.FARTHEST, zero_is_none=False),
         # One unit is a metre of position; velocity and heading stay right.
         np.array([1.0] * 3 + [0.0] * 4, dtype=np.float32),
+        gnss.LARGEST_ERROR,
     ),
 }
 SENSORS = tuple(FITTINGS)

@@ -15,10 +15,14 @@ from numpy.typing import NDArray
 
 from skillwing.sim_mujoco.frames.motion import Motion
 from skillwing.sim_mujoco.frames.vectors import heading_of
+from skillwing.sim_mujoco.topics import LARGEST_COMPONENT
 
 PERIOD, DELAY = 0.1, 0.1
 FARTHEST = 10_000.0
 """No fix can be farther from the home pad [m]."""
+LARGEST_ERROR = 0.1 * LARGEST_COMPONENT
+"""Noise and bias of a fault are no larger, so that both together, and navigation that believes them, stay within what a
+message holds [m]."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from skillwing.sim_mujoco.camera.feed import CAMERA
 from skillwing.sim_mujoco.sensors.corruptors import Fault, UnknownFaultError, check_kind
 from skillwing.sim_mujoco.sensors.fault_schedule import FaultSchedule
-from skillwing.sim_mujoco.sensors.fittings import SENSORS
+from skillwing.sim_mujoco.sensors.fittings import FITTINGS, SENSORS
 from skillwing.sim_mujoco.simulator.rotor_faults import ROTOR_NAMES, check_rotor_fault
 
 ROTOR = "rotor/"
@@ -18,10 +18,12 @@ def check_fault(sensor: str, kind: str, magnitude: float | None = None) -> None:
     magnitude that its kind of fault cannot have."""
     if sensor.startswith(ROTOR):
         check_rotor_fault(sensor, kind, magnitude)
-    elif sensor not in (*SENSORS, CAMERA):
-        raise UnknownFaultError("sensor", sensor, (*SENSORS, CAMERA, *ROTOR_NAMES))
-    else:
+    elif sensor == CAMERA:
         check_kind(kind, magnitude)
+    elif sensor in FITTINGS:
+        check_kind(kind, magnitude, FITTINGS[sensor].largest)
+    else:
+        raise UnknownFaultError("sensor", sensor, (*SENSORS, CAMERA, *ROTOR_NAMES))
 
 
 class FaultPlan(FaultSchedule):
