@@ -82,7 +82,7 @@ def costs(world: World, album: Album) -> str:
         return result
 
     def encode(picture: Picture, t: float) -> bytes:
-        unit = encoder.encode(picture, t, 4e5, keyframe=False)
+        unit = encoder.encode(picture, t, 4e5, 15.0, keyframe=False)
         return unit.data if unit is not None else b""
 
     for k in range(60):

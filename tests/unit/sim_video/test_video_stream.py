@@ -35,7 +35,7 @@ def test_a_stream_goes_on_while_its_rate_changes(film: list[Picture]) -> None:
     sizes: list[int] = []
     qualities: list[float] = []
     for k, picture in enumerate(film):
-        unit = encoder.encode(picture, k / FPS, 1e6 if k < 20 else 1e5, keyframe=False)
+        unit = encoder.encode(picture, k / FPS, 1e6 if k < 20 else 1e5, FPS, keyframe=False)
         assert unit is not None
         assert unit.keyframe is (k == 0)
         sizes.append(len(unit.data))
@@ -45,9 +45,18 @@ def test_a_stream_goes_on_while_its_rate_changes(film: list[Picture]) -> None:
     assert np.mean(qualities[5:20]) > np.mean(qualities[-15:]) > 0.2
 
 
+@pytest.mark.parametrize("fps", [6.0, 12.0, 30.0])
+def test_fewer_pictures_get_more_bits_each(film: list[Picture], fps: float) -> None:
+    """The bit rate stays, whatever number of pictures a second the encoder was opened for."""
+    encoder = Encoder(WIDTH, HEIGHT, FPS)
+    units = [encoder.encode(picture, k / fps, 2e5, fps, keyframe=False) for k, picture in enumerate(film)]
+    bits = [8 * len(unit.data) for unit in units if unit is not None]
+    assert np.mean(bits[-15:]) * fps == pytest.approx(2e5, rel=0.2)
+
+
 def test_a_keyframe_on_request_needs_nothing_before_it(film: list[Picture]) -> None:
     encoder = Encoder(WIDTH, HEIGHT, FPS)
-    units = [encoder.encode(picture, k / FPS, 5e5, keyframe=k == 7) for k, picture in enumerate(film[:8])]
+    units = [encoder.encode(picture, k / FPS, 5e5, FPS, keyframe=k == 7) for k, picture in enumerate(film[:8])]
     assert [unit is not None and unit.keyframe for unit in units] == [True, *[False] * 6, True]
     assert units[7] is not None
     assert similarity(film[7], Decoder().decode(units[7].data)) > 0.5

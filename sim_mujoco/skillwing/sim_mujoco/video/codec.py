@@ -37,7 +37,8 @@ class Encoder:
     """An encoder whose rate can be changed while it runs.
 
     It is opened at the fastest rate and turned down from there: libx264 follows a new rate within about half a second
-    as long as it is not above the one it was opened with, and no keyframe is needed.
+    as long as it is not above the one it was opened with, and no keyframe is needed. It gives each picture the share
+    of one at the frame rate it was opened with; at another it has to be told a rate that makes up for that.
     """
 
     def __init__(self, width: int, height: int, fps: float) -> None:
@@ -48,6 +49,7 @@ class Encoder:
         assert isinstance(self._codec, VideoCodecContext)
         self._codec.width, self._codec.height, self._codec.pix_fmt = width, height, "yuv420p"
         self._codec.time_base = Fraction(1, CLOCK)
+        self._opened_fps = fps
         self._codec.framerate = Fraction(fps).limit_denominator(1000)
         self._codec.bit_rate = FASTEST_RATE
         self._codec.thread_count = 1
@@ -61,14 +63,15 @@ class Encoder:
         }
         self._last = -1
 
-    def encode(self, picture: Picture, t: float, bitrate: float, *, keyframe: bool) -> AccessUnit | None:
-        """Encode a picture (height, width, 3) taken at `t` [s], aiming at `bitrate` [bit/s] from now on.
+    def encode(self, picture: Picture, t: float, bitrate: float, fps: float, *, keyframe: bool) -> AccessUnit | None:
+        """Encode a picture (height, width, 3) taken at `t` [s], aiming at `bitrate` [bit/s] from now on, of which each
+        of `fps` pictures a second gets its share.
 
         None where the encoder leaves a picture out. Times have to grow; a repeated one is moved by a tick.
         """
         # The rate counts from the second picture on: the encoder is opened, at its fastest rate, with the first.
         if self._codec.is_open:
-            self._codec.bit_rate = round(min(max(bitrate, SLOWEST_RATE), FASTEST_RATE))
+            self._codec.bit_rate = round(min(max(bitrate, SLOWEST_RATE) * self._opened_fps / fps, FASTEST_RATE))
         frame = av.VideoFrame.from_ndarray(picture, format="rgb24")
         frame.pts = self._last = max(self._last + 1, round(t * CLOCK))
         frame.time_base = Fraction(1, CLOCK)

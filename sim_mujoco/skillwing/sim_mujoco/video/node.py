@@ -118,10 +118,11 @@ class VideoNode:
         if stream is None or self._queued > CLOGGED:
             return
         picture = np.frombuffer(payload, np.uint8).reshape(header.height, header.width, 3)
+        rates = stream.control.rates
         if stream.encoder is None:
-            stream.encoder = Encoder(header.width, header.height, stream.control.rates.fps)
+            stream.encoder = Encoder(header.width, header.height, rates.fps)
         keyframe = stream.wants_keyframe and header.t - stream.keyframe_at >= KEYFRAME_PAUSE
-        unit = stream.encoder.encode(picture, header.t, stream.control.rates.bitrate, keyframe=keyframe)
+        unit = stream.encoder.encode(picture, header.t, rates.bitrate, rates.fps, keyframe=keyframe)
         if unit is None:
             return
         if unit.keyframe:
