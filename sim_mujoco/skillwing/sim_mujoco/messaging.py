@@ -32,15 +32,20 @@ def stream_reader(read: Callable[[bytes, bytes], S], use: Callable[[S], object])
 
 def answer_with(kind: type[M], act: Callable[[M], str]) -> Callable[[Request], None]:
     """A service for commands of a kind. `act` says in words what was done, or raises RefusedError."""
+    return reply_with(kind, lambda wanted: Done(text=act(wanted)))
+
+
+def reply_with(kind: type[M], make: Callable[[M], Message]) -> Callable[[Request], None]:
+    """A service for questions of a kind. `make` makes the reply, or raises RefusedError."""
 
     def on_request(request: Request) -> None:
         try:
-            text = act(decode(request.payload, kind))
+            reply = make(decode(request.payload, kind))
         except ProtocolError as error:
             request.refuse(ErrorReply(code=ErrorCode.BAD_REQUEST, message=str(error), help="check the message"))
         except RefusedError as error:
             request.refuse(error.reply)
         else:
-            request.reply(encode(Done(text=text)))
+            request.reply(encode(reply))
 
     return on_request

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import msgspec
 import numpy as np
 
-from skillwing.services.bus import Bus, Publisher, Request
+from skillwing.services.bus import Bus, Publisher
 from skillwing.services.bus.clock import TickRule
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.protocol import ClockTick, ErrorCode, Message, encode
@@ -17,7 +17,7 @@ from skillwing.sim_mujoco.axis import RefusedError
 from skillwing.sim_mujoco.camera.camera import camera_header
 from skillwing.sim_mujoco.frames.vectors import heading_of, to_body
 from skillwing.sim_mujoco.geofence import FenceOptions
-from skillwing.sim_mujoco.messaging import answer_with
+from skillwing.sim_mujoco.messaging import answer_with, reply_with
 from skillwing.sim_mujoco.navigation.navigator import Solution
 from skillwing.sim_mujoco.navigation.odometry_aid import OdometryReport
 from skillwing.sim_mujoco.options import OptionsError, read_options
@@ -73,7 +73,7 @@ class SimNode:
         bus.subscribe(topics.SLAM_ODOMETRY, message_reader(topics.Odometry, self._on_odometry))
         bus.serve(topics.FAULT, answer_with(topics.SetFault, self._set_fault))
         bus.serve(topics.CAMERA_COMMAND, answer_with(topics.ControlCamera, self._control_camera))
-        bus.serve(topics.FAULTS, self._tell_faults)
+        bus.serve(topics.FAULTS, reply_with(topics.Empty, self._faults))
         bus.serve(topics.PILOT, answer_with(topics.SetPilot, self._set_pilot))
         bus.every(SLICE, self._advance)
 
@@ -218,16 +218,13 @@ class SimNode:
         self._sim.camera.want(self._sim.t, wanted.fps, wanted.seconds, wanted.tilt)
         return f"pictures for {wanted.seconds:g} s"
 
-    def _tell_faults(self, request: Request) -> None:
-        request.reply(
-            encode(
-                topics.Faults(
-                    of=tuple(
-                        topics.FaultState(name=name, kinds=kinds, active=self._sim.active_faults(name), status=status)
-                        for name, kinds in self._sim.fallible.items()
-                        for status in [self._status(name)]
-                    )
+    def _faults(self, _: topics.Empty) -> topics.Faults:
+        return topics.Faults(
+            of=tuple(
+                topics.FaultState(
+                    name=name, kinds=kinds, active=self._sim.active_faults(name), status=self._status(name)
                 )
+                for name, kinds in self._sim.fallible.items()
             )
         )
 
