@@ -16,6 +16,7 @@ from skillwing.sim_mujoco.video.protection import HIGHEST_LOSS, LOSSY, MOST_PARI
 from skillwing.sim_mujoco.video.rate_control import (
     ENOUGH_FPS,
     GOOD_ENOUGH,
+    HELD,
     HIGHEST_FPS,
     NEARLY_ALL,
     PARITY_COST,
@@ -33,10 +34,9 @@ from skillwing.sim_mujoco.video.rate_control import (
 min_fps = st.floats(1.0, 25.0)
 min_quality = st.floats(0.0, 0.97)
 difficulty = st.floats(0.3, 3.0)
-ATTEMPTS = 2 * math.log2(600.0 / 4.0)
-"""Changes of a settled loop in ten minutes: attempts at a higher frame rate and their revocations, ever more seldom."""
-
-
+LONG = 1800.0
+ATTEMPTS = 2 * math.log2(LONG / 4.0)
+"""Changes of a settled loop in half an hour: attempts at more pictures and their revocations, ever more seldom."""
 LOST_CHANGES = 4 * ATTEMPTS
 """The same where packets are lost: caution has attempts of its own, and each may move the bit rate twice."""
 UNTIL_A_KEYFRAME = 0.35
@@ -79,6 +79,13 @@ class Loop:
             self.control.link(self.t, link(self.t, bandwidth * (1.0 + noise), self.told))
             self.control.report(self.t, self.seen(noise))
 
+    def until(self, fps: float, bandwidth: float) -> float:
+        """For how long it runs until that frame rate is chosen, ten minutes at most [s]."""
+        begun = self.t
+        while self.control.rates.fps < fps and self.t < begun + 600.0:
+            self.run(0.25, bandwidth)
+        return self.t - begun
+
     def seen(self, noise: float = 0.0) -> VideoStatus:
         rates = self.control.rates
         seen = min(1.0, max(0.0, quality(rates, self.difficulty) + 0.1 * noise))
@@ -105,20 +112,28 @@ def test_on_a_constant_link_the_rates_settle(fps: float, wanted: float, hard: fl
     loop.run(60.0, bandwidth, wobble=0.03)
     settled = loop.control.changes
     assert settled <= 16
-    loop.run(600.0, bandwidth, wobble=0.03)
+    loop.run(LONG, bandwidth, wobble=0.03)
     assert loop.control.changes - settled <= ATTEMPTS
 
 
 def test_attempts_that_fail_become_rare() -> None:
     """Where one frame rate is too high for the picture and the next one is more than good enough."""
     changes: list[int] = []
-    for bandwidth in range(60_000, 200_000, 5_000):
+    for bandwidth in range(60_000, 200_000, 10_000):
         loop = Loop(3.0, 0.5, 2.0)
-        loop.run(60.0, bandwidth)
+        loop.run(60.0, bandwidth, wobble=0.03)
         settled = loop.control.changes
-        loop.run(600.0, bandwidth)
+        loop.run(LONG, bandwidth, wobble=0.03)
         changes.append(loop.control.changes - settled)
     assert 4 <= max(changes) <= ATTEMPTS
+
+
+def test_a_view_that_is_hard_every_now_and_then_is_learnt() -> None:
+    loop = Loop(5.0, 0.85, 1.0)
+    for _ in range(round(LONG / 45.0)):
+        for loop.difficulty, seconds in ((1.0, 40.0), (4.0, 5.0)):
+            loop.run(seconds, 4e5)
+    assert loop.control.changes <= 2 * ATTEMPTS
 
 
 @settings(max_examples=60)
@@ -185,7 +200,7 @@ def test_on_a_constant_link_that_loses_packets_the_rates_settle(
     loop.run(90.0, bandwidth, wobble=0.03)
     settled = loop.control.changes
     assert settled <= 40
-    loop.run(300.0, bandwidth, wobble=0.03)
+    loop.run(LONG, bandwidth, wobble=0.03)
     assert loop.control.changes - settled <= LOST_CHANGES
 
 
@@ -275,6 +290,27 @@ def test_poor_pictures_cost_frame_rate_first() -> None:
     assert loop.control.rates.fps == 6.0
     loop.run(60.0, 2e6)
     assert loop.control.rates.fps == 15.0
+
+
+def test_a_frame_rate_comes_back_as_soon_behind_the_last_of_many_narrow_zones_as_behind_the_first() -> None:
+    loop, back = Loop(5.0, 0.85, 1.0), list[float]()
+    for _ in range(12):
+        loop.run(20.0, 1e5)
+        assert loop.control.rates.fps == 6.0
+        back.append(loop.until(15.0, 2e6))
+    assert max(back) <= back[0] + 1.0
+
+
+def test_a_frame_rate_that_was_kept_for_long_comes_back_soon_when_the_view_has_been_hard_again() -> None:
+    loop, back = Loop(5.0, 0.85, 1.0), list[float]()
+    for _ in range(12):
+        loop.difficulty = 4.0
+        loop.run(20.0, 4e5)
+        assert loop.control.rates.fps == 6.0
+        loop.difficulty = 1.0
+        back.append(loop.until(15.0, 4e5))
+        loop.run(HELD + 10.0, 4e5)
+    assert max(back) <= back[0] + 1.0
 
 
 @given(st.lists(st.tuples(st.floats(0.01, 2.0), st.booleans()), max_size=60))

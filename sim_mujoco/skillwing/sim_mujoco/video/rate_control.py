@@ -5,7 +5,7 @@ been room for some time. The frame rate follows the picture: where it is not goo
 pictures get more bits each, down to the frame rate that is needed at least. Protection follows what the modem says of
 lost packets; where too few pictures get through all the same, more is assumed to be lost than it says. Every attempt to
 take such a step back that fails makes the next one wait twice as long, so that a link that stays as it is finds its
-rates and keeps them.
+rates and keeps them. One that has held, or a link that has become another, ends the long waiting.
 """
 
 from __future__ import annotations
@@ -38,6 +38,10 @@ PATIENCE, PICTURE_PATIENCE, RETRY = 2.0, 2.0, 4.0
 judged, and how long they have to be good enough for more before that is tried [s]."""
 BEGINNING = 1.0
 """So much longer has what a stream begins with: the ground counts pictures over a second [s]."""
+HELD = 60.0
+"""An attempt that has not failed for so long, and for as long as it had been waited for, never will [s]."""
+ANOTHER = 1.5
+"""A link of so many times the bandwidth, or of that part of it, is another: what failed on one may do on the other."""
 TOO_POOR, GOOD_ENOUGH = 0.02, 0.05
 """Above the quality that is needed: below the first the frame rate falls, above the second it may rise."""
 WARIER, WARIEST = 2.0, 3
@@ -62,7 +66,7 @@ class Concession:
         self._last = last
         self.steps = 0
         self._well_since: float | None = None
-        self._retry, self._tried = RETRY, False
+        self.forget_trials()
 
     @property
     def can_grow(self) -> bool:
@@ -70,18 +74,25 @@ class Concession:
 
     def grow(self) -> None:
         """One step more; if there was one less on trial, the next trial waits longer."""
-        if self._tried:
+        if self._tried_at is not None:
             self._retry *= 2.0
-        self.steps, self._tried, self._well_since = self.steps + 1, False, None
+        self.steps, self._tried_at, self._well_since = self.steps + 1, None, None
+
+    def forget_trials(self) -> None:
+        """The step on trial, if there is one, is for good, and the next one waits no longer than the first."""
+        self._retry = RETRY
+        self._tried_at: float | None = None
 
     def observe(self, t: float, *, well: bool) -> bool:
         """Whether a step may be taken back now; then it is."""
+        if self._tried_at is not None and t - self._tried_at >= max(HELD, self._retry):
+            self.forget_trials()
         if not well or self.steps == 0:
             self._well_since = None
         elif self._well_since is None:
             self._well_since = t
         elif t - self._well_since >= self._retry:
-            self.steps, self._tried, self._well_since = self.steps - 1, True, None
+            self.steps, self._tried_at, self._well_since = self.steps - 1, t, None
             return True
         return False
 
@@ -112,6 +123,7 @@ class RateController:
         self._level: int | None = None
         self._slower, self._warier = Concession(len(self._fps) - 1), Concession(WARIEST)
         self._roomy_since: float | None = None
+        self._tried_on = 0.0
         self._told_loss, self._dropped, self._crowded_at = 0.0, 0, -math.inf
         self._chosen_at = -math.inf
         self._forget()
@@ -131,6 +143,11 @@ class RateController:
         """What the modem says at `t`."""
         if status.dropped != self._dropped:
             self._dropped, self._crowded_at = status.dropped, t
+        narrower, wider = sorted((status.bandwidth, self._tried_on))
+        if wider > ANOTHER * narrower:
+            self._tried_on = status.bandwidth
+            self._slower.forget_trials()
+            self._warier.forget_trials()
         self._told_loss = status.loss
         budget = SHARE * status.bandwidth * (1.0 - status.loss)
         fits = self._level_within(budget, _LEVELS - 1)
