@@ -178,7 +178,7 @@ def test_both_demands_are_held_where_both_can_be(
     lowest = min(HIGHEST_FPS, SPARE_FPS * fps)
     told = loss * known
     prepared = max(told, LOSSY) * WARIER**WARIEST
-    budget = SHARE * bandwidth * (1.0 - told) - (PICTURE_COST + MOST_PARITY * PARITY_COST) * max(lowest, 15.0)
+    budget = SHARE * bandwidth - (PICTURE_COST + MOST_PARITY * PARITY_COST) * max(lowest, 15.0)
     # Each piece may cost as much parity as one piece alone.
     bitrate = budget / (1.0 + parity_against(prepared, 1)) / STEP**2
     assume(bitrate >= SLOWEST_RATE)
@@ -232,6 +232,18 @@ def test_what_a_crowded_modem_drops_is_no_reason_for_parity() -> None:
     assert control.parity(5000) == 0
 
 
+@pytest.mark.parametrize("loss", [0.0, 0.03, 0.1, 0.3])
+def test_what_the_air_swallows_costs_parity_and_nothing_else(loss: float) -> None:
+    """The modem tells what it can send; what is lost on the way has been sent."""
+    control = RateController(10.0, 0.5)
+    control.link(0.0, link(0.0, 1e6, loss))
+    fps, faster = control.rates.fps, STEP * control.rates.bitrate
+    size = math.ceil(faster / fps / 8.0)
+    parity = control.parity(size)
+    cost = faster * (1.0 + parity / parts_of(size)) + (PICTURE_COST + PARITY_COST * parity) * fps
+    assert cost > SHARE * 1e6
+
+
 @given(st.floats(0.0, 1.0), st.integers(1, 40))
 def test_parity_is_as_little_as_is_safe_enough(loss: float, parts: int) -> None:
     parity = parity_against(loss, parts)
@@ -277,8 +289,7 @@ def test_a_link_that_narrows_is_obeyed_at_once_and_one_that_widens_step_by_step(
 
 def test_a_modem_that_tells_of_no_limit_is_given_the_fastest_rate() -> None:
     control = RateController(20.0, 0.9)
-    status = LinkStatus(t=0.0, bandwidth=-1e308, latency=0.0, loss=1e300, queued=0.0, sent=0.0, dropped=0)
-    control.link(0.0, status)
+    control.link(0.0, link(0.0, math.inf))
     assert SLOWEST_RATE < control.rates.bitrate <= FASTEST_RATE
 
 

@@ -149,7 +149,7 @@ class RateController:
             self._slower.forget_trials()
             self._warier.forget_trials()
         self._told_loss = status.loss
-        budget = SHARE * status.bandwidth * (1.0 - status.loss)
+        budget = SHARE * status.bandwidth
         fits = self._level_within(budget, _LEVELS - 1)
         if self._level is None:
             self._level, self._chosen_at = fits, t + BEGINNING
