@@ -166,7 +166,8 @@ def main() -> None:
         [
             f"{machine()}; world `inspection`, seed {SEED}; `stream(min_fps=10, min_quality=0.7)`, on a link that is "
             f"{CONSTANT[0]:g} Mbit/s wide for {WIDE:g} s and then as narrow as the table says; figures from "
-            f"{SETTLED - WIDE:g} s later on, or of the last 2 s before the skill's end."
+            f"{SETTLED - WIDE:g} s later on, or of the last 2 s before the skill's end. Latency is a picture's, from "
+            "its shutter to the packet with which it can be decoded; camera and codec take no robot time."
             + ("" if options.no_times else f" {costs(world, album)}"),
             table(["bandwidth [Mbit/s]", *HEADS], constant),
             "With a bandwidth of 1 Mbit/s and packets that the air swallows:",

@@ -15,6 +15,7 @@ from skillwing.m600.bridge.node import RobotBridge
 from skillwing.m600.robot import ROBOT
 from skillwing.m600.skills.stream import StreamManager
 from skillwing.services.bus import Bus
+from skillwing.services.bus.reading import stream_reader
 from skillwing.services.protocol import decode, encode
 from skillwing.services.testing import SkillsetInProcess
 from skillwing.sim_mujoco import topics
@@ -26,6 +27,7 @@ from skillwing.sim_mujoco.messaging import answer_with
 from skillwing.sim_mujoco.sensors.rays import RayScene
 from skillwing.sim_mujoco.video.ground import make_ground
 from skillwing.sim_mujoco.video.node import make_video
+from skillwing.sim_mujoco.video.receiver import Receiver
 from skillwing.sim_mujoco.world.world import World, make_world
 
 SPEED = 2.0
@@ -105,7 +107,8 @@ class Orbiter:
 
 @dataclass
 class Trial:
-    """What came of it. `ended` is how the skill ended, and `after` how long after its start [s]."""
+    """What came of it. `delays` are of pictures: when one could be shown, and how long after it was taken [s]. `ended`
+    is how the skill ended, and `after` how long after its start [s]."""
 
     seen: list[topics.VideoStatus] = field(default_factory=list)
     aimed: list[topics.EncoderStatus] = field(default_factory=list)
@@ -131,12 +134,15 @@ def stream(
         watch.subscribe(topics.VIDEO_ENCODER, lambda s: trial.aimed.append(decode(s.payload, topics.EncoderStatus)))
         watch.subscribe(topics.LINK_STATUS, lambda s: trial.links.append(decode(s.payload, topics.LinkStatus)))
 
-        def on_piece(attachment: bytes) -> None:
-            piece = decode(attachment, topics.VideoPiece)
-            if piece.part == piece.parts - 1:
-                trial.delays.append((watch.now(), watch.now() - piece.t))
+        receiver = Receiver()
 
-        watch.subscribe(topics.VIDEO_RECEIVED, lambda s: on_piece(s.attachment))
+        def on_piece(header: topics.VideoPiece, data: bytes) -> None:
+            now = watch.now()
+            picture = receiver.piece(now, header, data)
+            if picture is not None:
+                trial.delays.append((now, now - picture.t))
+
+        watch.subscribe(topics.VIDEO_RECEIVED, stream_reader(topics.VideoPiece, on_piece))
         watch.subscribe(topics.VIDEO_SHOWN, lambda s: trial.shown.append((watch.now(), s.payload)))
         drone.run(START_UP)
         begun = drone.now()
