@@ -8,22 +8,22 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from skillwing.services.bus import Bus, Handle, Publisher, Request
+from skillwing.services.bus import Bus, Handle, Publisher
 from skillwing.services.bus.reading import message_reader
-from skillwing.services.protocol import ErrorCode, ErrorReply, ProtocolError, decode, encode
+from skillwing.services.protocol import encode
 from skillwing.sim_mujoco import topics
 from skillwing.sim_mujoco.axis import Axis
 from skillwing.sim_mujoco.frames.pose_history import PoseHistory
 from skillwing.sim_mujoco.frames.vectors import add, to_world
 from skillwing.sim_mujoco.geofence import Box
-from skillwing.sim_mujoco.messaging import answer_with, stream_reader
+from skillwing.sim_mujoco.messaging import answer_with, reply_with, stream_reader
 from skillwing.sim_mujoco.obstacles.free_space import STALE, FreeSpace, Sighting
 from skillwing.sim_mujoco.obstacles.landing_memory import LandingMemory
 from skillwing.sim_mujoco.obstacles.landing_place import ANYWHERE, Below
 from skillwing.sim_mujoco.obstacles.views import view_of
 from skillwing.sim_mujoco.options import OptionsError
 from skillwing.sim_mujoco.sensors.directions import RANGE_MOUNT
-from skillwing.sim_mujoco.sensors.fittings import LIDAR, RANGE, ZED
+from skillwing.sim_mujoco.sensors.names import LIDAR, RANGE, ZED
 from skillwing.sim_mujoco.sensors.scans import DepthPicture, LidarScan
 from skillwing.sim_mujoco.topics import ObstacleSource
 
@@ -65,7 +65,7 @@ class ObstaclesNode:
         bus.subscribe(topics.health_key("*"), message_reader(topics.Health, self._on_health), events=True)
         self._follow(ObstacleSource.LIDAR)
         bus.serve(topics.OBSTACLE_COMMAND, answer_with(topics.SelectObstacleSource, self._on_command))
-        bus.serve(topics.LANDING_PLACE, self._on_landing)
+        bus.serve(topics.LANDING_PLACE, reply_with(topics.Empty, lambda _: self._landing_place()))
         bus.every(PERIOD, self._publish)
 
     def detach(self) -> None:
@@ -190,14 +190,6 @@ class ObstaclesNode:
                 across=self._source in LOOKING_ACROSS,
             )
         self._status.put(encode(status))
-
-    def _on_landing(self, request: Request) -> None:
-        try:
-            decode(request.payload, topics.Empty)
-        except ProtocolError as error:
-            request.refuse(ErrorReply(code=ErrorCode.BAD_REQUEST, message=str(error), help="send an empty message"))
-            return
-        request.reply(encode(self._landing_place()))
 
     def _landing_place(self) -> topics.LandingPlace:
         assert self._bus is not None

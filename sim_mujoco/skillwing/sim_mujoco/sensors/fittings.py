@@ -12,10 +12,9 @@ from skillwing.sim_mujoco.sensors.channel import Channel
 from skillwing.sim_mujoco.sensors.corruptors import ONE, Data
 from skillwing.sim_mujoco.sensors.health import Limits
 from skillwing.sim_mujoco.sensors.instruments import ACCELERATION_LIMIT, IMU_BATCH, RANGE_PERIOD, RANGE_REACH
+from skillwing.sim_mujoco.sensors.names import GNSS, IMU, LIDAR, RANGE, ZED
 from skillwing.sim_mujoco.sensors.self_tests import Jump, Roughness, SelfTest
 from skillwing.sim_mujoco.topics import LARGEST_COMPONENT
-
-ZED, LIDAR, IMU, RANGE, GNSS = "zed", "lidar", "imu", "range", "gnss"
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,7 +24,7 @@ from skillwing.sim_mujoco.sensors.cadence import Cadence
 from skillwing.sim_mujoco.sensors.channel import Measurement
 from skillwing.sim_mujoco.sensors.corruptors import KINDS, Fault, UnknownFaultError
 from skillwing.sim_mujoco.sensors.depth_camera import DepthCamera
-from skillwing.sim_mujoco.sensors.fittings import GNSS, IMU, LIDAR, RANGE, SENSORS, ZED, make_channel
+from skillwing.sim_mujoco.sensors.fittings import SENSORS, make_channel
 from skillwing.sim_mujoco.sensors.gnss import Gnss, receiver_class
 from skillwing.sim_mujoco.sensors.health import Change, Condition
 from skillwing.sim_mujoco.sensors.instruments import (
@@ -35,6 +35,7 @@ from skillwing.sim_mujoco.sensors.instruments import (
     RangeFinder,
 )
 from skillwing.sim_mujoco.sensors.lidar import Lidar
+from skillwing.sim_mujoco.sensors.names import GNSS, IMU, LIDAR, RANGE, ZED
 from skillwing.sim_mujoco.sensors.rays import RayScene
 from skillwing.sim_mujoco.sensors.twins import Twins
 from skillwing.sim_mujoco.simulator.autopilot import Autopilot, Estimate, Limits, Setpoint
