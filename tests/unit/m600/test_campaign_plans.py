@@ -15,14 +15,19 @@ from skillwing.bt_missions.running.library import find_mission
 from skillwing.dsl.model import UnknownNameError
 from skillwing.m600.bridge.battery_level import CRITICAL_BELOW, LOW_BELOW
 from skillwing.m600.campaign.command import make_plans, parse_seeds
-from skillwing.m600.campaign.conditions import EARLIEST, LONGEST, SENSOR_FAULTS, SHORTEST, Condition, draw, met_from
+from skillwing.m600.campaign.conditions import EARLIEST, LONGEST, SHORTEST, Condition, draw, met_from
 from skillwing.m600.campaign.plan import FlightPlan, planned_way, way_time
 from skillwing.m600.robot import ROBOT
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.processes.node_host import make_node
 from skillwing.sim_mujoco.link.radio import Radio, RadioOptions
+from skillwing.sim_mujoco.scenario import FaultOptions
+from skillwing.sim_mujoco.sensors.corruptors import KINDS
+from skillwing.sim_mujoco.sensors.names import GNSS, IMU, LIDAR, RANGE, ZED
 from skillwing.sim_mujoco.simulator.battery import PACKS
 from skillwing.sim_mujoco.simulator.failsafes import CRITICAL_CHARGE
+from skillwing.sim_mujoco.simulator.fault_plan import check_fault
+from skillwing.sim_mujoco.simulator.rotor_faults import ROTOR_NAMES, STOPPED, WEAK
 
 WAY_TIME = 48.0
 LATEST = LONGEST * WAY_TIME
@@ -47,9 +52,15 @@ def test_whatever_happens_happens_in_flight(condition: Condition, seed: int) -> 
     found = moments(met)
     assert all(EARLIEST <= moment <= LATEST for moment in found)
     assert met_from(met) == (max if condition is Condition.BOTH else min)(found, default=None)
-    assert all(fault["kind"] in SENSOR_FAULTS for fault in met.get("faults", []))
     pilot = met.get("pilot", [])
     assert pilot == sorted(pilot, key=lambda handover: handover["at"])
+
+
+@given(st.sampled_from(Condition), SEEDS)
+def test_the_simulator_can_fail_as_is_drawn(condition: Condition, seed: int) -> None:
+    for fault in msgspec.convert(draw(condition, seed, WAY_TIME).get("faults", []), list[FaultOptions]):
+        check_fault(fault.sensor, fault.kind, fault.magnitude)
+        assert fault.duration is None or 3.0 <= fault.duration <= 30.0
 
 
 @pytest.mark.parametrize("condition", [each for each in Condition if each is not Condition.NONE])
@@ -61,15 +72,49 @@ def test_it_happens_in_each_part_of_even_the_shortest_flight(condition: Conditio
     assert sum(t > end for t in begun) / len(begun) < 0.4
 
 
+SLIGHT_AND_BAD = {
+    ZED: {"noise": (0.15, 1.5), "bias": (0.4, 1.5)},
+    LIDAR: {"noise": (0.15, 1.5), "bias": (0.4, 1.5)},
+    GNSS: {"noise": (0.1, 50.0), "bias": (0.1, 50.0)},
+    IMU: {"noise": (0.05, 10.0), "bias": (0.05, 10.0)},
+    RANGE: {"noise": (0.05, 10.0), "bias": (0.05, 10.0)},
+}
+"""In units of the sensor: what no detector sees, and what none misses."""
+
+
 @pytest.mark.parametrize(
-    ("kind", "slight", "bad"), [("noise", 0.15, 1.5), ("bias", 0.4, 1.5), ("dropout", 0.5, 0.8), ("slow", 2.0, 8.0)]
+    ("condition", "sensor"),
+    [
+        (Condition.CAMERA, ZED),
+        (Condition.LIDAR, LIDAR),
+        (Condition.GNSS, GNSS),
+        (Condition.IMU, IMU),
+        (Condition.RANGE, RANGE),
+    ],
 )
-def test_sensors_fail_slightly_and_badly(kind: str, slight: float, bad: float) -> None:
-    faults = [fault for seed in range(300) for fault in draw(Condition.CAMERA, seed, WAY_TIME)["faults"]]
-    sizes = [abs(fault["magnitude"]) for fault in faults if fault["kind"] == kind]
-    assert min(sizes) <= slight
-    assert max(sizes) >= bad
+def test_sensors_fail_in_all_ways_slightly_and_badly(condition: Condition, sensor: str) -> None:
+    faults = [fault for seed in range(400) for fault in draw(condition, seed, WAY_TIME)["faults"]]
+    assert {fault["sensor"] for fault in faults} == {sensor}
+    assert {fault["kind"] for fault in faults} == set(KINDS)
+    for kind, (slight, bad) in {**SLIGHT_AND_BAD[sensor], "dropout": (0.5, 0.8), "slow": (2.0, 8.0)}.items():
+        sizes = [abs(fault["magnitude"]) for fault in faults if fault["kind"] == kind]
+        assert min(sizes) <= slight
+        assert max(sizes) >= bad
     assert all("magnitude" not in fault for fault in faults if fault["kind"] in ("blackout", "freeze"))
+    assert 0.4 < sum("for" in fault for fault in faults) / len(faults) < 0.6
+
+
+def test_every_rotor_stops_for_good_or_loses_little_or_much_of_its_thrust() -> None:
+    faults = [fault for seed in range(400) for fault in draw(Condition.ROTOR, seed, WAY_TIME)["faults"]]
+    stopped = [fault for fault in faults if fault["kind"] == STOPPED]
+    weak = [fault for fault in faults if fault["kind"] == WEAK]
+    assert {fault["sensor"] for fault in stopped} == {fault["sensor"] for fault in weak} == set(ROTOR_NAMES)
+    assert 0.4 < len(stopped) / len(faults) < 0.6
+    assert not any("for" in fault for fault in stopped)
+    assert 0.4 < sum("for" in fault for fault in weak) / len(weak) < 0.6
+    left = [fault["magnitude"] for fault in weak]
+    assert min(left) < 0.1
+    assert max(left) > 0.9
 
 
 def test_batteries_fail_down_to_where_the_mission_and_where_the_autopilot_lands() -> None:
@@ -80,12 +125,8 @@ def test_batteries_fail_down_to_where_the_mission_and_where_the_autopilot_lands(
     assert min(each["battery"] for each in met) > LOW_BELOW
 
 
-@pytest.mark.parametrize(
-    ("condition", "sensors"),
-    [(Condition.CAMERA, {"zed"}), (Condition.LIDAR, {"lidar"}), (Condition.BOTH, {"zed", "lidar"})],
-)
-def test_the_sensors_fail_that_the_condition_names(condition: Condition, sensors: set[str]) -> None:
-    assert {fault["sensor"] for fault in draw(condition, 4, WAY_TIME)["faults"]} == sensors
+def test_each_sensor_fails_once_where_both_do() -> None:
+    assert {fault["sensor"] for fault in draw(Condition.BOTH, 4, WAY_TIME)["faults"]} == {ZED, LIDAR}
 
 
 def test_a_flight_without_fault_meets_nothing() -> None:
@@ -96,7 +137,7 @@ def test_the_pilot_who_returns_gives_the_authority_back() -> None:
     assert [each["authority"] for each in draw(Condition.PILOT_RETURNS, 4, WAY_TIME)["pilot"]] == [False, True]
 
 
-@pytest.mark.parametrize("condition", [Condition.BOTH, Condition.GUST, Condition.BATTERY])
+@pytest.mark.parametrize("condition", [Condition.BOTH, Condition.GUST, Condition.BATTERY, Condition.ROTOR])
 def test_the_robot_and_the_mission_take_what_a_plan_tells_them(condition: Condition) -> None:
     plan = FlightPlan(mission="mapping", world="courtyard", seed=5, condition=condition, watched=False)
     for spec in ROBOT.functional_layer(plan.robot_options()):
@@ -112,6 +153,10 @@ REACHES = {
     Condition.GUST: ("sim", {"wind", "turbulence", "gusts"}),
     Condition.BATTERY: ("sim", {"battery", "packs_fail"}),
     Condition.LINK: ("link", {"faults"}),
+    Condition.GNSS: ("sim", {"faults"}),
+    Condition.IMU: ("sim", {"faults"}),
+    Condition.RANGE: ("sim", {"faults"}),
+    Condition.ROTOR: ("sim", {"faults"}),
     Condition.PILOT: ("sim", {"pilot"}),
     Condition.PILOT_RETURNS: ("sim", {"pilot"}),
 }
@@ -182,9 +227,9 @@ def test_a_slip_of_the_pen_is_named(arguments: tuple[str, str, str, str], meant:
 def test_each_mission_flies_in_its_usual_world_and_meets_what_it_notices() -> None:
     plans = make_plans("inspection", "3", "all", None)
     assert {plan.world for plan in plans} == {"inspection"}
-    assert Condition.LINK in {plan.condition for plan in plans}
-    assert Condition.CAMERA not in {plan.condition for plan in plans}
-    assert Condition.LINK not in {plan.condition for plan in make_plans("mapping", "3", "all", None)}
+    assert set(Condition) - {plan.condition for plan in plans} == {Condition.CAMERA, Condition.IMU}
+    plans = make_plans("mapping", "3", "all", None)
+    assert set(Condition) - {plan.condition for plan in plans} == {Condition.LINK}
 
 
 def test_an_inspection_knows_its_building_and_flies_round_it() -> None:

@@ -7,7 +7,18 @@ import random
 from enum import StrEnum
 from typing import Any
 
+from skillwing.sim_mujoco.sensors.names import GNSS, IMU, LIDAR, RANGE, ZED
+
 SENSOR_FAULTS = ("blackout", "freeze", "noise", "bias", "dropout", "slow")
+ROTORS = 6
+SIZES = {
+    ZED: {"noise": (0.05, 4.0), "bias": (0.1, 4.0)},
+    LIDAR: {"noise": (0.05, 4.0), "bias": (0.1, 4.0)},
+    GNSS: {"noise": (0.05, 100.0), "bias": (0.05, 100.0)},
+    IMU: {"noise": (0.02, 20.0), "bias": (0.02, 20.0)},
+    RANGE: {"noise": (0.02, 20.0), "bias": (0.02, 20.0)},
+}
+"""Least and largest of each sensor, in its units (docs/sensors.md): from what no detector sees to what none misses."""
 EARLIEST = 2.0
 """Robot time at which the mission is about to take off [s]."""
 SHORTEST, LONGEST = 2.0, 3.5
@@ -26,6 +37,10 @@ class Condition(StrEnum):
     GUST = "gust"
     BATTERY = "battery"
     LINK = "link"
+    GNSS = "gnss"
+    IMU = "imu"
+    RANGE = "range"
+    ROTOR = "rotor"
     PILOT = "pilot"
     PILOT_RETURNS = "pilot-returns"
 
@@ -42,12 +57,20 @@ _SUMMARIES = {
     Condition.GUST: "wind of 2 to 6 m/s from anywhere, turbulence, and three gusts of 3 to 7 m/s more",
     Condition.BATTERY: "31 to 60 % of charge at take-off, and one to five of the battery's six packs fail",
     Condition.LINK: "the radio link narrows to 0 to 0.3 Mbit/s, for a while or for good",
+    Condition.GNSS: "the satellite receiver fails in the ways of the depth camera, by up to 100 m",
+    Condition.IMU: "the computer's IMU, which odometry reads, fails in the same ways, by up to 20 m/s2 and 2 rad/s",
+    Condition.RANGE: "the range-finder fails in the same ways, by up to 20 m",
+    Condition.ROTOR: "one of six rotors stops for good, or keeps 0 to 95 % of its thrust, for a while or for good",
     Condition.PILOT: "the safety pilot takes the authority and keeps it",
     Condition.PILOT_RETURNS: "the safety pilot takes the authority, and gives it back some seconds later",
 }
 
-_UNNOTICED = {"mapping": frozenset({Condition.LINK}), "inspection": frozenset({Condition.CAMERA})}
-"""Conditions that a mission does not notice: it needs no link, or no depth camera as long as the LiDAR is well."""
+_UNNOTICED = {
+    "mapping": frozenset({Condition.LINK}),
+    "inspection": frozenset({Condition.CAMERA, Condition.IMU}),
+}
+"""Conditions that a mission does not notice: it needs no link; or no map, and no depth camera as long as the LiDAR is
+well."""
 
 
 def conditions_of(mission: str) -> list[Condition]:
@@ -73,11 +96,15 @@ def draw(condition: Condition, seed: int, way_time: float) -> dict[str, Any]:
         case Condition.NONE:
             pass
         case Condition.CAMERA:
-            simulation["faults"] = [_sensor_fault(chance, "zed", moment())]
+            simulation["faults"] = [_sensor_fault(chance, ZED, moment())]
         case Condition.LIDAR:
-            simulation["faults"] = [_sensor_fault(chance, "lidar", moment())]
+            simulation["faults"] = [_sensor_fault(chance, LIDAR, moment())]
         case Condition.BOTH:
-            simulation["faults"] = [_sensor_fault(chance, sensor, moment()) for sensor in ("zed", "lidar")]
+            simulation["faults"] = [_sensor_fault(chance, sensor, moment()) for sensor in (ZED, LIDAR)]
+        case Condition.GNSS | Condition.IMU | Condition.RANGE:
+            simulation["faults"] = [_sensor_fault(chance, condition.value, moment())]
+        case Condition.ROTOR:
+            simulation["faults"] = [_rotor_fault(chance, moment())]
         case Condition.GUST:
             simulation["wind"] = _wind(chance, 2.0, 6.0)
             simulation["turbulence"] = round(chance.uniform(2.0, 6.0), 2)
@@ -121,20 +148,18 @@ def _wind(chance: random.Random, least: float, most: float) -> list[float]:
 def _sensor_fault(chance: random.Random, sensor: str, at: float) -> dict[str, Any]:
     kind = chance.choice(SENSOR_FAULTS)
     fault: dict[str, Any] = {"sensor": sensor, "kind": kind, "at": at}
-    if (magnitude := _magnitude(chance, kind)) is not None:
+    if (magnitude := _magnitude(chance, sensor, kind)) is not None:
         fault["magnitude"] = magnitude
-    if chance.random() < 0.5:
-        fault["for"] = round(chance.uniform(3.0, 30.0), 2)
-    return fault
+    return fault | _passing(chance)
 
 
-def _magnitude(chance: random.Random, kind: str) -> float | None:
-    """From what no detector sees to what none misses (docs/sensors.md); None for what is there or not."""
+def _magnitude(chance: random.Random, sensor: str, kind: str) -> float | None:
+    """None for what is there or not."""
     match kind:
         case "noise":
-            return _small_or_large(chance, 0.05, 4.0)
+            return _small_or_large(chance, *SIZES[sensor][kind])
         case "bias":
-            return chance.choice((-1.0, 1.0)) * _small_or_large(chance, 0.1, 4.0)
+            return chance.choice((-1.0, 1.0)) * _small_or_large(chance, *SIZES[sensor][kind])
         case "dropout":
             return round(chance.uniform(0.2, 0.95), 3)
         case "slow":
@@ -143,13 +168,23 @@ def _magnitude(chance: random.Random, kind: str) -> float | None:
             return None
 
 
+def _rotor_fault(chance: random.Random, at: float) -> dict[str, Any]:
+    """What has stopped does not come back; a weak one may, as when its regulator had grown too hot."""
+    fault: dict[str, Any] = {"sensor": f"rotor/{chance.randint(1, ROTORS)}", "at": at}
+    if chance.random() < 0.5:
+        return fault | {"kind": "stopped"}
+    return fault | {"kind": "weak", "magnitude": round(chance.uniform(0.0, 0.95), 3)} | _passing(chance)
+
+
+def _passing(chance: random.Random) -> dict[str, float]:
+    """For how long, half of the time; for good otherwise [s]."""
+    return {"for": round(chance.uniform(3.0, 30.0), 2)} if chance.random() < 0.5 else {}
+
+
 def _small_or_large(chance: random.Random, least: float, most: float) -> float:
     """Each order of magnitude as often as any other."""
     return round(math.exp(chance.uniform(math.log(least), math.log(most))), 3)
 
 
 def _link_fault(chance: random.Random, at: float) -> dict[str, Any]:
-    fault: dict[str, Any] = {"kind": "narrow", "at": at, "magnitude": round(chance.uniform(0.0, 0.3), 3)}
-    if chance.random() < 0.5:
-        fault["for"] = round(chance.uniform(3.0, 30.0), 2)
-    return fault
+    return {"kind": "narrow", "at": at, "magnitude": round(chance.uniform(0.0, 0.3), 3)} | _passing(chance)
