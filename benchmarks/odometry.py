@@ -28,7 +28,7 @@ import numpy as np
 from mapping_flight import MappingFlight, Moment, as_navigation
 from odometry_compared import GICP, OURS, compare
 from odometry_compared import report as report_comparison
-from odometry_on_flight import as_scan, drifts, give, make_odometry, off, rms, turned
+from odometry_on_flight import TruePath, as_scan, drifts, give, make_odometry, off, rms, turned
 from performance_page import PAGE, machine, make_parser, spread, spread_said, table, tell
 from recorded_flight import flights
 
@@ -113,7 +113,7 @@ class Try:
         self._error = 0.0
         self._noticed: float | None = None
 
-    def feed(self, moment: Moment) -> None:
+    def feed(self, moment: Moment, path: TruePath) -> None:
         if self._noticed is not None or moment.truth.t > self._began + TRIED_FOR:
             return
         for measurement in moment.happened.measurements:
@@ -125,7 +125,7 @@ class Try:
                 data = corrupted
             fix = give(self._odometry, Measurement(measurement.sensor, measurement.start, measurement.end, data))
             if fix is not None and self._odometry.phase is not Phase.LOST:
-                self._error = max(self._error, off(fix, moment.truth) - self._before)
+                self._error = max(self._error, off(fix, path.at(fix.t)) - self._before)
         self._odometry.check(moment.truth.t)
         if self._odometry.phase is Phase.LOST:
             self._noticed = moment.truth.t - self._began
@@ -145,13 +145,14 @@ def fly(job: tuple[int, bool]) -> Result:
     mapper, reference = (Mapper(OccupancyGrid(low, high, options.voxel_size)) for _ in range(2))
     by_navigation = ByNavigation()
     fixes: list[Fix] = []
-    truths: list[Motion] = []
+    path, truths = TruePath(), list[Motion]()
     times: list[float] = []
     map_times: list[float] = []
     misfits: list[float] = [0.0]
     tries: list[Try] = []
     for moment in flight:
         truth = moment.truth
+        path.go_on(truth)
         if not mapper.running and truth.position[2] > flight.world.route[0][2] - 0.3:
             mapper.start()
             reference.start()
@@ -161,7 +162,7 @@ def fly(job: tuple[int, bool]) -> Result:
             if fix is not None:
                 times.append(time.process_time() - started)
                 fixes.append(fix)
-                truths.append(truth)
+                truths.append(path.at(fix.t))
                 if fix.believed and mapper.running:
                     placed = fix.placed(REACH)
                     misfits.append(mapper.grid.fit(mapper.grid.hit_by(placed.points)).misfit)
@@ -178,7 +179,7 @@ def fly(job: tuple[int, bool]) -> Result:
         if not tries and truth.t >= FAULT_AT:
             tries = [Try(odometry, fault, truth.t, off(fixes[-1], truths[-1])) for fault in FAULTS]
         for each in tries:
-            each.feed(moment)
+            each.feed(moment, path)
     judge = Judge(flight.world, flight.world.route)
     judged = [judge.coverage(m.grid.occupied_centres(), m.grid.size) for m in (mapper, reference)]
     errors = np.array([off(fix, truth) for fix, truth in zip(fixes, truths, strict=True)])

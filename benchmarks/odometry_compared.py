@@ -9,7 +9,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 from mapping_flight import Moment, as_navigation
-from odometry_on_flight import drifts, give, make_odometry, off, rms, turned
+from odometry_on_flight import TruePath, drifts, give, make_odometry, off, rms, turned
 from performance_page import machine, spread, spread_said, table
 from recorded_flight import moments
 
@@ -54,7 +54,7 @@ class Follower:
         self._odometry = make_odometry(_matcher(method))
         self._mapper = Mapper(OccupancyGrid(box.low, box.high, MappingOptions().voxel_size))
         self._fixes: list[Fix] = []
-        self._truths: list[Motion] = []
+        self._path, self._truths = TruePath(), list[Motion]()
         self._times: list[float] = []
         self._lost_at: float | None = None
         self._lost = ""
@@ -63,6 +63,7 @@ class Follower:
         """Take what was measured within a moment, until the method or its map has diverged."""
         if self._lost:
             return
+        self._path.go_on(moment.truth)
         if moment.truth.position[2] > _ABOVE:
             self._mapper.start()
         for measurement in moment.happened.measurements:
@@ -71,7 +72,7 @@ class Follower:
             if fix is not None:
                 self._times.append(time.process_time() - started)
                 self._fixes.append(fix)
-                self._truths.append(moment.truth)
+                self._truths.append(self._path.at(fix.t))
                 if fix.believed:
                     self._mapper.add(fix.placed(REACH))
         for solution in moment.happened.solutions:

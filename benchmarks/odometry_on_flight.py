@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Sequence
 
 import numpy as np
@@ -44,6 +45,21 @@ def as_scan(measurement: Measurement) -> LidarScan:
         t0=measurement.start, t1=measurement.end, columns=columns, beams=beams, mount=lidar.LIDAR_MOUNT
     )
     return LidarScan.decode(measurement.data.astype(np.float32).tobytes(), encode(header))
+
+
+class TruePath:
+    """True motions of the last second, for fixes, which tell of a moment that is over when they come."""
+
+    def __init__(self) -> None:
+        self._motions: deque[Motion] = deque(maxlen=50)
+
+    def go_on(self, truth: Motion) -> None:
+        """The true motion 20 ms after the one before."""
+        self._motions.append(truth)
+
+    def at(self, t: float) -> Motion:
+        """The true motion at `t`, one of the times that were given."""
+        return next(motion for motion in self._motions if abs(motion.t - t) < 1e-6)
 
 
 def off(fix: Fix, truth: Motion) -> float:
