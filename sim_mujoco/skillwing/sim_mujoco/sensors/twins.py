@@ -10,12 +10,15 @@ import numpy as np
 
 from skillwing.sim_mujoco.sensors.channel import Measurement
 from skillwing.sim_mujoco.sensors.corruptors import Data
+from skillwing.sim_mujoco.sensors.instruments import IMU_BATCH, IMU_PERIOD
 from skillwing.sim_mujoco.sensors.self_tests import NOT_FINITE, Contradiction
 
 _LIMITS = (0.35, 0.35, 0.35, 0.03, 0.03, 0.03)
 """Mean difference between two IMUs on one body that biases and noise do not explain: [m/s2] (3), [rad/s] (3)."""
 _SMOOTHING = 0.04
 """Part that one batch has in the mean: half a second counts."""
+_REMEMBERED = round((IMU_BATCH + 0.1) / IMU_PERIOD)
+"""So many samples of the autopilot's IMU are kept: those of a batch that comes up to 0.1 s late are among them."""
 
 
 class InertialTwin:
@@ -25,7 +28,7 @@ class InertialTwin:
         self._difference = [0.0] * len(_LIMITS)
 
     def objection(self, batch: Data, own: Sequence[tuple[float, ...]]) -> str | None:
-        """What speaks against a batch (n, 6), given the autopilot's samples of the same time."""
+        """What speaks against a batch (n, 6), given the autopilot's samples of the same time, at least one."""
         if not np.isfinite(batch).all():
             return NOT_FINITE  # A mean with it in would tell nothing, now or later.
         for k, limit in enumerate(_LIMITS):
@@ -84,23 +87,23 @@ class GroundTwin:
 class Twins:
     """Both pairs, as witnesses of the channels of IMU and range-finder."""
 
-    def __init__(self, standing_range: float, samples: int) -> None:
-        """`samples` is how many the IMU delivers at once."""
+    def __init__(self, standing_range: float) -> None:
         self.standing = True
         self._imu, self._ground = InertialTwin(), GroundTwin(standing_range)
-        self._felt: deque[tuple[float, ...]] = deque(maxlen=samples)
+        self._felt: deque[tuple[float, tuple[float, ...]]] = deque(maxlen=_REMEMBERED)
 
-    def felt(self, sample: tuple[float, ...]) -> None:
-        """A sample (6) of the autopilot's IMU."""
-        self._felt.append(sample)
+    def felt(self, t: float, sample: tuple[float, ...]) -> None:
+        """A sample (6) of the autopilot's IMU, taken at `t`."""
+        self._felt.append((t, sample))
 
     def look(self, scan: Measurement) -> None:
         """A scan of a LiDAR that can be trusted."""
         self._ground.look(scan.end, scan.data)
 
     def of_imu(self, _: float, batch: Measurement) -> str | None:
-        """What the autopilot's IMU says against a batch of the computer's."""
-        return self._imu.objection(batch.data, self._felt)
+        """What the autopilot's IMU says against a batch of the computer's, which comes late."""
+        start, end = batch.start + 1e-6, batch.end + 1e-6
+        return self._imu.objection(batch.data, [sample for t, sample in self._felt if start < t <= end])
 
     def of_range(self, _: float, measured: Measurement) -> str | None:
         """What the LiDAR, or the ground under the skids, says against the range-finder."""

@@ -119,7 +119,7 @@ class Simulator:
         self._thrusts = [0.0] * ROTORS
         fitted = [name for name in SENSORS if name in (*sensors, GNSS)]
         self._channels = {name: make_channel(name, self._random(10 + SENSORS.index(name))) for name in fitted}
-        self._twins = Twins(STANDING_RANGE, samples=round(IMU_BATCH / IMU_PERIOD))
+        self._twins = Twins(STANDING_RANGE)
         witnesses = {IMU: self._twins.of_imu, RANGE: self._twins.of_range, LIDAR: self._show, GNSS: self._navigate}
         for name, channel in self._channels.items():
             channel.witness = witnesses.get(name, channel.witness)
@@ -271,16 +271,17 @@ class Simulator:
     def _step(self, step: int) -> None:
         """A step of physics; the computer's IMU samples after every other one, the autopilot's after those between."""
         self._physics.step(self._thrusts)
-        if (self._ticks * _STEPS + step) % _IMU_STEPS == 0:
+        steps = self._ticks * _STEPS + step
+        if steps % _IMU_STEPS == 0:
             self._inertial.append(self._physics.inertial)
         else:
-            self._stabilise()
+            self._stabilise((steps + 1) * Physics.dt)
 
-    def _stabilise(self) -> None:
+    def _stabilise(self, t: float) -> None:
         if not self._own_errors:
             self._own_errors = self._own_imu.errors(_ERRORS_AT_ONCE).tolist()
         felt = x, y, z, p, q, r = tuple(map(add, self._physics.inertial, self._own_errors.pop()))
-        self._twins.felt(felt)
+        self._twins.felt(t, felt)
         self._navigator.inertial((x, y, z), (p, q, r))
         self._thrusts = self.autopilot.stabilise(*self._navigator.attitude)
 
