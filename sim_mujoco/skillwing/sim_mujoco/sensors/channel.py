@@ -16,7 +16,7 @@ from skillwing.sim_mujoco.sensors.self_tests import SelfTest
 
 @dataclass(frozen=True, slots=True)
 class Measurement:
-    """What a sensor delivers: data measured between `start` and `end` (robot time)."""
+    """What a sensor delivers: data measured between `start` and `end` (robot time), however late it comes."""
 
     sensor: str
     start: float
@@ -30,6 +30,8 @@ def _nobody(_t: float, _measurement: Measurement) -> str | None:
 
 class Channel:
     """One sensor. `due` tells when to measure, `deliver` hands a measurement in, `collect` gives out what is ready.
+
+    That is what ended `delay` ago [s], or longer, if nobody collected it sooner.
 
     `witness(t, measurement)` is asked about each measurement that arrives: what others know that speaks against it.
     """

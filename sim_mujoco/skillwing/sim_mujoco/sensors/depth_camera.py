@@ -25,6 +25,8 @@ ZED_MOUNT: Vector = (0.3, 0.0, -0.05)
 """Where the camera sits on the drone, FLU [m]."""
 WIDTH, HEIGHT = 320, 180
 PERIOD = 1 / 15
+DELAY = 0.03
+"""From the shutter until a picture is handed out [s]: reading it from the chip, the wire, and matching."""
 REACH, NEAREST = 20.0, 0.4
 FOCAL = HEIGHT / 2 / math.tan(math.radians(54.0) / 2)
 """Focal length [px], the same in both directions; the optical axis passes through the image's centre."""

@@ -11,7 +11,14 @@ from skillwing.sim_mujoco.sensors import depth_camera, gnss, lidar
 from skillwing.sim_mujoco.sensors.channel import Channel
 from skillwing.sim_mujoco.sensors.corruptors import ONE, Data
 from skillwing.sim_mujoco.sensors.health import Limits
-from skillwing.sim_mujoco.sensors.instruments import ACCELERATION_LIMIT, IMU_BATCH, RANGE_PERIOD, RANGE_REACH
+from skillwing.sim_mujoco.sensors.instruments import (
+    ACCELERATION_LIMIT,
+    IMU_BATCH,
+    IMU_DELAY,
+    RANGE_DELAY,
+    RANGE_PERIOD,
+    RANGE_REACH,
+)
 from skillwing.sim_mujoco.sensors.names import GNSS, IMU, LIDAR, RANGE, ZED
 from skillwing.sim_mujoco.sensors.self_tests import Jump, Roughness, SelfTest
 from skillwing.sim_mujoco.topics import LARGEST_COMPONENT
@@ -33,7 +40,7 @@ class Fitting:
 FITTINGS = {
     ZED: Fitting(
         depth_camera.PERIOD,
-        0.03,
+        depth_camera.DELAY,
         Limits(0.2, 20.5),
         tests=lambda: (
             Roughness(lambda picture: picture[::12], depth_camera.noise_at),
@@ -42,7 +49,7 @@ FITTINGS = {
     ),
     LIDAR: Fitting(
         lidar.PERIOD,
-        0.0,
+        lidar.DELAY,
         Limits(0.3, 60.5),
         tests=lambda: (
             Roughness(lambda scan: scan.T[::4], lidar.noise_at),
@@ -51,12 +58,12 @@ FITTINGS = {
     ),
     IMU: Fitting(
         IMU_BATCH,
-        0.0,
+        IMU_DELAY,
         Limits(-ACCELERATION_LIMIT, ACCELERATION_LIMIT),
         # One unit is 1 m/s2 and 0.1 rad/s.
         np.array([1.0] * 3 + [0.1] * 3, dtype=np.float32),
     ),
-    RANGE: Fitting(RANGE_PERIOD, 0.0, Limits(0.0, RANGE_REACH + 0.5)),
+    RANGE: Fitting(RANGE_PERIOD, RANGE_DELAY, Limits(0.0, RANGE_REACH + 0.5)),
     GNSS: Fitting(
         gnss.PERIOD,
         gnss.DELAY,

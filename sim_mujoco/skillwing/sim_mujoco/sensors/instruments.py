@@ -14,6 +14,9 @@ from skillwing.sim_mujoco.sensors.rays import RayScene
 
 IMU_PERIOD = 0.004
 IMU_BATCH = 0.02
+IMU_DELAY = 0.004
+"""From a batch's last sample until it is handed out [s]: five samples of some twenty bytes take a millisecond on a
+serial line of a megabit a second, and a driver that looks as often as the unit samples finds them within 4 ms."""
 IMU_NOISE = np.array([0.06] * 3 + [0.005] * 3)
 """Standard deviation of each sample: specific force (3) [m/s2], angular rate (3) [rad/s]."""
 IMU_TURN_ON = np.array([0.05] * 3 + [0.003] * 3)
@@ -22,6 +25,8 @@ IMU_WALK = np.array([1e-3] * 3 + [1e-4] * 3)
 """How far the biases wander in a second; four times as far in sixteen."""
 ACCELERATION_LIMIT = 80.0
 RANGE_PERIOD = 0.05
+RANGE_DELAY = 0.01
+"""Until a distance is handed out [s]: it is averaged from many pulses and sent on a slow serial line."""
 RANGE_REACH, RANGE_NEAREST = 40.0, 0.05
 
 BAROMETER_NOISE, BAROMETER_DRIFT = 0.1, 0.03

@@ -26,6 +26,9 @@ LIDAR_MOUNT: Vector = (0.0, 0.0, -0.42)
 """Where the sensor sits on the drone, FLU [m]."""
 COLUMNS, BEAMS = 1024, 16
 PERIOD = 0.1
+DELAY = 0.02
+"""From the end of a revolution until it is handed out [s]: its last packets cross the network while the drone turns the
+ones before into ranges, and nobody gets it before the driver has seen that none is missing."""
 REACH, NEAREST = 60.0, 0.5
 RANGE_NOISE = 0.02
 FADING = 0.8
