@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
@@ -11,6 +12,7 @@ import numpy as np
 from skillwing.sim_mujoco.camera.camera import Picture
 from skillwing.sim_mujoco.frames.motion import Motion
 from skillwing.sim_mujoco.sensors.corruptors import Corruption
+from skillwing.sim_mujoco.sensors.depth_camera import DELAY
 
 CAMERA = "camera"
 """The sensor's name in faults."""
@@ -34,7 +36,8 @@ class Sight(Protocol):
 class CameraFeed:
     """A camera that nobody wants pictures from costs nothing: it is not even made before the first request.
 
-    `make` makes it. Magnitudes of its faults are grey levels, of 255.
+    `make` makes it. Magnitudes of its faults are grey levels, of 255. Pictures come as late as the depth camera's: both
+    are read from the same kind of chip, and where those are matched these are developed.
     """
 
     def __init__(self, make: Callable[[], Sight], rng: np.random.Generator) -> None:
@@ -43,6 +46,7 @@ class CameraFeed:
         self.corruption = Corruption(rng)
         self._period = self._tilt = 0.0
         self._next = self._until = 0.0
+        self._under_way: deque[Shot] = deque()
 
     def want(self, t: float, fps: float, seconds: float, tilt: float) -> None:
         """From `t` on pictures are wanted for so many seconds, at this rate."""
@@ -53,6 +57,14 @@ class CameraFeed:
         self._until = t + seconds
 
     def take(self, t: float, motion: Motion) -> Shot | None:
+        """Take the picture that is due by `t`, if one is, and give out the one that is ready by then, if one is."""
+        shot = self._shot(t, motion)
+        if shot is not None:
+            self._under_way.append(shot)
+        ready = self._under_way and self._under_way[0].t + DELAY <= t + 1e-9
+        return self._under_way.popleft() if ready else None
+
+    def _shot(self, t: float, motion: Motion) -> Shot | None:
         """The picture that is due by `t`, if one is and if no fault swallows it."""
         if t < self._next - 1e-9 or t > self._until:
             return None
