@@ -237,6 +237,32 @@ def test_the_filter_finds_the_pose_from_which_the_walls_fit(error: np.ndarray) -
     assert np.abs(found.state.minus(truth)[POSE]).max() < 0.01
 
 
+def test_a_flat_floor_does_not_hold_the_drone_along_it() -> None:
+    """Planes that were seen as narrow strips lean this way and that by chance. The drone has gone on above them by a
+    way of which it does not know 0.3 m, and nothing tells it: neither may it seem to know, nor be drawn anywhere."""
+    steps, sigmas = zip(*(_above_strips(seed) for seed in range(20)), strict=True)
+    assert np.sqrt(np.mean(np.square(steps))) < 0.15
+    assert min(sigmas) > 0.2
+
+
+def _above_strips(seed: int) -> tuple[float, float]:
+    """By how much a scan of the floor moves the drone along it, and how sure it is of its place there [m]."""
+    rng = np.random.default_rng(seed)
+
+    def strips() -> np.ndarray:
+        """Where a ring across the x axis meets the floor 4 m below it, as wide as it is in a few scans."""
+        x = np.repeat(np.arange(-5.5, 6.0), 300) + rng.uniform(-0.2, 0.2, 3600)
+        return np.column_stack([x, rng.uniform(-6.0, 6.0, 3600), rng.normal(-4.0, 0.02, 3600)])
+
+    planes = PlaneMap((-8.0, -8.0, -6.0), (8.0, 8.0, 6.0), 1.0)
+    planes.insert(strips(), np.zeros(3))
+    prior = State(np.array([0.6, 0.0, 0.0]), np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3))
+    covariance = np.diag(np.full(SIZE, 1e-8))
+    covariance[0, 0] = covariance[2, 2] = 0.3**2
+    found = update(prior, covariance, Registration(strips(), np.zeros(3), planes))
+    return float(found.step[0]), math.sqrt(found.covariance[0, 0])
+
+
 def test_with_nothing_to_see_the_prior_stays() -> None:
     prior = state_at(4.0, Room())
     covariance = np.diag(np.linspace(0.1, 1.0, SIZE))

@@ -35,7 +35,7 @@ _ANCHOR = 1e-4
 """Position [m] and attitude [rad] are certain, for they define the frame."""
 _TILT = 5e-3
 """How far the frame may lean, because navigation's roll and pitch are wrong [rad]."""
-_REST_FORCE, _REST_RATE, _REST_SPEED = 0.01, 1e-3, 0.02
+_REST_FORCE, _REST_RATE, _REST_SPEED = 0.01, 3e-4, 0.02
 _MOVING_SPEED, _GYRO_BIAS, _ACCEL_BIAS = 0.1, 0.01, 0.06
 """What is not known without a rest: the velocity [m/s], and the biases up to what an IMU may have after it was switched
 on [rad/s, m/s2]."""

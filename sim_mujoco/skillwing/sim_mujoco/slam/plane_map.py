@@ -27,12 +27,15 @@ _REFIT = 1.3
 """A plane is fitted anew when its face has so many times the points of the last fit."""
 _NOISE = 0.02
 """Of a point about its plane at least [m]."""
+_INDEPENDENT = 20.0
+"""So many of a plane's points at most err on their own: neighbours lie on the same unevenness, and were seen from poses
+that were wrong alike."""
 _FLAT, _WIDE = 0.12, 0.1
 """Standard deviations of a plane's points: across it at most [m], and along it at least, in sides of a voxel."""
 LATELY = 50
 """Scans for which a plane that was confirmed stays so: five seconds."""
 _ROOM = 8192
-_NORMAL, _CENTRE, _ROUGHNESS, _OFFSET, _TILT = slice(0, 3), slice(3, 6), 6, 7, 8
+_NORMAL, _CENTRE, _LOOSE, _ROUGHNESS, _OFFSET, _TILT = slice(0, 3), slice(3, 6), slice(6, 9), 9, 10, 11
 """Columns of a plane."""
 _PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
@@ -42,7 +45,12 @@ class Matches:
     """Points that lie in voxels with a plane: their numbers (N,), the planes (N,) and their unit normals (N, 3), the
     points' distances from the planes (N,) [m], the planes' roughness (N,) as variances [m2], and the variances (N,) of
     the planes themselves at the points [m2], which grow outward from where a plane was seen. `lately` (N,): whether the
-    plane was confirmed within the last scans."""
+    plane was confirmed within the last scans.
+
+    A plane's normal is least sure along the way in which its points spread least: `loose` (N, 3) are these unit
+    vectors, `tilts` (N,) the variances of the normal along them [rad2], `levers` (N,) how far along them the points
+    are from the middle of the plane [m].
+    """
 
     points: NDArray[np.int64]
     planes: NDArray[np.int32]
@@ -51,6 +59,9 @@ class Matches:
     roughness: Floats
     doubt: Floats
     lately: NDArray[np.bool_]
+    loose: Floats
+    tilts: Floats
+    levers: Floats
 
 
 class PlaneMap:
@@ -76,8 +87,9 @@ class PlaneMap:
         """How many were taken in."""
         self._confirmed = np.zeros(_ROOM, dtype=np.int64)
         """Which of them, counted from 1, confirmed the plane last; 0 if none has."""
-        self._planes = np.zeros((_ROOM, 9))
-        """Normal, towards where it was seen from; centre; roughness; and variances of offset and tilt."""
+        self._planes = np.zeros((_ROOM, 12))
+        """Normal, towards where it was seen from; centre; the way in which it was seen least far; roughness; and
+        variances of offset and tilt."""
 
     @property
     def planes(self) -> int:
@@ -93,8 +105,10 @@ class PlaneMap:
         planes, lately = self._planes[matched], self._confirmed[matched] > max(self._scans - LATELY, 0)
         normals, ways = planes[:, _NORMAL], points[numbers] - planes[:, _CENTRE]
         distances = np.einsum("ij,ij->i", normals, ways)
-        doubt = planes[:, _OFFSET] + planes[:, _TILT] * np.einsum("ij,ij->i", ways, ways)
-        return Matches(numbers, matched, normals, distances, planes[:, _ROUGHNESS], doubt, lately)
+        loose, tilts = planes[:, _LOOSE], planes[:, _TILT]
+        doubt = planes[:, _OFFSET] + tilts * np.einsum("ij,ij->i", ways, ways)
+        levers = np.einsum("ij,ij->i", loose, ways)
+        return Matches(numbers, matched, normals, distances, planes[:, _ROUGHNESS], doubt, lately, loose, tilts, levers)
 
     def confirm(self, planes: NDArray[np.int32], close: NDArray[np.bool_]) -> None:
         """Points of the scan that is taken in next met these planes (N,), and were close to them or not (N,).
@@ -161,11 +175,12 @@ class PlaneMap:
         # Thin in one direction, wide in the two others: neither a lump nor a line.
         flat = (thin < _FLAT**2) & (thin < 0.15 * middle)
         self._is_plane[rows] = flat & (middle > (_WIDE * self._size) ** 2)
-        centres, offsets = self._corners[rows] + means[:, :3], np.maximum(thin, _NOISE**2) / counts
+        centres = self._corners[rows] + means[:, :3]
+        offsets = np.maximum(thin, _NOISE**2) / np.minimum(counts, _INDEPENDENT)
         tilts = offsets / np.maximum(middle, 1e-6)
         normals = axes[:, :, 0]
         normals *= np.copysign(1.0, np.einsum("ij,ij->i", normals, sensor - centres))[:, None]
-        self._planes[rows] = np.column_stack([normals, centres, thin, offsets, tilts])
+        self._planes[rows] = np.column_stack([normals, centres, axes[:, :, 1], thin, offsets, tilts])
         self._fitted[rows] = counts
 
     def _voxels_at(self, points: Floats) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:

@@ -1,4 +1,10 @@
-"""How well a scan lies on the planes of the map, and which way it would have to move to lie better."""
+"""How well a scan lies on the planes of the map, and which way it would have to move to lie better.
+
+The planes' normals err as well. One that leans by chance seems to hold the drone along its plane, where nothing does,
+and draws it back to where the plane was seen from: a ring across the track would follow its own traces. What normals of
+these variances feign on average, of information and of pull, is known, and is taken away, as in bias-compensated least
+squares (Stoica and Soderstrom, "Bias correction in least-squares identification", 1982).
+"""
 
 from __future__ import annotations
 
@@ -15,10 +21,11 @@ from skillwing.sim_mujoco.slam.state import State
 
 RANGE_SIGMA = 0.05
 """Of a point about its plane [m]: the sensor's noise and what the world has of unevenness."""
-DOUBT = 1.0
 WEIGHT = 0.25
 """Of a scan's evidence. Points of one scan err together (a plane wrong by a centimetre is so for all of its points), so
 that they say less than as many independent ones."""
+_ARM = 5.0
+"""A turn moves what is so far away: by this turns and moves are compared [m]."""
 _CLOSE = 0.15
 _GATES = (0.3, 0.3, _CLOSE, _CLOSE)
 """Points farther from their plane than this in each iteration are left out [m], and those within the last gate are
@@ -62,11 +69,29 @@ class Registration:
         matched = np.count_nonzero(self.close | matches.lately)
         self.agreement = Agreement(len(self._points), int(matched), int(np.count_nonzero(self.close)))
         near = beyond < _GATES[min(iteration, len(_GATES) - 1)]
-        normals, distances = matches.normals[near], matches.distances[near]
-        variances = (RANGE_SIGMA**2 + matches.roughness + DOUBT * matches.doubt)[near]
+        distances = matches.distances[near]
+        variances = (RANGE_SIGMA**2 + matches.roughness + matches.doubt)[near]
         # Cauchy's weights: what does not lie on its plane counts less.
         weights = WEIGHT / (variances + 0.25 * distances**2)
-        levers = so3.crossed(self._points[matches.points[near]].T, (normals @ state.turn).T)
-        slopes = np.column_stack([normals, *levers])
+        points = self._points[matches.points[near]]
+        slopes = _slopes(matches.normals[near], points, state)
         weighted = slopes * weights[:, None]
-        return Evidence(weighted.T @ slopes, -(weighted.T @ distances))
+        feigned = _slopes(matches.loose[near], points, state)
+        doubted = feigned * (weights * matches.tilts[near])[:, None]
+        return _sound(
+            weighted.T @ slopes - doubted.T @ feigned, -(weighted.T @ distances) + doubted.T @ matches.levers[near]
+        )
+
+
+def _slopes(directions: Floats, points: Floats, state: State) -> Floats:
+    """How far points (N, 3) in body axes go along these unit vectors (N, 3) for each error of the pose (N, 6)."""
+    return np.column_stack([directions, *so3.crossed(points.T, (directions @ state.turn).T)])
+
+
+def _sound(information: Floats, gradient: Floats) -> Evidence:
+    """The evidence without those directions in which there is less than none."""
+    units = np.array([1.0, 1.0, 1.0, _ARM, _ARM, _ARM])
+    values, vectors = np.linalg.eigh(information / np.outer(units, units))
+    held = vectors[:, values > 0.0] * units[:, None]
+    free = vectors[:, values > 0.0] / units[:, None]
+    return Evidence((held * values[values > 0.0]) @ held.T, held @ (free.T @ gradient))
