@@ -109,7 +109,7 @@ CAMPAIGN_DIR ?= docs/campaigns
 CAMPAIGN_ARGS ?=
 CAMPAIGN := $(BIN)/skillwing campaign
 CAMPAIGN_PAGE = --resume --write docs/missions.md $(CAMPAIGN_ARGS) -o $(CAMPAIGN_DIR)
-CAMPAIGNS := campaign-mapping campaign-returns campaign-worlds campaign-inspection campaign-unwatched campaign-zenoh
+CAMPAIGNS := campaign-mapping campaign-returns campaign-instruments campaign-worlds campaign-inspection campaign-unwatched campaign-zenoh
 .PHONY: $(CAMPAIGNS)
 campaign: setup
 	$(MAKE) --keep-going --jobs=1 $(CAMPAIGNS)
@@ -120,6 +120,10 @@ campaign-mapping: setup
 # Held and resumed: the mission goes on as without a fault, so fewer flights tell as much.
 campaign-returns: setup
 	$(CAMPAIGN) mapping --seeds 0:20 --faults pilot-returns $(CAMPAIGN_PAGE)/returns
+
+# What the drone knows its place and height by, and what carries it.
+campaign-instruments: setup
+	$(CAMPAIGN) mapping --seeds 0:20 --faults gnss,imu,range,rotor $(CAMPAIGN_PAGE)/instruments
 
 # Those that have more in them than a courtyard.
 campaign-worlds: setup

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
 
 from skillwing.m600.campaign import page
 from skillwing.m600.campaign.again import Sample, comparison
+from skillwing.m600.campaign.command import make_plans
 from skillwing.m600.campaign.conditions import Condition, conditions_of
 from skillwing.m600.campaign.flight_code import FlightCode, claim, read_code
 from skillwing.m600.campaign.ledger import LEDGER_FILE, Ledger, read_results
@@ -20,6 +22,9 @@ ROOT = Path(__file__).parents[3]
 PAGE, CAMPAIGNS = ROOT / "docs" / "missions.md", ROOT / "docs" / "campaigns"
 MAPPING, UNWATCHED, ZENOH = CAMPAIGNS / "mapping", CAMPAIGNS / "unwatched", CAMPAIGNS / "zenoh"
 TITLE = re.compile(r"^<!-- campaign: (.+) -->$", re.MULTILINE)
+MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
+RECIPE = re.compile(r"^campaign-(\w+): setup\n\t\$\(CAMPAIGN\) (.+) \$\(CAMPAIGN_PAGE\)/(\w+)\b", re.MULTILINE)
+"""Name, arguments and folder of a campaign that is flown by make."""
 
 
 def published(campaigns: Path) -> list[Path]:
@@ -36,6 +41,20 @@ def flights_in(folder: Path) -> list[FlightResult]:
 def title_of(folder: Path) -> str:
     plans = [result.plan for result in read_results(folder / LEDGER_FILE)]
     return page.title_of(plans, again=folder.name == ZENOH.name)
+
+
+def plans_of_make() -> dict[str, list[FlightPlan]]:
+    """What `make campaign` flies into each folder, but for the sample, which follows from what was flown before."""
+    flown: dict[str, list[FlightPlan]] = {}
+    for _, arguments, folder in RECIPE.findall(MAKEFILE):
+        mission, *words = arguments.split()
+        options = dict(pairwise(words))
+        if "--sample-of" not in options:
+            watched = "--without-obstacles" not in words
+            flown[folder] = make_plans(
+                mission, options["--seeds"], options["--faults"], options.get("--worlds"), watched=watched
+            )
+    return flown
 
 
 def partings(path: Path, campaigns: Path) -> tuple[set[str], set[str]]:
@@ -74,12 +93,34 @@ def test_a_table_tells_the_published_flights(folder: Path) -> None:
         assert (result.plan.command in told) == (not result.kept)
 
 
-def test_each_courtyard_was_flown_under_all_conditions() -> None:
+@pytest.mark.parametrize("name", ["mapping", "returns", "instruments"])
+def test_each_courtyard_was_flown_under_all_conditions_of_its_campaign(name: str) -> None:
     flown: dict[int, set[Condition]] = {}
-    for result in flights_in(MAPPING):
+    for result in flights_in(CAMPAIGNS / name):
         flown.setdefault(result.plan.seed, set()).add(result.plan.condition)
-    all_of_them = set(conditions_of("mapping")) - {Condition.PILOT_RETURNS}
+    all_of_them = {plan.condition for plan in plans_of_make()[name]}
     assert {seed: all_of_them - met for seed, met in flown.items() if met != all_of_them} == {}
+
+
+def test_make_campaign_flies_every_campaign_and_publishes_it_under_its_name() -> None:
+    flown = re.search(r"^CAMPAIGNS := (.+)$", MAKEFILE, re.MULTILINE)
+    assert flown
+    assert flown[1].split() == [f"campaign-{target}" for target, _, _ in RECIPE.findall(MAKEFILE)]
+    assert all(target == folder for target, _, folder in RECIPE.findall(MAKEFILE))
+    assert set(plans_of_make()) == {target for target, _, _ in RECIPE.findall(MAKEFILE)} - {ZENOH.name}
+
+
+def test_make_campaign_lets_everything_happen_in_courtyards_that_a_mission_notices() -> None:
+    plans = [plan for flown in plans_of_make().values() for plan in flown]
+    for mission, world in (("mapping", "courtyard"), ("inspection", "inspection")):
+        happens = {plan.condition for plan in plans if (plan.mission, plan.world) == (mission, world)}
+        assert happens == set(conditions_of(mission))
+
+
+@pytest.mark.parametrize("folder", published(CAMPAIGNS), ids=lambda folder: folder.name)
+def test_what_is_published_is_what_make_campaign_flies(folder: Path) -> None:
+    if folder.name != ZENOH.name:
+        assert title_of(folder) == page.title_of(plans_of_make()[folder.name])
 
 
 def test_drones_collide_where_nobody_looks_ahead_and_not_where_obstacle_detection_does() -> None:
@@ -100,6 +141,5 @@ def test_the_first_example_flies_what_make_campaign_does() -> None:
     example = next(line for line in PAGE.read_text(encoding="utf-8").splitlines() if line.startswith("skillwing "))
     command, write, output = example.partition(" --write docs/missions.md -o docs/campaigns/mapping")
     assert (write, output) == (" --write docs/missions.md -o docs/campaigns/mapping", "")
-    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
-    assert f"$(CAMPAIGN) {command.removeprefix('skillwing campaign ')} $(CAMPAIGN_PAGE)/mapping\n" in makefile
-    assert "CAMPAIGN_DIR ?= docs/campaigns\n" in makefile
+    assert f"$(CAMPAIGN) {command.removeprefix('skillwing campaign ')} $(CAMPAIGN_PAGE)/mapping\n" in MAKEFILE
+    assert "CAMPAIGN_DIR ?= docs/campaigns\n" in MAKEFILE
