@@ -9,6 +9,7 @@ from typing import Any
 
 from skillwing.sim_mujoco.frames.vectors import Vector, heading_of
 from skillwing.sim_mujoco.guidance.core import GuidanceCore
+from skillwing.sim_mujoco.sensors.names import RANGE
 from skillwing.sim_mujoco.simulator.autopilot import Setpoint
 from skillwing.sim_mujoco.simulator.simulator import Simulator
 from skillwing.sim_mujoco.topics import (
@@ -30,7 +31,7 @@ class Rig:
     """A drone on its pad with a range-finder only; `fly` lets time pass at 50 Hz. Options are the simulator's."""
 
     def __init__(self, world: World = WORLD, **options: Any) -> None:
-        self.sim = Simulator(world, sensors=("range",), **options)
+        self.sim = Simulator(world, sensors=(RANGE,), **options)
         self.core = GuidanceCore()
         self.connected = True
         self.obstacles: Callable[[float, GuidanceStatus], ObstacleStatus | None] = lambda t, status: None
@@ -72,7 +73,8 @@ class Rig:
         t, autopilot = self.sim.t, self.sim.autopilot
         self.track.append((t, self.sim.motion.position))
         for measurement in happened.measurements:
-            self.core.range(measurement.end, float(measurement.data[0]) or None)
+            if measurement.sensor == RANGE:
+                self.core.range(measurement.end, float(measurement.data[0]) or None)
         for solution in happened.solutions:
             self.core.navigation(
                 Navigation(
