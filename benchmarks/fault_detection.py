@@ -21,8 +21,9 @@ import numpy as np
 from performance_page import machine, table, tell
 
 from skillwing.sim_mujoco.sensors.corruptors import KINDS
-from skillwing.sim_mujoco.sensors.fittings import GNSS, SENSORS
+from skillwing.sim_mujoco.sensors.fittings import SENSORS
 from skillwing.sim_mujoco.sensors.health import Change, Condition
+from skillwing.sim_mujoco.sensors.names import GNSS
 from skillwing.sim_mujoco.simulator.autopilot import Setpoint
 from skillwing.sim_mujoco.simulator.simulator import Simulator
 from skillwing.sim_mujoco.world.world import make_world

@@ -9,7 +9,7 @@ from typing import TypeVar
 from skillwing.services.bus import Request, Sample
 from skillwing.services.protocol import ErrorCode, ErrorReply, Message, ProtocolError, decode, encode
 from skillwing.sim_mujoco.axis import RefusedError
-from skillwing.sim_mujoco.topics import Done
+from skillwing.sim_mujoco.topics import Done, Empty
 
 M = TypeVar("M", bound=Message)
 S = TypeVar("S")
@@ -39,13 +39,24 @@ def reply_with(kind: type[M], make: Callable[[M], Message]) -> Callable[[Request
     """A service for questions of a kind. `make` makes the reply, or raises RefusedError."""
 
     def on_request(request: Request) -> None:
+        wanted = read_question(request, kind)
+        if wanted is None:
+            return
         try:
-            reply = make(decode(request.payload, kind))
-        except ProtocolError as error:
-            request.refuse(ErrorReply(code=ErrorCode.BAD_REQUEST, message=str(error), help="check the message"))
+            reply = make(wanted)
         except RefusedError as error:
             request.refuse(error.reply)
         else:
             request.reply(encode(reply))
 
     return on_request
+
+
+def read_question(request: Request, kind: type[M]) -> M | None:
+    """What is asked. None where it cannot be read: then the request has been refused."""
+    try:
+        return decode(request.payload, kind)
+    except ProtocolError as error:
+        wanted = "send an empty message" if kind is Empty else "check the message"
+        request.refuse(ErrorReply(code=ErrorCode.BAD_REQUEST, message=str(error), help=wanted))
+        return None

@@ -18,7 +18,8 @@ from skillwing.sim_mujoco.camera.feed import CAMERA
 from skillwing.sim_mujoco.guidance.node import make_guidance
 from skillwing.sim_mujoco.options import OptionsError
 from skillwing.sim_mujoco.sensors.corruptors import KINDS
-from skillwing.sim_mujoco.sensors.fittings import FITTINGS, GNSS, SENSORS
+from skillwing.sim_mujoco.sensors.fittings import FITTINGS, SENSORS
+from skillwing.sim_mujoco.sensors.names import GNSS
 from skillwing.sim_mujoco.simulator.node import make_sim
 from skillwing.sim_mujoco.simulator.rotor_faults import ROTOR_NAMES
 

@@ -18,8 +18,8 @@ from skillwing.sim_mujoco.obstacles.landing_memory import READINGS, SURE
 from skillwing.sim_mujoco.obstacles.node import make_obstacles
 from skillwing.sim_mujoco.options import OptionsError
 from skillwing.sim_mujoco.sensors.directions import RANGE_MOUNT, lidar_directions
-from skillwing.sim_mujoco.sensors.fittings import LIDAR, RANGE
 from skillwing.sim_mujoco.sensors.instruments import RANGE_PERIOD
+from skillwing.sim_mujoco.sensors.names import LIDAR, RANGE
 from skillwing.sim_mujoco.topics import ObstacleSource
 
 M = TypeVar("M", bound=Message)

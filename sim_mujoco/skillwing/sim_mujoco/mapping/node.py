@@ -14,7 +14,7 @@ import numpy as np
 
 from skillwing.services.bus import Bus, Publisher, Request
 from skillwing.services.bus.reading import message_reader
-from skillwing.services.protocol import ErrorCode, ErrorReply, ProtocolError, decode, encode
+from skillwing.services.protocol import encode
 from skillwing.sim_mujoco import topics
 from skillwing.sim_mujoco.axis import Axis
 from skillwing.sim_mujoco.frames.vectors import Vector, add, subtract
@@ -22,7 +22,7 @@ from skillwing.sim_mujoco.geofence import COURTYARD_BOUNDS, Box
 from skillwing.sim_mujoco.mapping.localiser import ByNavigation, ByOdometry, Localiser, Placement
 from skillwing.sim_mujoco.mapping.mapper import Mapper
 from skillwing.sim_mujoco.mapping.occupancy import OccupancyGrid, Voxels, grid_shape
-from skillwing.sim_mujoco.messaging import answer_with, stream_reader
+from skillwing.sim_mujoco.messaging import answer_with, read_question, stream_reader
 from skillwing.sim_mujoco.options import OptionsError, read_options
 from skillwing.sim_mujoco.scenario import Poses, ScenarioError, read_scenario
 from skillwing.sim_mujoco.sensors.scans import LidarScan
@@ -158,12 +158,8 @@ class MappingNode:
         self._map.put(*self._encoded(self._published if complete else change.appeared, complete=complete))
 
     def _on_snapshot(self, request: Request) -> None:
-        try:
-            decode(request.payload, topics.Empty)
-        except ProtocolError as error:
-            request.refuse(ErrorReply(code=ErrorCode.BAD_REQUEST, message=str(error), help="send an empty message"))
-            return
-        request.reply(*self._encoded(self._mapper.grid.occupied(), complete=True))
+        if read_question(request, topics.Empty) is not None:
+            request.reply(*self._encoded(self._mapper.grid.occupied(), complete=True))
 
     def _encoded(self, voxels: Voxels, *, complete: bool) -> tuple[bytes, bytes]:
         assert self._bus is not None

@@ -30,7 +30,7 @@ from skillwing.sim_mujoco.sensors.depth_camera import depth_header
 from skillwing.sim_mujoco.sensors.fault_schedule import Seconds
 from skillwing.sim_mujoco.sensors.fittings import SENSORS
 from skillwing.sim_mujoco.sensors.health import Change
-from skillwing.sim_mujoco.sensors.names import GNSS, IMU, LIDAR, RANGE, ZED
+from skillwing.sim_mujoco.sensors.names import GNSS, IMU, LIDAR, RANGE
 from skillwing.sim_mujoco.simulator.autopilot import Limits, Setpoint
 from skillwing.sim_mujoco.simulator.battery import PACKS
 from skillwing.sim_mujoco.simulator.failsafes import CRITICAL_CHARGE
@@ -296,7 +296,7 @@ class SimOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     factor: float = 1.0
     authority: bool = True
     receiver: str = "rtk"
-    sensors: tuple[str, ...] = (ZED, LIDAR, IMU, RANGE, GNSS)
+    sensors: tuple[str, ...] = SENSORS
 
 
 def make_sim(options: dict[str, Any]) -> SimNode:

@@ -229,7 +229,7 @@ class Simulator:
             arrived, changes = channel.collect(self.t)
             happened.measurements += arrived
             happened.health += [(channel.sensor, change) for change in changes]
-            if channel.sensor == "range":
+            if channel.sensor == RANGE:
                 self._look_down(arrived, changes)
 
     def _guide(self, happened: Happened) -> None:
