@@ -80,7 +80,8 @@ class LandingMemory:
             self._met.clear()
 
     def drop_line(self) -> None:
-        """The range-finder has failed: it may have told wrong distances for a while before it found out."""
+        """The range-finder has failed: it may have told wrong distances before it found out. Whole lines stay; it finds
+        out within about a second, in which two of them can be wrong."""
         self._met.clear()
 
     def known(self, t: float) -> LocalMap | None:

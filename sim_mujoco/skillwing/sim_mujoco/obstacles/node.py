@@ -5,6 +5,7 @@ For a landing the LiDAR is followed besides, whatever was chosen: its ring sees 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -202,7 +203,9 @@ class ObstaclesNode:
             seen = "the ground below is free" if below.seen else "nothing is known to stand below"
             return topics.LandingPlace(place=None, text=seen)
         place = below.free_place(self._targets)
-        elsewhere = "no free ground is known within reach" if place is None else "here the ground is free"
+        elsewhere = "no free ground is known within reach"
+        if place is not None:
+            elsewhere = f"free ground is known {math.dist(place[:2], navigation.position[:2]):.0f} m away"
         return topics.LandingPlace(place=place, taken=True, text=f"something stands below, or it is steep; {elsewhere}")
 
     def _way(self, t: float) -> tuple[topics.Vector3, ...]:
