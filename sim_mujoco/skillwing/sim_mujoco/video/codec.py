@@ -17,8 +17,12 @@ CLOCK = 90_000
 """Ticks a second of a picture's time stamp, as RTP has it."""
 FASTEST_RATE, SLOWEST_RATE = 1_500_000, 40_000
 """Between them the encoder's rate can be chosen [bit/s]."""
-_BUFFER = 0.05
-"""How long the largest picture may take at the fastest rate [s]: so a keyframe does not clog a narrow link."""
+RICHEST = 150_000
+"""What a picture gets at most on average [bit]: with more, those of the camera hardly become better."""
+_BUFFER = 1.5
+"""What the encoder may be ahead of its rate, in richest pictures: less, and pictures stay below what they may have;
+more, and a keyframe clogs a narrow link."""
+_NOMINAL_FPS = 15
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,12 +40,12 @@ SMALLEST, LARGEST = 16, 4096
 class Encoder:
     """An encoder whose rate can be changed while it runs.
 
-    It is opened at the fastest rate and turned down from there: libx264 follows a new rate within about half a second
-    as long as it is not above the one it was opened with, and no keyframe is needed. It gives each picture the share
-    of one at the frame rate it was opened with; at another it has to be told a rate that makes up for that.
+    libx264 follows a new rate within about half a second, without a keyframe, as long as it was opened as one of
+    constant rate, and none faster than the first is asked for. It takes pictures to be as far apart as it was told when
+    it was opened; so what it is told is not the bit rate, but what each picture is to get.
     """
 
-    def __init__(self, width: int, height: int, fps: float) -> None:
+    def __init__(self, width: int, height: int) -> None:
         """Raises ValueError for a picture that is too small, too large, or odd."""
         if any(not SMALLEST <= side <= LARGEST or side % 2 for side in (width, height)):
             raise ValueError(f"pictures of {width} x {height} pixels cannot be encoded")
@@ -49,15 +53,14 @@ class Encoder:
         assert isinstance(self._codec, VideoCodecContext)
         self._codec.width, self._codec.height, self._codec.pix_fmt = width, height, "yuv420p"
         self._codec.time_base = Fraction(1, CLOCK)
-        self._opened_fps = fps
-        self._codec.framerate = Fraction(fps).limit_denominator(1000)
-        self._codec.bit_rate = FASTEST_RATE
+        self._codec.framerate = Fraction(_NOMINAL_FPS)
+        self._codec.bit_rate = RICHEST * _NOMINAL_FPS
         self._codec.thread_count = 1
         self._codec.options = {
             "preset": "veryfast",
             "tune": "zerolatency",
-            "maxrate": str(FASTEST_RATE),
-            "bufsize": str(round(FASTEST_RATE * _BUFFER)),
+            "maxrate": str(RICHEST * _NOMINAL_FPS),
+            "bufsize": str(round(RICHEST * _BUFFER)),
             # Keyframes come on request only: each costs as much as several other pictures.
             "x264-params": "keyint=infinite:scenecut=0",
         }
@@ -65,21 +68,26 @@ class Encoder:
 
     def encode(self, picture: Picture, t: float, bitrate: float, fps: float, *, keyframe: bool) -> AccessUnit | None:
         """Encode a picture (height, width, 3) taken at `t` [s], aiming at `bitrate` [bit/s] from now on, of which each
-        of `fps` pictures a second gets its share.
+        of `fps` pictures a second gets its share, but none more than `RICHEST` bits.
 
         None where the encoder leaves a picture out. Times have to grow; a repeated one is moved by a tick.
         """
-        # The rate counts from the second picture on: the encoder is opened, at its fastest rate, with the first.
-        if self._codec.is_open:
-            self._codec.bit_rate = round(min(max(bitrate, SLOWEST_RATE) * self._opened_fps / fps, FASTEST_RATE))
         frame = av.VideoFrame.from_ndarray(picture, format="rgb24")
-        frame.pts = self._last = max(self._last + 1, round(t * CLOCK))
-        frame.time_base = Fraction(1, CLOCK)
-        frame.pict_type = PictureType.I if keyframe else PictureType.NONE
-        packets = self._codec.encode(frame)
+        if not self._codec.is_open:
+            # A rate counts from the second picture on. The first one nobody gets: it is as rich as any can be.
+            self._packets(frame, t, keyframe=True)
+            keyframe = True
+        self._codec.bit_rate = round(min(max(bitrate, SLOWEST_RATE) / fps, RICHEST) * _NOMINAL_FPS)
+        packets = self._packets(frame, t, keyframe=keyframe)
         if not packets:
             return None
         return AccessUnit(b"".join(bytes(packet) for packet in packets), any(packet.is_keyframe for packet in packets))
+
+    def _packets(self, frame: av.VideoFrame, t: float, *, keyframe: bool) -> list[av.Packet]:
+        frame.pts = self._last = max(self._last + 1, round(t * CLOCK))
+        frame.time_base = Fraction(1, CLOCK)
+        frame.pict_type = PictureType.I if keyframe else PictureType.NONE
+        return self._codec.encode(frame)
 
 
 class UndecodableError(ValueError):
