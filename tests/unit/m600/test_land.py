@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from drone import Drone
 
-from skillwing.m600.skills.land import ASIDES, PATIENCE, SUBJECT, LandManager
+from skillwing.m600.skills.land import ASIDES, HANGS_AFTER, PATIENCE, SUBJECT, LandManager
 from skillwing.sim_mujoco.topics import FlyTo
 
 
@@ -29,8 +29,18 @@ def test_is_blocked_when_it_does_not_come_down(drone: Drone) -> None:
     goal = drone.start(speed=1.0)
     drone.run(2.0)
     drone.layer.stuck = True
-    goal.assert_ended("S_BLOCKED", within=6.0)
+    goal.assert_ended("S_BLOCKED", within=HANGS_AFTER + 1.0)
     assert drone.layer.motions[-1] == "Stop"
+
+
+def test_waits_for_an_autopilot_that_is_slow_to_notice_that_the_drone_stands(drone: Drone) -> None:
+    goal = drone.start(speed=1.0)
+    drone.run(2.0)
+    drone.layer.stuck = True
+    drone.run(8.0)
+    goal.assert_running()
+    drone.layer.stuck = False
+    goal.assert_ended("S_LANDED")
 
 
 def test_fails_with_guidances_words_when_guidance_gives_up(drone: Drone) -> None:

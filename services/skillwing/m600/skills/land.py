@@ -35,6 +35,9 @@ ASIDE = 1.0
 """Speed at which the drone flies there [m/s]."""
 ASIDES = 2
 """So often it flies aside at most: underway more is seen of the ground than was known before."""
+HANGS_AFTER = 10.0
+"""A drone that has come no lower for so long hangs [s]. The autopilot takes up to 8 s to notice that it stands, if the
+range-finder says that the ground is lower."""
 SUBJECT = "landing place"
 """Of the record in the timeline that says what is known to stand below."""
 AT_AN_END = frozenset({MotionState.DONE, MotionState.BLOCKED, MotionState.ABORTED})
@@ -149,7 +152,7 @@ class LandManager(AbstractLandManager):
             return False
         depth = -position[2]
         if self._descent is None:
-            self._descent = Headway(now, depth)
+            self._descent = Headway(now, depth, patience=HANGS_AFTER)
         return self._descent.stalled(now, depth)
 
 
