@@ -7,16 +7,14 @@ import random
 from enum import StrEnum
 from typing import Any
 
-from skillwing.sim_mujoco.sensors.names import GNSS, IMU, LIDAR, RANGE, ZED
-
 SENSOR_FAULTS = ("blackout", "freeze", "noise", "bias", "dropout", "slow")
 ROTORS = 6
 SIZES = {
-    ZED: {"noise": (0.05, 4.0), "bias": (0.1, 4.0)},
-    LIDAR: {"noise": (0.05, 4.0), "bias": (0.1, 4.0)},
-    GNSS: {"noise": (0.05, 100.0), "bias": (0.05, 100.0)},
-    IMU: {"noise": (0.02, 20.0), "bias": (0.02, 20.0)},
-    RANGE: {"noise": (0.02, 20.0), "bias": (0.02, 20.0)},
+    "zed": {"noise": (0.05, 4.0), "bias": (0.1, 4.0)},
+    "lidar": {"noise": (0.05, 4.0), "bias": (0.1, 4.0)},
+    "gnss": {"noise": (0.05, 100.0), "bias": (0.05, 100.0)},
+    "imu": {"noise": (0.02, 20.0), "bias": (0.02, 20.0)},
+    "range": {"noise": (0.02, 20.0), "bias": (0.02, 20.0)},
 }
 """Least and largest of each sensor, in its units (docs/sensors.md): from what no detector sees to what none misses."""
 EARLIEST = 2.0
@@ -96,11 +94,11 @@ def draw(condition: Condition, seed: int, way_time: float) -> dict[str, Any]:
         case Condition.NONE:
             pass
         case Condition.CAMERA:
-            simulation["faults"] = [_sensor_fault(chance, ZED, moment())]
+            simulation["faults"] = [_sensor_fault(chance, "zed", moment())]
         case Condition.LIDAR:
-            simulation["faults"] = [_sensor_fault(chance, LIDAR, moment())]
+            simulation["faults"] = [_sensor_fault(chance, "lidar", moment())]
         case Condition.BOTH:
-            simulation["faults"] = [_sensor_fault(chance, sensor, moment()) for sensor in (ZED, LIDAR)]
+            simulation["faults"] = [_sensor_fault(chance, sensor, moment()) for sensor in ("zed", "lidar")]
         case Condition.GNSS | Condition.IMU | Condition.RANGE:
             simulation["faults"] = [_sensor_fault(chance, condition.value, moment())]
         case Condition.ROTOR:
