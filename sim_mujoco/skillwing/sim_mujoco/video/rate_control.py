@@ -40,8 +40,9 @@ BEGINNING = 1.0
 """So much longer has what a stream begins with: the ground counts pictures over a second [s]."""
 HELD = 60.0
 """An attempt that has not failed for so long, and for as long as it had been waited for, never will [s]."""
-ANOTHER = 1.5
-"""A link of so many times the bandwidth, or of that part of it, is another: what failed on one may do on the other."""
+ANOTHER, ANOTHER_AIR = 1.5, 2.0
+"""A link of so many times the bandwidth, or the loss, is another, as is one of that part of it: what failed on one may
+do on the other."""
 TOO_POOR, GOOD_ENOUGH = 0.02, 0.05
 """Above the quality that is needed: below the first the frame rate falls, above the second it may rise."""
 WARIER, WARIEST = 2.0, 3
@@ -123,7 +124,7 @@ class RateController:
         self._level: int | None = None
         self._slower, self._warier = Concession(len(self._fps) - 1), Concession(WARIEST)
         self._roomy_since: float | None = None
-        self._tried_on = 0.0
+        self._tried_on = self._tried_in = 0.0
         self._told_loss, self._dropped, self._crowded_at = 0.0, 0, -math.inf
         self._chosen_at = -math.inf
         self._forget()
@@ -143,9 +144,9 @@ class RateController:
         """What the modem says at `t`."""
         if status.dropped != self._dropped:
             self._dropped, self._crowded_at = status.dropped, t
-        narrower, wider = sorted((status.bandwidth, self._tried_on))
-        if wider > ANOTHER * narrower:
-            self._tried_on = status.bandwidth
+        loss = max(status.loss, LOSSY)
+        if _differ(status.bandwidth, self._tried_on, ANOTHER) or _differ(loss, self._tried_in, ANOTHER_AIR):
+            self._tried_on, self._tried_in = status.bandwidth, loss
             self._slower.forget_trials()
             self._warier.forget_trials()
         self._told_loss = status.loss
@@ -215,6 +216,11 @@ class RateController:
     def _forget(self) -> None:
         """What was seen until now says nothing of what holds from now on."""
         self._seen_fps, self._seen_quality = Smoothed(), Smoothed()
+
+
+def _differ(one: float, other: float, times: float) -> bool:
+    less, more = sorted((one, other))
+    return more > times * less
 
 
 def _bitrate(level: int) -> float:
