@@ -24,6 +24,9 @@ Sentence: TypeAlias = Annotated[str, msgspec.Meta(max_length=LONGEST_SENTENCE)]
 """For people; others pass it on inside of longer messages, hence of bounded length."""
 Magnitude: TypeAlias = Component
 """How badly something fails, in the unit of its fault; of some kinds less is meant (docs/sensors.md)."""
+FASTEST_LINK = 1e4
+Megabits: TypeAlias = Annotated[float, msgspec.Meta(ge=0.0, le=FASTEST_LINK)]
+"""A bandwidth [Mbit/s]."""
 Vector3 = tuple[Component, Component, Component]
 Quaternion = tuple[Component, Component, Component, Component]
 
@@ -524,12 +527,12 @@ class LinkStatus(Message, frozen=True, kw_only=True):
     on, for who looks on."""
 
     t: Time
-    bandwidth: float
-    latency: float
-    loss: float
-    queued: float
-    sent: float
-    dropped: int
+    bandwidth: Annotated[float, msgspec.Meta(ge=0.0, le=1e6 * FASTEST_LINK)]
+    latency: Annotated[float, msgspec.Meta(ge=0.0)]
+    loss: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
+    queued: Annotated[float, msgspec.Meta(ge=0.0)]
+    sent: Annotated[float, msgspec.Meta(ge=0.0)]
+    dropped: Annotated[int, msgspec.Meta(ge=0)]
     faults: tuple[Label, ...] = ()
 
 
@@ -538,4 +541,4 @@ class SetLinkFault(Message, frozen=True, kw_only=True):
 
     kind: Label
     on: bool = True
-    magnitude: Annotated[float, msgspec.Meta(ge=0.0, le=1e6)] | None = None
+    magnitude: Megabits | None = None

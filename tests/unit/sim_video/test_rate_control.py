@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from skillwing.m600.skills.shortfall import Shortfall
-from skillwing.sim_mujoco.topics import LinkStatus, VideoStatus
+from skillwing.services.protocol import ProtocolError, decode, encode
+from skillwing.sim_mujoco.topics import FASTEST_LINK, LinkStatus, VideoStatus
 from skillwing.sim_mujoco.video.codec import FASTEST_RATE
 from skillwing.sim_mujoco.video.pieces import parts_of
 from skillwing.sim_mujoco.video.protection import HIGHEST_LOSS, LOSSY, MOST_PARITY, RISK, parity_against, risk
@@ -294,10 +295,27 @@ def test_a_link_that_narrows_is_obeyed_at_once_and_one_that_widens_step_by_step(
     assert loop.control.rates.bitrate == wide
 
 
-def test_a_modem_that_tells_of_no_limit_is_given_the_fastest_rate() -> None:
+@given(st.floats(), st.floats(), st.floats())
+@example(-1e308, 0.0, 0.0)
+@example(math.inf, 0.0, 0.0)
+@example(0.0, 1e300, 0.0)
+@example(1e6 * FASTEST_LINK, 1.0, 1.7e308)
+def test_whatever_a_modem_tells_is_refused_or_can_be_followed(bandwidth: float, loss: float, queued: float) -> None:
+    told = LinkStatus(t=0.0, bandwidth=bandwidth, latency=0.03, loss=loss, queued=queued, sent=0.0, dropped=0)
+    if not (0.0 <= bandwidth <= 1e6 * FASTEST_LINK and 0.0 <= loss <= 1.0 and queued >= 0.0):
+        with pytest.raises(ProtocolError):
+            decode(encode(told), LinkStatus)
+        return
     control = RateController(20.0, 0.9)
-    control.link(0.0, link(0.0, math.inf))
-    assert SLOWEST_RATE < control.rates.bitrate <= FASTEST_RATE
+    control.link(0.0, decode(encode(told), LinkStatus))
+    assert SLOWEST_RATE <= control.rates.bitrate <= FASTEST_RATE
+    assert control.parity(5000) <= MOST_PARITY
+
+
+def test_a_modem_that_knows_no_limit_is_given_the_fastest_rate() -> None:
+    control = RateController(20.0, 0.9)
+    control.link(0.0, link(0.0, 1e6 * FASTEST_LINK))
+    assert FASTEST_RATE / STEP < control.rates.bitrate <= FASTEST_RATE
 
 
 def test_poor_pictures_cost_frame_rate_first() -> None:

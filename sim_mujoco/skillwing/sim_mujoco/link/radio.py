@@ -17,6 +17,7 @@ from skillwing.sim_mujoco.frames.vectors import Vector
 from skillwing.sim_mujoco.sensors.corruptors import Fault
 from skillwing.sim_mujoco.sensors.fault_schedule import FaultSchedule, Seconds
 from skillwing.sim_mujoco.sensors.zones import Zone
+from skillwing.sim_mujoco.topics import Megabits
 
 MEGABIT = 1e6
 FLOOR = 1.0
@@ -25,7 +26,6 @@ FLOOR = 1.0
 NARROW, CUT = "narrow", "cut"
 FAULTS = (NARROW, CUT)
 Kind: TypeAlias = Literal["narrow", "cut"]
-Megabits: TypeAlias = Annotated[float, msgspec.Meta(ge=0.0, le=1e4)]
 Latency: TypeAlias = Annotated[float, msgspec.Meta(ge=0.0, le=10.0)]
 Share: TypeAlias = Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
 Metres: TypeAlias = Annotated[float, msgspec.Meta(gt=0.0, le=1e6)]

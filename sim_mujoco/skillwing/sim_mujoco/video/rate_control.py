@@ -231,5 +231,4 @@ def _level(budget: float) -> int:
     """The fastest bit rate that fits the budget [bit/s], without anything else; the slowest one if none does."""
     if budget <= SLOWEST_RATE:
         return 0
-    # A modem may tell of any number, of more than there are as well.
-    return _LEVELS - 1 if math.isinf(budget) else min(_LEVELS - 1, math.floor(math.log(budget / SLOWEST_RATE, STEP)))
+    return min(_LEVELS - 1, math.floor(math.log(budget / SLOWEST_RATE, STEP)))
