@@ -72,7 +72,7 @@ HEADS = ["kbit/s received", "FPS", "SSIM", "latency p50 [ms]", "p95 [ms]", "lost
 def costs(world: World, album: Album) -> str:
     """Processor time for one picture, in a sentence: medians over 4 s of the flight at 400 kbit/s."""
     orbiter, camera = Orbiter(world, album), Camera(world, RayScene(world.triangles()))
-    encoder, decoder = Encoder(WIDTH, HEIGHT), Decoder()
+    encoder, decoder = Encoder(WIDTH, HEIGHT, 15.0), Decoder()
     times: dict[str, list[float]] = {}
 
     def timed(name: str, call: Callable[[], T]) -> T:

@@ -17,11 +17,12 @@ CLOCK = 90_000
 """Ticks a second of a picture's time stamp, as RTP has it."""
 FASTEST_RATE, SLOWEST_RATE = 1_500_000, 40_000
 """Between them the encoder's rate can be chosen [bit/s]."""
-RICHEST = 150_000
-"""What a picture gets at most on average [bit]: with more, those of the camera hardly become better."""
-_BUFFER = 1.5
-"""What the encoder may be ahead of its rate, in richest pictures: less, and pictures stay below what they may have;
-more, and a keyframe clogs a narrow link."""
+RICH, RICHEST = 100_000, 250_000
+"""What a picture can get on average [bit], where pictures are many and where they are few. With more, those of the
+camera hardly become better."""
+_BUFFER = 0.75
+"""How far the encoder may be ahead of its rate, in such pictures. With less, pictures stay below what they may have;
+with more, a link that collapses is clogged for longer."""
 _NOMINAL_FPS = 15
 
 
@@ -45,8 +46,9 @@ class Encoder:
     it was opened; so what it is told is not the bit rate, but what each picture is to get.
     """
 
-    def __init__(self, width: int, height: int) -> None:
-        """Raises ValueError for a picture that is too small, too large, or odd."""
+    def __init__(self, width: int, height: int, slowest_fps: float) -> None:
+        """An encoder that gives pictures the fastest rate's share, be they as few as `slowest_fps` a second, as far as
+        they have any use for it. Raises ValueError for a picture that is too small, too large, or odd."""
         if any(not SMALLEST <= side <= LARGEST or side % 2 for side in (width, height)):
             raise ValueError(f"pictures of {width} x {height} pixels cannot be encoded")
         self._codec = av.CodecContext.create("libx264", "w")
@@ -54,13 +56,14 @@ class Encoder:
         self._codec.width, self._codec.height, self._codec.pix_fmt = width, height, "yuv420p"
         self._codec.time_base = Fraction(1, CLOCK)
         self._codec.framerate = Fraction(_NOMINAL_FPS)
-        self._codec.bit_rate = RICHEST * _NOMINAL_FPS
+        self._richest = round(min(max(FASTEST_RATE / slowest_fps, RICH), RICHEST))
+        self._codec.bit_rate = self._richest * _NOMINAL_FPS
         self._codec.thread_count = 1
         self._codec.options = {
             "preset": "veryfast",
             "tune": "zerolatency",
-            "maxrate": str(RICHEST * _NOMINAL_FPS),
-            "bufsize": str(round(RICHEST * _BUFFER)),
+            "maxrate": str(self._richest * _NOMINAL_FPS),
+            "bufsize": str(round(self._richest * _BUFFER)),
             # Keyframes come on request only: each costs as much as several other pictures.
             "x264-params": "keyint=infinite:scenecut=0",
         }
@@ -68,7 +71,7 @@ class Encoder:
 
     def encode(self, picture: Picture, t: float, bitrate: float, fps: float, *, keyframe: bool) -> AccessUnit | None:
         """Encode a picture (height, width, 3) taken at `t` [s], aiming at `bitrate` [bit/s] from now on, of which each
-        of `fps` pictures a second gets its share, but none more than `RICHEST` bits.
+        of `fps` pictures a second gets its share, as long as that is no more than what it was opened for.
 
         None where the encoder leaves a picture out. Times have to grow; a repeated one is moved by a tick.
         """
@@ -77,7 +80,7 @@ class Encoder:
             # A rate counts from the second picture on. The first one nobody gets: it is as rich as any can be.
             self._packets(frame, t, keyframe=True)
             keyframe = True
-        self._codec.bit_rate = round(min(max(bitrate, SLOWEST_RATE) / fps, RICHEST) * _NOMINAL_FPS)
+        self._codec.bit_rate = round(min(max(bitrate, SLOWEST_RATE) / fps, self._richest) * _NOMINAL_FPS)
         packets = self._packets(frame, t, keyframe=keyframe)
         if not packets:
             return None

@@ -120,7 +120,7 @@ class VideoNode:
         picture = np.frombuffer(payload, np.uint8).reshape(header.height, header.width, 3)
         rates = stream.control.rates
         if stream.encoder is None:
-            stream.encoder = Encoder(header.width, header.height)
+            stream.encoder = Encoder(header.width, header.height, stream.control.slowest_fps)
         keyframe = stream.wants_keyframe and header.t - stream.keyframe_at >= KEYFRAME_PAUSE
         unit = stream.encoder.encode(picture, header.t, rates.bitrate, rates.fps, keyframe=keyframe)
         if unit is None:

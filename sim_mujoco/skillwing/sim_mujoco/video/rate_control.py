@@ -136,6 +136,11 @@ class RateController:
         """What holds now."""
         return Rates(_bitrate(self._level or 0), self._fps[self._slower.steps])
 
+    @property
+    def slowest_fps(self) -> float:
+        """The lowest frame rate that may ever be chosen."""
+        return self._fps[-1]
+
     def parity(self, size: int) -> int:
         """How many parity pieces a picture of so many bytes is to have."""
         return parity_against(self._loss, parts_of(size))
