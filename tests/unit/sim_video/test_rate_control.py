@@ -172,6 +172,25 @@ def test_what_can_be_kept_is_kept(fps: float, wanted: float, hard: float, bandwi
         assert loop.shortfall(60.0, bandwidth) < 4.0
 
 
+@pytest.mark.parametrize(
+    ("fps", "wanted", "hard"), [(10.0, 0.85, 1.0), (10.0, 0.7, 2.0), (12.0, 0.9, 1.0), (20.0, 0.85, 1.0)]
+)
+def test_on_a_link_that_narrows_slowly_both_demands_are_held_down_to_the_margins(
+    fps: float, wanted: float, hard: float
+) -> None:
+    """What is kept of the limit, the whole link at exactly as many pictures: spare ones, a quarter, and a step."""
+    limit = (
+        next(b for b in range(0, 10**6, 1000) if b > 0 and quality(Rates(b, fps), hard) >= wanted) + PICTURE_COST * fps
+    )
+    loop = Loop(fps, wanted, hard)
+    bandwidth = 3.0 * limit
+    loop.run(60.0, bandwidth)
+    while 0.98 * bandwidth > SPARE_FPS / SHARE * STEP * limit:
+        bandwidth *= 0.98
+        loop.run(10.0, bandwidth)
+        assert loop.shortfall(20.0, bandwidth) < 4.0
+
+
 lossy = st.floats(0.01, 0.3)
 misjudged = st.floats(0.25, 1.0)
 """The share of what is lost that the modem knows of."""
