@@ -61,10 +61,10 @@ def test_what_is_interpolated_is_what_would_be_cast() -> None:
     face[:10], inverse[:10] = -1, 0.0
     cast_pixels = 0
 
-    def cast(i: np.ndarray, j: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def cast(pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         nonlocal cast_pixels
-        cast_pixels += len(i)
-        return inverse[i, j], face[i, j]
+        cast_pixels += len(pixels)
+        return inverse.take(pixels), face.take(pixels)
 
     found_inverse, found_face = trace(60, 80, np.array([0, 1, -1], dtype=np.int32), cast)
     assert np.array_equal(found_face, face)

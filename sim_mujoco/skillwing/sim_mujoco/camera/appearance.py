@@ -1,4 +1,8 @@
-"""How the surfaces of a world look: colours, patterns, sun, sky and haze."""
+"""How the surfaces of a world look: colours, patterns, sun, sky and haze.
+
+What belongs to one pixel lies in one column everywhere, colours (3, N) as well as places (3, N): NumPy works through
+long rows several times as fast as through short ones.
+"""
 
 from __future__ import annotations
 
@@ -8,73 +12,89 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skillwing.sim_mujoco.camera import texture
-from skillwing.sim_mujoco.world.rendering import painted
+from skillwing.sim_mujoco.camera.ground import Ground
+from skillwing.sim_mujoco.camera.texture import Textures
 from skillwing.sim_mujoco.world.world import BUILDING, TERRAIN, World
 
 Array = NDArray[np.float32]
-Faces = NDArray[np.int32]
+Faces = NDArray[np.intp]
 
 SUN = np.array([-0.45, -0.6, 0.85], dtype=np.float32) / np.float32(math.sqrt(0.45**2 + 0.6**2 + 0.85**2))
 """Towards the sun, as in the pictures of the worlds."""
-_LIGHTS = np.array([[0.95, 0.91, 0.84], [0.50, 0.54, 0.58]], dtype=np.float32)
-"""Of the sun and of the sky."""
-_HORIZON = np.array([0.87, 0.91, 0.95], dtype=np.float32)
-_ZENITH = np.array([0.50, 0.66, 0.88], dtype=np.float32)
+_SUNLIGHT = np.array([[0.95], [0.91], [0.84]], dtype=np.float32)
+_SKYLIGHT = np.array([[0.50], [0.54], [0.58]], dtype=np.float32)
+_HORIZON = np.array([[0.87], [0.91], [0.95]], dtype=np.float32)
+_ZENITH = np.array([[0.50], [0.66], [0.88]], dtype=np.float32)
 _VISIBILITY = 900.0
 """Distance over which two thirds of the contrast are lost to haze [m]."""
+_GROUND, _MASONRY, _LEAVES, _PLAIN = range(4)
 
 
 class Appearance:
-    """Colours of places on the faces of one world. The patterns come from the world's seed."""
+    """Colours of places on the faces of one world. The patterns come from the world's seed.
+
+    Faces are seen from their front only, because what stands there is solid. The sky has a face as well, the last one:
+    of the zenith's colour, it fades into the horizon's like everything else, though by its height instead of distance.
+    So no pixel has to be treated on its own.
+    """
 
     def __init__(self, world: World) -> None:
         triangles = world.triangles()
-        a, b, c = triangles.corners()
-        normals = np.cross(b - a, c - a).astype(np.float32)
-        self.normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.float32(1e-12))
-        self._colours = world.colours()
-        self._paving = world.paving
+        corners = np.stack(triangles.corners())
+        normals = np.cross(corners[1] - corners[0], corners[2] - corners[0]).astype(np.float32)
+        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.float32(1e-12))
+        terrain, building = triangles.labels == TERRAIN, triangles.labels == BUILDING
+        self.surfaces = _surfaces(normals, corners[0], terrain)
+        self.normals = np.concatenate([normals, np.zeros((1, 3), dtype=np.float32)])
+        """Unit vectors (F + 1, 3); the sky has none."""
+        self.facing_sun = np.maximum(self.normals @ SUN, np.float32(0.0))
+        """Share of the sun's light (F + 1,) that falls on each face, 0 for the sky."""
+        self._open_sky = np.append(np.float32(0.65) + np.float32(0.35) * normals[:, 2], np.float32(1.0))
+        colours = world.colours()
+        self._ground = Ground(corners, terrain, colours, world.paving)
+        # In all of the sky's light it is as bright as it is.
+        self._colours = np.concatenate([self._ground.colours.T, _ZENITH / _SKYLIGHT], axis=1)
+        green = (colours[:, 1] > colours[:, 0]) & (colours[:, 1] > colours[:, 2])
+        kinds = np.select([terrain, building, green], [_GROUND, _MASONRY, _LEAVES], _PLAIN)
+        self._kind = np.append(kinds, _PLAIN).astype(np.int32)
         rng = np.random.default_rng((world.seed, 3000))
-        self._textures = (texture.ground(rng), texture.masonry(rng), texture.leaves(rng))
-        green = (self._colours[:, 1] > self._colours[:, 0]) & (self._colours[:, 1] > self._colours[:, 2])
-        self._is_terrain = triangles.labels == TERRAIN
-        self._kind = np.full(len(triangles.faces), -1, dtype=np.int8)
-        self._kind[self._is_terrain] = 0
-        self._kind[triangles.labels == BUILDING] = 1
-        self._kind[green & (triangles.labels != TERRAIN) & (triangles.labels != BUILDING)] = 2
-        self.surfaces = _surfaces(self.normals, a, self._is_terrain)
-
-    def colours(self, faces: Faces, places: Array, normals: Array, sun: Array, away: Array, pixel: float) -> Array:
-        """Colours (N, 3), 0 to 1, of places (N, 3) on these faces (N,), whose `normals` (N, 3) point at the viewer.
-
-        sun: 1 (N,) where it shines, 0 in the shade. away: distance (N,) [m]. pixel: its width at a distance of 1 m [m].
-        """
-        base = np.take(self._colours, faces, axis=0)
-        ground = np.flatnonzero(self._is_terrain[faces])
-        base[ground] = painted(places[ground, :2], base[ground], self._paving)
+        self._textures = Textures(texture.ground(rng), texture.masonry(rng), texture.leaves(rng), texture.plain())
         # A pattern lies on the ground in x and y, on walls along the wall and up.
-        flat = np.abs(normals[:, 2]) > np.float32(0.7)
-        along = np.hypot(normals[:, 0], normals[:, 1]) + np.float32(1e-6)
-        u = np.where(flat, places[:, 0], (places[:, 1] * normals[:, 0] - places[:, 0] * normals[:, 1]) / along)
-        v = np.where(flat, places[:, 1], places[:, 2])
-        footprint = away * np.float32(pixel)
-        kinds = self._kind[faces]
-        for kind, pattern in enumerate(self._textures):
-            covered = np.flatnonzero(kinds == kind)
-            base[covered] *= pattern.at(u[covered], v[covered], footprint[covered])[:, None]
-        lit = np.clip(normals @ SUN, 0.0, 1.0) * sun
-        open_sky = np.float32(0.65) + np.float32(0.35) * normals[:, 2]
-        base *= np.stack([lit, open_sky], axis=1) @ _LIGHTS
-        base -= _HORIZON
-        base *= np.exp(away * np.float32(-1.0 / _VISIBILITY))[:, None]
-        base += _HORIZON
-        return base
+        x, y, z = self.normals.T
+        along = np.hypot(x, y) + np.float32(1e-6)
+        self._flat = (np.abs(z) > np.float32(0.7)).astype(np.float32)
+        self._u_of_x = np.where(self._flat, np.float32(1.0), -y / along)
+        self._u_of_y = np.where(self._flat, np.float32(0.0), x / along)
+
+    def light(self, faces: Faces, places: Array, directions: Array, away: Array, sunny: Array, pixel: float) -> Array:
+        """Light (3, N), 0 to 1, from places (3, N) on these faces (N,), -1 for the sky, in unit directions (3, N).
+
+        away: distance (N,) [m]. sunny: 1 (N,) where the sun shines, 0 in the shade. pixel: its width at a distance of
+        1 m [m].
+        """
+        light = self._colours.take(faces, axis=1)
+        self._ground.paint(light, faces, places[0], places[1])
+        light *= self._pattern(faces, places, away * np.float32(pixel))
+        sun, sky = self.facing_sun.take(faces) * sunny, self._open_sky.take(faces)
+        light *= _SUNLIGHT * sun + _SKYLIGHT * sky
+        light -= _HORIZON
+        light *= _contrast(faces, directions, away)
+        light += _HORIZON
+        return light
+
+    def _pattern(self, faces: Faces, places: Array, footprint: Array) -> Array:
+        x, y, z = places
+        u = self._u_of_x.take(faces) * x + self._u_of_y.take(faces) * y
+        v = z + self._flat.take(faces) * (y - z)
+        return self._textures.at(self._kind.take(faces), u, v, footprint)
 
 
-def sky(directions: Array) -> Array:
-    """Colours (N, 3) of the sky in these directions (N, 3), of any length."""
-    upward = np.clip(directions[:, 2:] / np.linalg.norm(directions, axis=1, keepdims=True), 0.0, 1.0)
-    return _HORIZON + (_ZENITH - _HORIZON) * np.sqrt(upward)
+def _contrast(faces: Faces, directions: Array, away: Array) -> Array:
+    """How much (N,) a colour still differs from the horizon's: less behind haze, and in the sky less when lower."""
+    contrast = np.exp(away * np.float32(-1.0 / _VISIBILITY))
+    sky = np.flatnonzero(faces < 0)
+    contrast[sky] = np.sqrt(np.maximum(directions[2].take(sky), np.float32(0.0)))
+    return contrast
 
 
 def _surfaces(normals: Array, corners: Array, is_terrain: NDArray[np.bool_]) -> NDArray[np.int32]:

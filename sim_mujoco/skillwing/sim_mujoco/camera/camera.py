@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.sim_mujoco.camera.appearance import SUN, Appearance, sky
+from skillwing.sim_mujoco.camera.appearance import SUN, Appearance
 from skillwing.sim_mujoco.camera.sparse import Faces, Floats, Pixels, trace
 from skillwing.sim_mujoco.frames.motion import Motion
 from skillwing.sim_mujoco.frames.poses import rotations
@@ -17,6 +17,7 @@ from skillwing.sim_mujoco.sensors.rays import RayScene
 from skillwing.sim_mujoco.topics import CameraHeader
 from skillwing.sim_mujoco.world.world import World
 
+Numbers = NDArray[np.intp]
 Picture = NDArray[np.uint8]
 FAR = 1000.0
 """What is farther away is sky [m]."""
@@ -48,61 +49,46 @@ class Camera:
         self._rays, self._look = rays, Appearance(world)
         left = -(np.arange(WIDTH) + 0.5 - WIDTH / 2) / FOCAL
         up = -(np.arange(HEIGHT) + 0.5 - HEIGHT / 2) / FOCAL
-        y, z = np.meshgrid(left, up)
-        directions = np.stack([np.ones_like(y), y, z], axis=-1)
-        length = np.linalg.norm(directions, axis=-1, keepdims=True)
-        self._directions = directions.astype(np.float32)
-        self._unit = (directions / length).astype(np.float32)
-        self._length = length[..., 0].astype(np.float32)
-        row, column = np.divmod(np.arange(HEIGHT * WIDTH), WIDTH)
-        self._lit_like = row // 2 * 2 * WIDTH + column // 2 * 2
-        """Of each pixel the one of which the sun is asked: every other one of every other row."""
+        y, z = (each.ravel() for each in np.meshgrid(left, up))
+        directions = np.stack([np.ones_like(y), y, z])
+        length = np.linalg.norm(directions, axis=0)
+        self._directions = (directions / length).astype(np.float32)
+        self._length = length.astype(np.float32)
 
     def picture(self, motion: Motion, tilt: float = 0.0) -> Picture:
         """Red, green and blue (180, 320, 3) of what is seen from there."""
         turn = rotations(np.array([motion.quaternion]))[0] @ _downward(tilt)
-        turn = turn.astype(np.float32)
+        directions = turn.astype(np.float32) @ self._directions
         origin = np.array(add(motion.position, to_world(motion.quaternion, ZED_MOUNT)), dtype=np.float32)
 
-        def cast(rows: Pixels, columns: Pixels) -> tuple[Floats, Faces]:
-            ranges, faces = self._rays.faces(origin, self._unit[rows, columns] @ turn.T, FAR)
-            inverse = np.divide(self._length[rows, columns], ranges, out=np.zeros_like(ranges), where=faces >= 0)
+        def cast(pixels: Pixels) -> tuple[Floats, Faces]:
+            ranges, faces = self._rays.faces(origin, directions.take(pixels, axis=1).T, FAR)
+            inverse = np.divide(self._length.take(pixels), ranges, out=np.zeros_like(ranges), where=faces >= 0)
             return inverse, faces
 
         inverse, faces = trace(HEIGHT, WIDTH, self._look.surfaces, cast)
-        directions = self._directions.reshape(-1, 3) @ turn.T
-        light = self._shade(origin, directions, inverse, faces)
+        away = self._length / np.maximum(inverse.ravel(), np.float32(1.0 / FAR))
+        places = directions * away
+        places += origin[:, None]
+        seen = faces.ravel().astype(np.intp)
+        light = self._look.light(seen, places, directions, away, self._sunny(seen, places), 1.0 / FOCAL)
         light *= np.float32(len(_GREY) - 1)
         levels = np.clip(light, 0, len(_GREY) - 1).astype(np.uint16)
-        return np.take(_GREY, levels).reshape(HEIGHT, WIDTH, 3)
+        return np.stack([_GREY.take(each) for each in levels], axis=-1).reshape(HEIGHT, WIDTH, 3)
 
-    def _shade(self, origin: Floats, directions: Floats, inverse: Floats, faces: Faces) -> Floats:
-        flat = faces.ravel()
-        seen = np.flatnonzero(flat >= 0)
-        light = np.empty_like(directions)
-        hidden = np.flatnonzero(flat < 0)
-        light[hidden] = sky(np.take(directions, hidden, axis=0))
-        depth = np.float32(1.0) / inverse.ravel()[seen]
-        places = np.take(directions, seen, axis=0)
-        normals = np.take(self._look.normals, flat[seen], axis=0)
-        normals *= -np.sign(np.einsum("ij,ij->i", normals, places))[:, None]
-        places *= depth[:, None]
-        places += origin
-        sun = self._sunny(seen, places, normals)
-        away = depth * self._length.ravel()[seen]
-        light[seen] = self._look.colours(flat[seen], places, normals, sun, away, 1.0 / FOCAL)
-        return light
-
-    def _sunny(self, seen: NDArray[np.intp], places: Floats, normals: Floats) -> Floats:
-        """1 where the sun shines, 0 in the shade: found for every other pixel of every other row that faces it, and
-        taken over by its neighbours below and to the right."""
-        everywhere = np.zeros(HEIGHT * WIDTH, dtype=np.float32)
-        sources = self._lit_like.take(seen)
-        asked = np.flatnonzero((sources == seen) & (normals @ SUN > 0.0))
-        starts = (places[asked] + normals[asked] * _CLOSE).astype(np.float32)
-        towards = np.ascontiguousarray(np.broadcast_to(SUN, starts.shape))
-        everywhere[seen[asked]] = self._rays.distances(starts, towards, FAR) == 0.0
-        return everywhere.take(sources)
+    def _sunny(self, faces: Numbers, places: Floats) -> Floats:
+        """1 where the sun shines, 0 in the shade (N,): found for every other pixel of every other row that faces it,
+        and taken over by its neighbours below and to the right."""
+        every_other = faces.reshape(HEIGHT, WIDTH)[::2, ::2].ravel()
+        asked = np.flatnonzero(self._look.facing_sun.take(every_other))
+        starts = places.reshape(3, HEIGHT, WIDTH)[:, ::2, ::2].reshape(3, -1).take(asked, axis=1).T
+        starts += _CLOSE * self._look.normals.take(every_other.take(asked), axis=0)
+        towards = np.broadcast_to(SUN, starts.shape)
+        found = np.zeros(len(every_other), dtype=np.float32)
+        found[asked] = self._rays.distances(starts, towards, FAR) == 0.0
+        sunny = np.empty((HEIGHT // 2, 2, WIDTH // 2, 2), dtype=np.float32)
+        sunny[:] = found.reshape(HEIGHT // 2, 1, WIDTH // 2, 1)
+        return sunny.ravel()
 
 
 def _downward(tilt: float) -> NDArray[np.float64]:

@@ -11,11 +11,12 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-Pixels = NDArray[np.int64]
+Pixels = NDArray[np.intp]
 Floats = NDArray[np.float32]
 Faces = NDArray[np.int32]
-Cast = Callable[[Pixels, Pixels], tuple[Floats, Faces]]
-"""Inverse ranges (n,) and faces (n,), -1 for the sky, of the pixels in these rows and columns."""
+Cast = Callable[[Pixels], tuple[Floats, Faces]]
+"""Inverse distances along the optical axis (n,) and faces (n,), -1 for the sky, of the pixels with these numbers,
+counted row by row."""
 
 
 def trace(height: int, width: int, surface_of: NDArray[np.int32], cast: Cast) -> tuple[Floats, Faces]:
@@ -23,25 +24,26 @@ def trace(height: int, width: int, surface_of: NDArray[np.int32], cast: Cast) ->
 
     `surface_of` gives the surface that a face belongs to, and that of the sky as its last element.
     """
-    rows, columns = np.meshgrid(np.arange(0, height, 2), np.arange(0, width, 2), indexing="ij")
-    inverse, face = cast(rows.ravel(), columns.ravel())
-    known = inverse.reshape(rows.shape), face.reshape(rows.shape)
-    wide = _fill(*known, surface_of, lambda i, j: cast(2 * i, j))
-    inverse, face = _fill(wide[0].T, wide[1].T, surface_of, lambda i, j: cast(j, i))
-    return np.ascontiguousarray(inverse.T), np.ascontiguousarray(face.T)
+    pixels = np.arange(height * width, dtype=np.intp).reshape(height, width)
+    inverse, face = np.empty(pixels.shape, dtype=np.float32), np.empty(pixels.shape, dtype=np.int32)
+
+    def cast_into(chosen: Pixels) -> None:
+        inverse.reshape(-1)[chosen], face.reshape(-1)[chosen] = cast(chosen)
+
+    cast_into(pixels[::2, ::2].ravel())
+    # First the columns between those of every other row, then the other rows.
+    cast_into(pixels[::2, 1::2].T[_fill(inverse[::2].T, face[::2].T, surface_of)])
+    cast_into(pixels[1::2][_fill(inverse, face, surface_of)])
+    return inverse, face
 
 
-def _fill(inverse: Floats, face: Faces, surface_of: NDArray[np.int32], cast: Cast) -> tuple[Floats, Faces]:
-    """Put a column after each column of both (n, m): (n, 2 m)."""
-    rows, columns = inverse.shape
-    wide_inverse = np.empty((rows, 2 * columns), dtype=np.float32)
-    wide_face = np.empty((rows, 2 * columns), dtype=np.int32)
-    wide_inverse[:, ::2], wide_face[:, ::2] = inverse, face
-    wide_inverse[:, 1:-1:2] = np.float32(0.5) * (inverse[:, :-1] + inverse[:, 1:])
-    wide_face[:, 1:-1:2] = face[:, :-1]
-    surface = surface_of[face]
-    unknown = np.ones((rows, columns), dtype=bool)
-    unknown[:, :-1] = surface[:, :-1] != surface[:, 1:]
-    i, j = np.nonzero(unknown)
-    wide_inverse[i, 2 * j + 1], wide_face[i, 2 * j + 1] = cast(i, 2 * j + 1)
-    return wide_inverse, wide_face
+def _fill(inverse: Floats, face: Faces, surface_of: NDArray[np.int32]) -> NDArray[np.bool_]:
+    """Fill in every other row of both (2 n, m) from those before and after it, and tell where (n, m) of these rows that
+    does not hold, because there is another surface on either side."""
+    known = face[::2]
+    inverse[1:-1:2] = np.float32(0.5) * (inverse[:-2:2] + inverse[2::2])
+    face[1::2] = known
+    surface = surface_of.take(known)
+    unknown = np.ones(surface.shape, dtype=np.bool_)
+    np.not_equal(surface[:-1], surface[1:], out=unknown[:-1])
+    return unknown

@@ -7,41 +7,60 @@ fits the size of a pixel on the surface: far away it fades into its mean instead
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, zoom
 
 Array = NDArray[np.float32]
+Kinds = NDArray[np.int32]
 SIDE = 512
 """Texels of a pattern in each direction."""
+_COARSEST = SIDE.bit_length() - 1
+"""How often a pattern is halved until one texel is left."""
 
 
-class Texture:
-    """A pattern of brightness factors around 1 that repeats every `width` metres in both directions."""
+class Pattern(NamedTuple):
+    """Brightness factors around 1 (SIDE, SIDE), repeated in both directions, and the width of what they show [m]."""
 
-    def __init__(self, pattern: Array, width: float) -> None:
-        self._per_metre = np.float32(len(pattern) / width)
-        levels = [pattern]
-        while len(levels[-1]) > 1:
-            n = len(levels[-1]) // 2
-            levels.append(levels[-1].reshape(n, 2, n, 2).mean(axis=(1, 3), dtype=np.float32))
-        self._texels = np.concatenate([level.ravel() for level in levels])
-        self._side = np.array([len(level) for level in levels], dtype=np.int32)
-        self._start = np.concatenate([[0], np.cumsum(self._side.astype(np.int64) ** 2)[:-1]]).astype(np.int32)
-
-    def at(self, u: Array, v: Array, footprint: Array) -> Array:
-        """Factors (N,) at places u, v (N,) on the surface [m], for pixels that are `footprint` (N,) wide there [m]."""
-        level = np.log2(np.maximum(footprint * self._per_metre, np.float32(1.0)))
-        level = np.minimum(np.rint(level).astype(np.int32), len(self._side) - 1)
-        side = self._side[level]
-        scale = self._per_metre * side.astype(np.float32) / np.float32(self._side[0])
-        column = np.floor(u * scale).astype(np.int32) & (side - 1)
-        row = np.floor(v * scale).astype(np.int32) & (side - 1)
-        return self._texels[self._start[level] + row * side + column]
+    texels: Array
+    width: float
 
 
-def masonry(rng: np.random.Generator) -> Texture:
+class Textures:
+    """Some patterns in all their resolutions, in one table, so that pixels of all of them are looked up at once."""
+
+    def __init__(self, *patterns: Pattern) -> None:
+        self._texels = np.concatenate([level.ravel() for each in patterns for level in _levels(each.texels)])
+        self._per_metre = np.array([SIDE / each.width for each in patterns], dtype=np.float32)
+        sizes = np.tile(4 ** np.arange(_COARSEST, -1, -1), len(patterns))
+        self._start = (np.cumsum(sizes) - sizes).astype(np.int32)
+        """Where each resolution of each pattern begins in the table."""
+
+    def at(self, kind: Kinds, u: Array, v: Array, footprint: Array) -> Array:
+        """Factors (N,) of the patterns with these numbers (N,), at places u, v (N,) on the surface [m], for pixels that
+        are `footprint` (N,) wide there [m]."""
+        per_metre = self._per_metre.take(kind)
+        level = np.log2(np.maximum(footprint * per_metre, np.float32(1.0)))
+        level = np.minimum(np.rint(level).astype(np.int32), _COARSEST)
+        # Halving a number of texels, a power of two, is a shift of its binary digits.
+        column = (np.floor(u * per_metre).astype(np.int32) & (SIDE - 1)) >> level
+        row = (np.floor(v * per_metre).astype(np.int32) & (SIDE - 1)) >> level
+        start = self._start.take(kind * np.int32(_COARSEST + 1) + level)
+        return self._texels.take(start + ((row << (_COARSEST - level)) + column))
+
+
+def _levels(pattern: Array) -> list[Array]:
+    """The pattern (SIDE, SIDE) and what it looks like in half the resolution, a quarter, and so on down to (1, 1)."""
+    levels = [pattern]
+    while len(levels[-1]) > 1:
+        n = len(levels[-1]) // 2
+        levels.append(levels[-1].reshape(n, 2, n, 2).mean(axis=(1, 3), dtype=np.float32))
+    return levels
+
+
+def masonry(rng: np.random.Generator) -> Pattern:
     """Blocks of 0.5 x 0.25 m with joints, unlike one another, with stains and a few cracks: 8 m of a wall."""
     width, block_high, block_wide = 8.0, 0.25, 0.5
     metres = (np.arange(SIDE) + 0.5) * width / SIDE
@@ -55,19 +74,24 @@ def masonry(rng: np.random.Generator) -> Texture:
     pattern *= 1.0 + 0.10 * _cloudy(rng, 40.0) + 0.04 * _cloudy(rng, 4.0)
     for _ in range(3):
         _crack(rng, pattern)
-    return Texture(pattern.astype(np.float32), width)
+    return Pattern(pattern.astype(np.float32), width)
 
 
-def ground(rng: np.random.Generator) -> Texture:
+def ground(rng: np.random.Generator) -> Pattern:
     """Grass or gravel: 16 m of it."""
     pattern = 1.0 + 0.10 * _cloudy(rng, 30.0) + 0.09 * _cloudy(rng, 6.0) + 0.10 * _cloudy(rng, 1.2)
-    return Texture(pattern.astype(np.float32), 16.0)
+    return Pattern(pattern.astype(np.float32), 16.0)
 
 
-def leaves(rng: np.random.Generator) -> Texture:
+def plain() -> Pattern:
+    """The same everywhere."""
+    return Pattern(np.ones((SIDE, SIDE), dtype=np.float32), float(SIDE))
+
+
+def leaves(rng: np.random.Generator) -> Pattern:
     """Crowns of trees: 6 m of them."""
     pattern = 1.0 + 0.22 * _cloudy(rng, 12.0) + 0.16 * _cloudy(rng, 3.0)
-    return Texture(pattern.astype(np.float32), 6.0)
+    return Pattern(pattern.astype(np.float32), 6.0)
 
 
 def _cloudy(rng: np.random.Generator, size: float) -> NDArray[np.float64]:
