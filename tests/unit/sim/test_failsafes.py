@@ -21,7 +21,7 @@ from skillwing.sim_mujoco.simulator.descent import sink_speed
 from skillwing.sim_mujoco.simulator.failsafes import CRITICAL_CHARGE, NAVIGATION_REGAINED, Emergencies
 from skillwing.sim_mujoco.simulator.physics import Physics
 from skillwing.sim_mujoco.simulator.simulator import Simulator
-from skillwing.sim_mujoco.topics import FlyTo, MotionState, Nose, TakeOff, Turn
+from skillwing.sim_mujoco.topics import FlyTo, Land, MotionState, Nose, TakeOff, Turn
 
 STILL = (0.0, 0.0, 0.0)
 LEVEL = (1.0, 0.0, 0.0, 0.0)
@@ -54,7 +54,9 @@ class Bench:
 
 
 def lose_rotor(bench: Bench) -> None:
+    """It sinks then, faster than it is told to."""
     bench.lost = True
+    bench.velocity = (*bench.velocity[:2], -2.0)
 
 
 def lose_navigation(bench: Bench) -> None:
@@ -248,6 +250,26 @@ def test_a_rotor_that_is_a_little_weak_is_flown_on_with() -> None:
     rig.fly(5.0)
     assert rig.sim.autopilot.mode is Mode.FOLLOW
     assert math.dist(rig.sim.motion.position, (0.0, 0.0, 4.0)) < 0.3
+
+
+@pytest.mark.parametrize(("kind", "magnitude"), [("blackout", None), ("bias", 0.4), ("bias", -0.4)])
+def test_the_ground_is_not_mistaken_for_a_rotor_without_a_range_finder(kind: str, magnitude: float | None) -> None:
+    rig = airborne(3.0)
+    rig.sim.set_fault("range", kind, on=True, magnitude=magnitude)
+    rig.fly(1.0)
+    rig.command("land", Land(speed=0.7))
+    assert rig.fly(40.0, lambda: rig.sim.autopilot.on_ground)
+    assert rig.sim.autopilot.failsafe == ""
+
+
+@pytest.mark.parametrize("rotor", range(1, 7))
+def test_a_rotor_that_is_lost_in_a_descent_is_found(rotor: int) -> None:
+    rig = airborne(8.0)
+    rig.sim.set_fault("range", "blackout", on=True)
+    rig.command("land", Land(speed=0.7))
+    rig.fly(3.0)
+    rig.sim.set_fault(f"rotor/{rotor}", "stopped", on=True)
+    assert rig.fly(0.5, lambda: rig.sim.autopilot.mode is Mode.ROTOR)
 
 
 def test_gusts_are_not_mistaken_for_a_rotor() -> None:

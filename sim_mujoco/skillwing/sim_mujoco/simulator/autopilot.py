@@ -35,6 +35,8 @@ _NEVER_IN_THE_AIR = 0.7
 """A drone in the air that is so far above where it should be is not at rest [m]."""
 _NEAR_GROUND = 0.3
 """Nearer to the ground than this beyond standing, contacts turn the drone as well as rotors do [m]."""
+_SINKING = 0.7
+"""A drone in the air that has lost a rotor sinks faster than this part of what it was told."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +65,7 @@ class Autopilot:
         self._received = float("-inf")
         self._hold = Setpoint((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0)
         self._guided: float | None = None
+        self._told_climb = 0.0
         self._wall: str | None = None
         self.mode = Mode.OFF
         self.authority = True
@@ -112,6 +115,7 @@ class Autopilot:
         if self.mode is Mode.OFF:
             return
         target = self._target(dt, now)
+        self._told_climb = target.velocity[2]
         velocity = self._trusted_velocity(now, target)
         wanted = target.velocity
         if not self._emergencies.blind:
@@ -135,7 +139,7 @@ class Autopilot:
         if self.mode is Mode.OFF or not self.holds_heading:
             return
         failed = self._rotors.judge(rate)
-        if failed is not None and not self._is_near_ground(now):
+        if failed is not None and not self._may_touch(now):
             self._emergencies.rotor = failed
             self._attitude_loop.drop(failed)
             self._velocity_loop.go_easy()
@@ -216,6 +220,11 @@ class Autopilot:
 
     def _is_near_ground(self, now: Estimate) -> bool:
         return now.ground is not None and now.ground < STANDING_RANGE + _NEAR_GROUND
+
+    def _may_touch(self, now: Estimate) -> bool:
+        """Whether contacts may turn the drone: the range-finder sees the ground, or the drone does not sink as told."""
+        stands = self._told_climb < -0.05 and now.velocity[2] > _SINKING * self._told_climb
+        return stands or self._is_near_ground(now)
 
     def _has_touched_down(self, t: float, now: Estimate, velocity: Vector, target: Setpoint) -> bool:
         late = now.position[2] - target.position[2]
