@@ -27,7 +27,7 @@ _REFIT = 1.3
 """A plane is fitted anew when its face has so many times the points of the last fit."""
 _NOISE = 0.02
 """Of a point about its plane at least [m]."""
-_INDEPENDENT = 20.0
+_INDEPENDENT = 60.0
 """So many of a plane's points at most err on their own: neighbours lie on the same unevenness, and were seen from poses
 that were wrong alike."""
 _FLAT, _WIDE = 0.12, 0.1

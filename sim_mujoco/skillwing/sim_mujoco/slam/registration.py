@@ -26,6 +26,8 @@ WEIGHT = 0.25
 that they say less than as many independent ones."""
 _ARM = 5.0
 """A turn moves what is so far away: by this turns and moves are compared [m]."""
+_LEAST = 1e-9
+"""Share of all information that is never missing in any direction, for numbers' sake."""
 _CLOSE = 0.15
 _GATES = (0.3, 0.3, _CLOSE, _CLOSE)
 """Points farther from their plane than this in each iteration are left out [m], and those within the last gate are
@@ -78,8 +80,10 @@ class Registration:
         weighted = slopes * weights[:, None]
         feigned = _slopes(matches.loose[near], points, state)
         doubted = feigned * (weights * matches.tilts[near])[:, None]
-        return _sound(
-            weighted.T @ slopes - doubted.T @ feigned, -(weighted.T @ distances) + doubted.T @ matches.levers[near]
+        return _unfeigned(
+            weighted.T @ slopes,
+            doubted.T @ feigned,
+            -(weighted.T @ distances) + doubted.T @ matches.levers[near],
         )
 
 
@@ -88,10 +92,17 @@ def _slopes(directions: Floats, points: Floats, state: State) -> Floats:
     return np.column_stack([directions, *so3.crossed(points.T, (directions @ state.turn).T)])
 
 
-def _sound(information: Floats, gradient: Floats) -> Evidence:
-    """The evidence without those directions in which there is less than none."""
+def _unfeigned(seeming: Floats, feigned: Floats, gradient: Floats) -> Evidence:
+    """The evidence of points that seem to hold so much information (6, 6), of which so much is feigned.
+
+    gradient (6,): towards where what is left of it pulls. The noise in it is that of all points, so that where most is
+    feigned, what is left tells less than its amount, and nothing where less than nothing is left.
+    """
     units = np.array([1.0, 1.0, 1.0, _ARM, _ARM, _ARM])
-    values, vectors = np.linalg.eigh(information / np.outer(units, units))
-    held = vectors[:, values > 0.0] * units[:, None]
-    free = vectors[:, values > 0.0] / units[:, None]
-    return Evidence((held * values[values > 0.0]) @ held.T, held @ (free.T @ gradient))
+    scale = np.outer(units, units)
+    values, vectors = np.linalg.eigh((seeming - feigned) / scale)
+    left = (vectors * np.maximum(values, 0.0)) @ vectors.T
+    whole = seeming / scale
+    whole[np.diag_indices_from(whole)] += _LEAST * (1.0 + np.trace(whole))
+    share = np.asarray(np.linalg.solve(whole, left).T, dtype=np.float64)
+    return Evidence(share @ left * scale, share @ (gradient / units) * units)
