@@ -10,7 +10,9 @@ from skillwing.dsl import load
 from skillwing.services.client.connection import find_target
 from skillwing.services.commands.running import require_not_running
 from skillwing.services.errors import NoSystemError, SkillwingError
+from skillwing.services.processes import run_state
 from skillwing.services.processes.run_state import (
+    Announcement,
     RunState,
     read_run_state,
     remove_run_state,
@@ -58,6 +60,32 @@ def test_a_stale_file_counts_for_nothing_and_is_removed(stale: RunState) -> None
     write_run_state(stale)
     assert read_run_state("m600") is None
     assert list(runtime_dir().glob("*.json")) == []
+
+
+@pytest.mark.parametrize("before", [None, state(pid_started="1")], ids=["nothing", "a stale file"])
+def test_who_looks_while_a_system_comes_up_does_not_hide_it(
+    before: RunState | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def comes_up_meanwhile(found: RunState | None) -> bool:
+        write_run_state(state())
+        return False
+
+    if before is not None:
+        write_run_state(before)
+    with monkeypatch.context() as patched:
+        patched.setattr(run_state, "_is_current", comes_up_meanwhile)
+        assert read_run_state("m600") is None
+    assert read_run_state("m600") == state()
+
+
+def test_a_system_whose_file_is_gone_makes_itself_known_again() -> None:
+    announcement = Announcement(state())
+    remove_run_state("m600")
+    announcement.update(())
+    assert read_run_state("m600") == state()
+    announcement.end()
+    announcement.update(())
+    assert read_run_state("m600") is None
 
 
 def test_a_broken_file_counts_for_nothing() -> None:

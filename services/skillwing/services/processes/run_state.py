@@ -72,11 +72,14 @@ def write_run_state(state: RunState) -> None:
 def read_run_state(robot: str) -> RunState | None:
     """The running system of a robot; None if there is none."""
     path = _path(robot)
-    state = _read(path)
-    if not _is_current(state):
+    content = _content(path)
+    state = _decoded(content)
+    if _is_current(state):
+        return state
+    # Nothing was there, or what is stale; but somebody may be just about to make a new system known.
+    if content is not None and _content(path) == content:
         path.unlink(missing_ok=True)
-        return None
-    return state
+    return None
 
 
 def remove_run_state(robot: str) -> None:
@@ -110,10 +113,10 @@ class Announcement:
         write_run_state(state)
 
     def update(self, processes: Iterable[ProcessState], unfinished: str = "") -> None:
-        """Make known what has become of the processes, and what is under way."""
+        """Make known what has become of the processes, and what is under way; all of it, where the file is gone."""
         with self._lock:
             state = msgspec.structs.replace(self._state, processes=tuple(processes), unfinished=unfinished)
-            if not self._over and self._state != state:
+            if not self._over and (self._state != state or not _path(state.robot).exists()):
                 self._state = state
                 with contextlib.suppress(OSError):  # a full disk must not end the system
                     write_run_state(self._state)
@@ -170,13 +173,21 @@ def running_systems() -> tuple[RunState, ...]:
 
 def stale_run_states() -> tuple[str, ...]:
     """Robots whose file was left behind by a process that was killed. To be asked before anybody removes it."""
-    return tuple(path.stem for path in sorted(runtime_dir().glob("*.json")) if not _is_current(_read(path)))
+    found = sorted(runtime_dir().glob("*.json"))
+    return tuple(path.stem for path in found if not _is_current(_decoded(_content(path))))
 
 
-def _read(path: Path) -> RunState | None:
+def _content(path: Path) -> bytes | None:
     try:
-        return msgspec.json.decode(path.read_bytes(), type=RunState)
-    except (OSError, msgspec.DecodeError):
+        return path.read_bytes()
+    except OSError:
+        return None
+
+
+def _decoded(content: bytes | None) -> RunState | None:
+    try:
+        return None if content is None else msgspec.json.decode(content, type=RunState)
+    except msgspec.DecodeError:
         return None
 
 
