@@ -19,7 +19,7 @@ class Bench:
     def __init__(self) -> None:
         rng = np.random.default_rng(7)
         self._rng = rng
-        self.channel = Channel("zed", PERIOD, 0.03, LIMITS, rng)
+        self.channel = Channel("zed", PERIOD, 0.03, LIMITS, Corruption(rng))
         self.t = 0.0
         self.delivered = 0
 

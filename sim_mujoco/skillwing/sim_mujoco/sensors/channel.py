@@ -6,10 +6,8 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from skillwing.sim_mujoco.sensors.cadence import Cadence
-from skillwing.sim_mujoco.sensors.corruptors import ONE, Corruption, Data
+from skillwing.sim_mujoco.sensors.corruptors import Corruption, Data
 from skillwing.sim_mujoco.sensors.health import Change, Condition, HealthMonitor, Limits
 from skillwing.sim_mujoco.sensors.self_tests import SelfTest
 
@@ -42,12 +40,11 @@ class Channel:
         period: float,
         delay: float,
         limits: Limits,
-        rng: np.random.Generator,
-        unit: Data = ONE,
+        corruption: Corruption,
         tests: Sequence[SelfTest] = (),
     ) -> None:
         self.sensor = sensor
-        self.corruption = Corruption(rng, unit)
+        self.corruption = corruption
         self.witness: Callable[[float, Measurement], str | None] = _nobody
         self._cadence, self._delay = Cadence(period), delay
         self._monitor = HealthMonitor(period, limits, tests)

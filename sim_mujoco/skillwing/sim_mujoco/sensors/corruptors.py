@@ -155,21 +155,30 @@ def check_kind(kind: str, magnitude: float | None = None, largest: float = LARGE
         raise MagnitudeError(kind, magnitude, least, most)
 
 
-def make_corruptor(kind: str, magnitude: float | None, rng: np.random.Generator, unit: Data = ONE) -> Corruptor:
+def make_corruptor(
+    kind: str,
+    magnitude: float | None,
+    rng: np.random.Generator,
+    unit: Data = ONE,
+    largest: float = LARGEST_COMPONENT,
+) -> Corruptor:
     """A corruptor by name. `magnitude` is sigma, offset, probability or divisor; None takes the kind's usual value.
 
-    Raises UnknownFaultError and MagnitudeError.
+    largest: as of `check_kind`. Raises UnknownFaultError and MagnitudeError.
     """
-    check_kind(kind, magnitude)
+    check_kind(kind, magnitude, largest)
     chosen = _KINDS[kind]
     return chosen.make(chosen.usual if magnitude is None else magnitude, rng, unit)
 
 
 class Corruption:
-    """The corruptors of one sensor that are switched on, in the order in which they were."""
+    """The corruptors of one sensor that are switched on, in the order in which they were.
 
-    def __init__(self, rng: np.random.Generator, unit: Data = ONE) -> None:
-        self._rng, self._unit = rng, unit
+    unit, largest: of the sensor, as a `Fitting` has them.
+    """
+
+    def __init__(self, rng: np.random.Generator, unit: Data = ONE, largest: float = LARGEST_COMPONENT) -> None:
+        self._rng, self._unit, self._largest = rng, unit, largest
         self._active: dict[str, Corruptor] = {}
 
     @property
@@ -179,7 +188,7 @@ class Corruption:
     def switch(self, kind: str, on: bool, magnitude: float | None = None) -> None:
         """Switch a kind of fault on or off; switching twice changes only the magnitude. Raises UnknownFaultError
         and MagnitudeError."""
-        corruptor = make_corruptor(kind, magnitude, self._rng, self._unit)
+        corruptor = make_corruptor(kind, magnitude, self._rng, self._unit, self._largest)
         if on:
             self._active[kind] = corruptor
         else:

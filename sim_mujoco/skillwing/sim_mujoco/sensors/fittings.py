@@ -9,7 +9,7 @@ import numpy as np
 
 from skillwing.sim_mujoco.sensors import depth_camera, gnss, lidar
 from skillwing.sim_mujoco.sensors.channel import Channel
-from skillwing.sim_mujoco.sensors.corruptors import ONE, Data
+from skillwing.sim_mujoco.sensors.corruptors import ONE, Corruption, Data
 from skillwing.sim_mujoco.sensors.health import Limits
 from skillwing.sim_mujoco.sensors.instruments import (
     ACCELERATION_LIMIT,
@@ -79,4 +79,5 @@ SENSORS = tuple(FITTINGS)
 def make_channel(sensor: str, rng: np.random.Generator) -> Channel:
     """The way out of one of the SENSORS."""
     fitting = FITTINGS[sensor]
-    return Channel(sensor, fitting.period, fitting.delay, fitting.limits, rng, fitting.unit, fitting.tests())
+    corruption = Corruption(rng, fitting.unit, fitting.largest)
+    return Channel(sensor, fitting.period, fitting.delay, fitting.limits, corruption, fitting.tests())

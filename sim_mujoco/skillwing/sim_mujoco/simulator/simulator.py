@@ -42,7 +42,7 @@ from skillwing.sim_mujoco.simulator.autopilot import Autopilot, Estimate, Limits
 from skillwing.sim_mujoco.simulator.battery import PACKS, Battery
 from skillwing.sim_mujoco.simulator.clearance import Clearance
 from skillwing.sim_mujoco.simulator.descent import STANDING_RANGE
-from skillwing.sim_mujoco.simulator.fault_plan import ROTOR, FaultPlan, check_fault
+from skillwing.sim_mujoco.simulator.fault_plan import ROTOR, FaultPlan
 from skillwing.sim_mujoco.simulator.hexacopter import ROTORS
 from skillwing.sim_mujoco.simulator.physics import Physics
 from skillwing.sim_mujoco.simulator.rotor_faults import ROTOR_FAULTS, ROTOR_NAMES, RotorFaults
@@ -189,7 +189,6 @@ class Simulator:
         corruption = self._corruptions.get(sensor)
         if corruption is None:
             raise UnknownFaultError("sensor", sensor, tuple(self._corruptions))
-        check_fault(sensor, kind, magnitude)
         corruption.switch(kind, on, magnitude)
 
     def active_faults(self, sensor: str) -> tuple[str, ...]:
