@@ -35,6 +35,8 @@ _NEVER_IN_THE_AIR = 0.7
 """A drone in the air that is so far above where it should be is not at rest [m]."""
 _NEAR_GROUND = 0.3
 """Nearer to the ground than this beyond standing, contacts turn the drone as well as rotors do [m]."""
+_DOWNWARD = -0.05
+"""Who is told to climb more slowly than this is told to sink [m/s]."""
 _SINKING = 0.7
 """A drone in the air that has lost a rotor sinks faster than this part of what it was told."""
 
@@ -223,12 +225,12 @@ class Autopilot:
 
     def _may_touch(self, now: Estimate) -> bool:
         """Whether contacts may turn the drone: the range-finder sees the ground, or the drone does not sink as told."""
-        stands = self._told_climb < -0.05 and now.velocity[2] > _SINKING * self._told_climb
+        stands = self._told_climb < _DOWNWARD and now.velocity[2] > _SINKING * self._told_climb
         return stands or self._is_near_ground(now)
 
     def _has_touched_down(self, t: float, now: Estimate, velocity: Vector, target: Setpoint) -> bool:
         late = now.position[2] - target.position[2]
-        sinking = late > 0.05 or target.velocity[2] < -0.05 or not target.rotors
+        sinking = late > 0.05 or target.velocity[2] < _DOWNWARD or not target.rotors
         insisting = late > _NEVER_IN_THE_AIR
         if self._emergencies.blind:
             # It sinks without being told how far, and how fast it moves sideways is not known.
