@@ -118,6 +118,12 @@ class Flight(FakeMission):
         for _ in range(2):  # a way home that cannot begin and the landing instead, each waits for itself
             self.tick(later=1.0)
 
+    def rest_and_look(self, source: str) -> None:
+        """It has come to rest, and there is a depth map from another source."""
+        self.come_to_rest()
+        self.interface.states["depthmap_source"] = source
+        self.tick(later=CALM)
+
     def land_at_home(self) -> Status:
         """From the end of `return_home` to that of the mission."""
         self.goal("return_home").end("S_ARRIVED", success=True)
@@ -335,24 +341,18 @@ def test_a_camera_that_is_lost_on_the_way_home_lands_the_drone_where_it_is(comin
 def test_a_camera_that_is_lost_on_the_way_home_leaves_it_to_a_lidar_that_is_well_again(coming_home: Flight) -> None:
     coming_home.interface.states["lidar_status"] = "OK"
     coming_home.lose_camera()
-    coming_home.come_to_rest()
-    coming_home.interface.states["depthmap_source"] = "LIDAR"
-    coming_home.tick(later=CALM)
+    coming_home.rest_and_look("LIDAR")
     assert coming_home.alive() == ["lidar_depthmap", "return_home"]
 
 
 def test_a_camera_that_is_well_again_leads_home_once_more_where_the_lidar_is_lost_on_the_way(flight: Flight) -> None:
     flight.start_crabwise()
     flight.goal("lidar_mapping").end("S_DIVERGED")
-    flight.come_to_rest()
-    flight.interface.states["depthmap_source"] = "LIDAR"
-    flight.tick(later=CALM)
+    flight.rest_and_look("LIDAR")
     assert flight.alive() == ["lidar_depthmap", "return_home"]
     flight.interface.states["zed_status"] = "OK"
     flight.lose_lidar()
-    flight.come_to_rest()
-    flight.interface.states["depthmap_source"] = "ZED"
-    flight.tick(later=CALM)
+    flight.rest_and_look("ZED")
     assert flight.alive() == ["zed_depthmap", "return_home"]
     flight.interface.states["lidar_status"] = "OK"
     flight.lose_camera()

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 from drone import Drone
 
 from skillwing.m600.skills.land import ASIDES, HANGS_AFTER, PATIENCE, SUBJECT, LandManager
+from skillwing.services.testing import GoalUnderTest
 from skillwing.sim_mujoco.topics import FlyTo
 
 
@@ -69,6 +72,13 @@ def what_is_told_of_the_place(drone: Drone) -> list[tuple[str, str]]:
     return [(record.after, record.text) for record in drone.history.records if record.subject == SUBJECT]
 
 
+def start_towards_what_is_blocked(drone: Drone) -> GoalUnderTest[Any, Any]:
+    """The place to land is 3 m away, and the way there ends after one."""
+    drone.layer.landing_place = (3.0, 0.0, 5.0)
+    drone.layer.blocked_at = 1.0
+    return drone.start(speed=2.0)
+
+
 def test_lands_where_it_is_if_nobody_knows_better(drone: Drone) -> None:
     drone.start(speed=2.0).assert_ended("S_LANDED")
     assert drone.layer.motions == ["Land", "Stop"]
@@ -92,9 +102,7 @@ def test_lands_beside_what_stands_below(drone: Drone) -> None:
 
 
 def test_asks_again_where_it_is_blocked_on_the_way(drone: Drone) -> None:
-    drone.layer.landing_place = (3.0, 0.0, 5.0)
-    drone.layer.blocked_at = 1.0
-    goal = drone.start(speed=2.0)
+    goal = start_towards_what_is_blocked(drone)
     drone.run(1.0)
     drone.layer.landing_place = (0.0, 2.0, 5.0)
     drone.layer.blocked_at = None
@@ -104,9 +112,7 @@ def test_asks_again_where_it_is_blocked_on_the_way(drone: Drone) -> None:
 
 
 def test_asks_no_further_than_a_few_times(drone: Drone) -> None:
-    drone.layer.landing_place = (3.0, 0.0, 5.0)
-    drone.layer.blocked_at = 1.0
-    goal = drone.start(speed=2.0)
+    goal = start_towards_what_is_blocked(drone)
     drone.run(3.0)
     drone.layer.blocked_at = None
     goal.assert_ended("S_LANDED")
@@ -115,9 +121,7 @@ def test_asks_no_further_than_a_few_times(drone: Drone) -> None:
 
 
 def test_where_it_is_stopped_over_free_ground_nothing_is_told_to_stand_below(drone: Drone) -> None:
-    drone.layer.landing_place = (3.0, 0.0, 5.0)
-    drone.layer.blocked_at = 1.0
-    goal = drone.start(speed=2.0)
+    goal = start_towards_what_is_blocked(drone)
     drone.run(1.0)
     drone.layer.landing_place = (0.0, 2.0, 5.0)
     drone.run(2.0)

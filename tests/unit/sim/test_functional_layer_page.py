@@ -75,15 +75,6 @@ def test_a_row_says_what_its_kind_calls_for(topic: Topic) -> None:
         f"`lidar_mapping` fails after {lidar_mapping.PATIENCE:g} s",
         f"`stream` fails after {stream.PATIENCE:g} s",
         f"({takeoff.TOLERANCE:g} m), straight above where it stood ({takeoff.MAX_DRIFT:g} m)",
-    ],
-)
-def test_figures_of_those_who_use_it_are_theirs(sentence: str) -> None:
-    assert sentence in " ".join(PAGE.split())
-
-
-@pytest.mark.parametrize(
-    "sentence",
-    [
         f"{body_motion.MAX_CLIMB:g} m/s up and down",
         f"Stay within {body_motion.DRIFT:g} m of the path",
         f"Come to rest ({body_motion.AT_REST:g} m/s) within {body_motion.ARRIVED_WITHIN:g} m of its end",
@@ -94,7 +85,7 @@ def test_figures_of_those_who_use_it_are_theirs(sentence: str) -> None:
         f"It lands slowly all the way, at {body_motion.TOUCHDOWN_SPEED:g} m/s at most",
     ],
 )
-def test_figures_of_guidance_are_its_own(sentence: str) -> None:
+def test_figures_are_those_of_guidance_and_of_others_who_use_it(sentence: str) -> None:
     assert sentence in " ".join(PAGE.split())
 
 
