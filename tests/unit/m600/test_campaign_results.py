@@ -17,7 +17,7 @@ from skillwing.m600.campaign import page
 from skillwing.m600.campaign.command import campaign, make_plans
 from skillwing.m600.campaign.conditions import Condition
 from skillwing.m600.campaign.ledger import LEDGER_FILE, Ledger, read_results
-from skillwing.m600.campaign.outcomes import SHORT_HEADINGS, outcome_table, outcomes
+from skillwing.m600.campaign.outcomes import SHORT_HEADINGS, outcome_table, outcomes, worst_of
 from skillwing.m600.campaign.plan import FlightPlan, Network
 from skillwing.m600.campaign.recordings import UNFINISHED
 from skillwing.m600.campaign.result import End, FlightResult
@@ -83,7 +83,8 @@ def test_the_outcomes_of_one_world_fit_a_terminal_of_80_columns() -> None:
 
 def test_a_broken_promise_is_worse_than_any_failure() -> None:
     kept, failed, hit = flown(1), flown(2, phase="FAILED"), flown(3, collisions=1)
-    assert sorted([failed, hit, kept], key=lambda result: result.badness, reverse=True) == [hit, failed, kept]
+    assert worst_of([failed, hit, kept], 3) == [hit, failed, kept]
+    assert worst_of([failed, hit, kept], 1) == [hit]
 
 
 def test_a_campaign_that_was_killed_goes_on_after_its_last_whole_line(tmp_path: Path) -> None:
@@ -241,6 +242,14 @@ def test_each_row_tells_how_many_flights_met_their_condition_before_the_drone_wa
     assert "No flight broke a promise" in text
     assert "The worst of them are `mapping-courtyard-camera-1`," in text
     assert "Met:" not in page.section("Mapping", ["skillwing"], [flown(2)], outcomes([flown(2)]), "abc")
+
+
+def test_the_worst_flights_are_named_where_none_broke_a_promise() -> None:
+    near, failed = replace(flown(2), clearance=0.4), flown(3, phase="FAILED")
+    results = [flown(1), near, failed]
+    text = page.section("Mapping", ["skillwing"], results, outcomes(results), "abc")
+    names = ", ".join(f"`{each.plan.name}`" for each in (failed, near, flown(1)))
+    assert f"The worst of them are {names}." in text
 
 
 def test_a_section_replaces_the_one_before_and_leaves_the_rest_of_the_page(tmp_path: Path) -> None:
