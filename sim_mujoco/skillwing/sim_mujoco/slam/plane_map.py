@@ -21,7 +21,7 @@ from skillwing.sim_mujoco.slam.so3 import Floats
 T = TypeVar("T", bound=np.generic)
 _FEWEST = 8
 """Points that make a plane."""
-_MOST = 200
+_MOST = 800
 """After so many points a face takes no more: the map must not follow a drifting drone."""
 _REFIT = 1.3
 """A plane is fitted anew when its face has so many times the points of the last fit."""
