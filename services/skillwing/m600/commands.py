@@ -16,6 +16,7 @@ from skillwing.services.commands.output import make_console, print_json, print_t
 from skillwing.services.errors import InvalidOptionError, RefusedError, SkillwingError, UnansweredError
 from skillwing.services.protocol import ErrorCode, M, Message
 from skillwing.sim_mujoco.topics import (
+    FASTEST_LINK,
     FAULT,
     FAULTS,
     LARGEST_COMPONENT,
@@ -83,9 +84,9 @@ def fault(
         return
     if sensor is None:
         raise InvalidOptionError("name", "Name what is to fail, or give --list to see what can.")
-    least = 0.0 if sensor == LINK else -LARGEST_COMPONENT
-    if magnitude is not None and not least <= magnitude <= LARGEST_COMPONENT:
-        bounds = f"from {least:,.0f} to {LARGEST_COMPONENT:,.0f}"
+    least, most = (0.0, FASTEST_LINK) if sensor == LINK else (-LARGEST_COMPONENT, LARGEST_COMPONENT)
+    if magnitude is not None and not least <= magnitude <= most:
+        bounds = f"from {least:,.0f} to {most:,.0f}"
         raise InvalidOptionError("magnitude", f"A magnitude is a number {bounds}, not {magnitude:,.12g}.")
     kind = kind or _USUAL_KIND.get(sensor.partition("/")[0], "blackout")
     key, switch = FAULT, SetFault(sensor=sensor, kind=kind, on=not off, magnitude=magnitude)

@@ -77,14 +77,15 @@ def test_a_fault_goes_to_whoever_can_have_it(
 
 
 @pytest.mark.parametrize(
-    ("name", "magnitude", "least"),
+    ("name", "magnitude", "bounds"),
     [
-        ("gnss", 1e39, "-1,000,000"),
-        ("zed", math.nan, "-1,000,000"),
-        ("rotor/1", -math.inf, "-1,000,000"),
-        ("link", -1.0, "0"),
+        ("gnss", 1e39, "-1,000,000 to 1,000,000"),
+        ("zed", math.nan, "-1,000,000 to 1,000,000"),
+        ("rotor/1", -math.inf, "-1,000,000 to 1,000,000"),
+        ("link", -1.0, "0 to 10,000"),
+        ("link", 2e4, "0 to 10,000"),
     ],
 )
-def test_a_magnitude_that_is_none_is_refused_before_anybody_is_asked(name: str, magnitude: float, least: str) -> None:
-    with pytest.raises(InvalidOptionError, match=f"is a number from {least} to 1,000,000, not"):
+def test_a_magnitude_that_is_none_is_refused_before_anybody_is_asked(name: str, magnitude: float, bounds: str) -> None:
+    with pytest.raises(InvalidOptionError, match=f"is a number from {bounds}, not"):
         commands.fault(name, magnitude=magnitude)
