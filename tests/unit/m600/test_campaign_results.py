@@ -240,7 +240,7 @@ def test_each_row_tells_how_many_flights_met_their_condition_before_the_drone_wa
     assert "both of it, in 3 flights, 40 to 60 s after the start; in 3 it was down before." in text
     assert "| courtyard | both | 3 | 1 |" in text
     assert "No flight broke a promise" in text
-    assert "The worst of them are `mapping-courtyard-camera-1`," in text
+    assert "least clearance: `mapping-courtyard-camera-1`," in text
     assert "Met:" not in page.section("Mapping", ["skillwing"], [flown(2)], outcomes([flown(2)]), "abc")
 
 
@@ -249,7 +249,7 @@ def test_the_worst_flights_are_named_where_none_broke_a_promise() -> None:
     results = [flown(1), near, failed]
     text = page.section("Mapping", ["skillwing"], results, outcomes(results), "abc")
     names = ", ".join(f"`{each.plan.name}`" for each in (failed, near, flown(1)))
-    assert f"The worst of them are {names}." in text
+    assert f"The worst of them, failures first and then by their least clearance: {names}." in text
 
 
 def test_a_section_replaces_the_one_before_and_leaves_the_rest_of_the_page(tmp_path: Path) -> None:

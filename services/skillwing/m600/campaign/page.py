@@ -81,7 +81,8 @@ def section(
     else:
         lines.append(
             "No flight broke a promise: nothing was hit, the fence was kept, every drone stands or was handed over. "
-            f"The worst of them are {', '.join(f'`{result.plan.name}`' for result in worst_of(results, NAMED))}."
+            "The worst of them, failures first and then by their least clearance: "
+            f"{', '.join(f'`{result.plan.name}`' for result in worst_of(results, NAMED))}."
         )
     if more:
         lines += ["", *more]
