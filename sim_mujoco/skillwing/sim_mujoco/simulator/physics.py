@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from skillwing.sim_mujoco.extent import TIP_RADIUS
 from skillwing.sim_mujoco.frames.motion import Motion
 from skillwing.sim_mujoco.frames.vectors import Vector, norm
 from skillwing.sim_mujoco.simulator.hexacopter import BODY, GEAR_HEIGHT, Airframe, airframe, attach_to
@@ -30,6 +31,8 @@ class Physics:
         self._scenery = frozenset(np.flatnonzero(self._model.geom_bodyid == 0).tolist())
         self._ground = {geom for geom in self._scenery if self._model.geom(geom).name.startswith("terrain")}
         self._skids = {self._geom("skid-left"), self._geom("skid-right")}
+        self._body = self._model.body(f"{BODY}/body").id
+        self._twist = np.zeros(6)
         self._last_contact = -_SEPARATE
         self._shares: NDArray[np.float64] | None = None
         self.collisions = 0
@@ -93,19 +96,33 @@ class Physics:
             self._judge_contacts()
 
     def _judge_contacts(self) -> None:
+        """Anything but skids set down gently on the ground is a collision."""
         now = self._data.time
         pairs = self._data.contact.geom.tolist()
-        if any(self._is_collision(one, other) for one, other in pairs):
+        if not all(self._is_footing(one, other) for one, other in pairs) or self._comes_down_hard():
             if now - self._last_contact > _SEPARATE:
                 self.collisions += 1
             self._last_contact = now
 
-    def _is_collision(self, one: int, other: int) -> bool:
-        """Anything but a skid set down gently on the ground."""
+    def _is_footing(self, one: int, other: int) -> bool:
         fixed, moving = (one, other) if one in self._scenery else (other, one)
-        on_ground = fixed in self._ground and moving in self._skids
-        v = self._data.qvel
-        return not on_ground or norm((float(v[0]), float(v[1]), float(v[2]))) > _HARD_LANDING
+        return fixed in self._ground and moving in self._skids
+
+    def _comes_down_hard(self) -> bool:
+        """Whether the drone was too fast where it touched, or a skid was driven into the ground too fast.
+
+        MuJoCo finds contacts before it advances the motion, and what it derived from the motion then it still has after
+        the step: the velocity that the touch had not slowed down yet. A skid may slide faster than the drone moves.
+        """
+        data = self._data
+        mujoco.mj_objectVelocity(self._model, data, mujoco.mjtObj.mjOBJ_XBODY, self._body, self._twist, 0)
+        p, q, r, x, y, z = self._twist.tolist()
+        speed = norm((x, y, z))
+        if speed + TIP_RADIUS * norm((p, q, r)) <= _HARD_LANDING:
+            return False  # no point of it is faster, and who stands is seldom looked at more closely
+        points = np.cross(self._twist[:3], data.contact.pos - data.xpos[self._body]) + self._twist[3:]
+        sunk = np.abs((points * data.contact.frame[:, :3]).sum(axis=1))
+        return bool(max(speed, sunk.max()) > _HARD_LANDING)
 
     def _geom(self, name: str) -> int:
         return self._model.geom(f"{BODY}/{name}").id
