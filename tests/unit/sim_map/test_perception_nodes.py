@@ -19,7 +19,7 @@ from skillwing.sim_mujoco.obstacles.node import make_obstacles
 from skillwing.sim_mujoco.options import OptionsError
 from skillwing.sim_mujoco.sensors.directions import RANGE_MOUNT, lidar_directions
 from skillwing.sim_mujoco.sensors.instruments import RANGE_PERIOD
-from skillwing.sim_mujoco.sensors.names import LIDAR, RANGE
+from skillwing.sim_mujoco.sensors.names import IMU, LIDAR, RANGE
 from skillwing.sim_mujoco.topics import ObstacleSource
 
 M = TypeVar("M", bound=Message)
@@ -497,6 +497,23 @@ def test_a_scan_without_poses_is_not_mapped(mapping: Bench) -> None:
     mapping.bus.advertise(topics.LIDAR).put(np.full(16, 5.0, np.float32).tobytes(), encode(stray))
     mapping.run(1.0)
     assert status(mapping).scans == scans
+
+
+@pytest.mark.parametrize("sensor", [IMU, LIDAR])
+def test_by_navigation_the_map_needs_the_lidar_only(mapping: Bench, sensor: str) -> None:
+    mapping.ask(topics.MAPPING_COMMAND, control("g", 1, True))
+    mapping.run(1.0)
+    report_health(mapping, sensor, topics.SensorStatus.FAILED)
+    mapping.run(0.5)
+    scans = status(mapping).scans
+    mapping.run(1.0)
+    needed = sensor == LIDAR
+    assert (status(mapping).scans == scans) is needed
+    assert status(mapping).text == ("lidar is FAILED: it does not say why" if needed else "")
+    report_health(mapping, sensor, topics.SensorStatus.OK)
+    mapping.run(1.0)
+    assert status(mapping).scans > scans
+    assert status(mapping).text == ""
 
 
 # --- options -------------------------------------------------------------------------------------------------

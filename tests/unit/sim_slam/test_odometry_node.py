@@ -1,4 +1,5 @@
-"""The mapping node with odometry on a bus: what it publishes, and how it begins anew after a divergence."""
+"""The mapping node with odometry on a bus: what it publishes, how it begins anew after a divergence, and what it makes
+of sensors that do not believe themselves."""
 
 from __future__ import annotations
 
@@ -9,11 +10,12 @@ import numpy as np
 import pytest
 from box_room import BATCH, HALF, LOW, PERIOD, Room
 
-from skillwing.services.bus import Answered
+from skillwing.services.bus import Answered, Bus
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import Message, decode, encode
 from skillwing.sim_mujoco import topics
 from skillwing.sim_mujoco.mapping.node import make_mapping
+from skillwing.sim_mujoco.sensors.names import IMU, LIDAR, ZED
 
 
 class Bench:
@@ -22,7 +24,7 @@ class Bench:
     def __init__(self) -> None:
         self.room = Room()
         self.network = InProcessNetwork()
-        self.network.attach(make_mapping({"low": list(LOW), "high": [-x for x in LOW]}))
+        self._node = self._start_node()
         self.bus = self.network.bus("bench")
         self.poses: list[topics.Odometry] = []
         self.states: list[topics.MappingStatus] = []
@@ -33,11 +35,29 @@ class Bench:
             topics.MAPPING_STATUS, lambda sample: self.states.append(decode(sample.payload, topics.MappingStatus))
         )
         self._out = {key: self.bus.advertise(key) for key in (topics.NAVIGATION, topics.LIDAR, topics.IMU)}
+        self._health = {name: self.bus.advertise(topics.health_key(name), events=True) for name in (IMU, LIDAR, ZED)}
         self._every(PERIOD, self._scan)
         self._every(BATCH, self._feel)
 
     def run_until(self, done: Callable[[], bool], seconds: float) -> bool:
         return self.network.run_until(done, seconds)
+
+    def run(self, seconds: float) -> None:
+        self.network.run_for(seconds)
+
+    def restart_node(self) -> None:
+        """Let the node's process die, and start it again."""
+        self._node.close()
+        self._node = self._start_node()
+
+    def tell_health(self, sensor: str, status: topics.SensorStatus, reason: str = "") -> None:
+        t = self.bus.now()
+        health = topics.Health(id=f"{sensor} at {t}", t=t, sensor=sensor, status=status, reason=reason)
+        self._health[sensor].put(encode(health))
+
+    def errors(self) -> list[float]:
+        """How far off the poses are that were given out [m]."""
+        return [float(np.linalg.norm(pose.position - self.room.position(pose.t))) for pose in self.poses]
 
     def command(self, goal: str, token: int, run: bool) -> str:
         answers: list[Any] = []
@@ -52,6 +72,9 @@ class Bench:
         self.bus.ask(topics.MAP_SNAPSHOT, encode(topics.Empty()), answers.append)
         assert self.run_until(lambda: bool(answers), 1.0)
         return np.frombuffer(answers[0].payload, np.float32).reshape(-1, 3)
+
+    def _start_node(self) -> Bus:
+        return self.network.attach(make_mapping({"low": list(LOW), "high": [-x for x in LOW]}))
 
     def _every(self, period: float, act: Callable[[], None]) -> None:
         self.bus.every(period, act)
@@ -98,3 +121,71 @@ def test_a_map_from_odometry_a_divergence_and_a_new_start() -> None:
     assert not bench.states[-1].diverged
     assert bench.poses[-1].since > pose.since
     assert bench.poses[-1].position == pytest.approx(tuple(bench.room.position(bench.poses[-1].t)), abs=0.1)
+
+
+def mapping_in_flight() -> Bench:
+    """A node whose map grows while the drone moves."""
+    bench = Bench()
+    bench.command("first", 1, True)
+    bench.run(4.9)
+    assert bench.poses[-1].tracking is topics.Tracking.GOOD
+    assert bench.states[-1].scans > 20
+    return bench
+
+
+def make_lie(room: Room, sensor: str, size: float = 1.0) -> None:
+    """Let a sensor be wrong by so much more [m/s2 or m]."""
+    if sensor == IMU:
+        room.accel_bias = room.accel_bias + size
+    else:
+        room.lidar_bias += size
+
+
+@pytest.mark.parametrize("sensor", [IMU, LIDAR])
+@pytest.mark.parametrize("late", [-0.05, 0.0, 0.15])
+def test_what_a_failed_sensor_measures_is_missing_until_it_is_well_again(sensor: str, late: float) -> None:
+    """It says so a little before or after the first measurements that are wrong."""
+    bench = mapping_in_flight()
+    bench.bus.after(0.1, lambda: make_lie(bench.room, sensor))
+    bench.run(0.1 + late)
+    bench.tell_health(sensor, topics.SensorStatus.FAILED, "it was frozen")
+    bench.run(0.05)
+    given, voxels = len(bench.poses), len(bench.centres())
+    bench.run(0.33 - late)
+    assert (len(bench.poses), len(bench.centres())) == (given, voxels)
+    make_lie(bench.room, sensor, -1.0)
+    bench.tell_health(sensor, topics.SensorStatus.OK)
+    bench.run(1.5)
+    assert len(bench.poses) >= given + 10
+    assert bench.poses[-1].tracking is topics.Tracking.GOOD
+    assert max(bench.errors()) < 0.05
+    assert len(bench.centres()) > voxels
+    assert (bench.states[-1].diverged, bench.states[-1].text) == (False, "")
+
+
+@pytest.mark.parametrize(("sensor", "missing"), [(IMU, "no inertial measurements"), (LIDAR, "no scans")])
+def test_a_sensor_that_stays_failed_ends_the_odometry_and_is_named(sensor: str, missing: str) -> None:
+    bench = mapping_in_flight()
+    bench.tell_health(sensor, topics.SensorStatus.FAILED, "it was frozen")
+    bench.run(0.2)
+    assert (bench.states[-1].diverged, bench.states[-1].text) == (False, f"{sensor} is FAILED: it was frozen")
+    assert bench.run_until(lambda: bench.states[-1].diverged, 2.5)
+    assert bench.states[-1].text.startswith(f"{sensor} is FAILED: it was frozen; there were {missing}")
+
+
+def test_a_sensor_that_odometry_does_not_ask_may_fail() -> None:
+    bench = mapping_in_flight()
+    bench.tell_health(ZED, topics.SensorStatus.FAILED, "it was frozen")
+    given = len(bench.poses)
+    bench.run(1.0)
+    assert len(bench.poses) >= given + 9
+    assert bench.states[-1].text == ""
+
+
+def test_a_node_that_is_started_again_hears_who_has_failed_meanwhile() -> None:
+    bench = Bench()
+    bench.tell_health(IMU, topics.SensorStatus.FAILED, "it was frozen")
+    bench.restart_node()
+    bench.run(3.0)
+    assert bench.states[-1].text.startswith("imu is FAILED: it was frozen")
+    assert not bench.poses

@@ -11,6 +11,7 @@ from skillwing.sim_mujoco import topics
 from skillwing.sim_mujoco.frames.pose_history import PoseHistory
 from skillwing.sim_mujoco.frames.vectors import Vector
 from skillwing.sim_mujoco.mapping.mapper import REACH
+from skillwing.sim_mujoco.sensors.names import IMU, LIDAR
 from skillwing.sim_mujoco.sensors.scans import LidarScan, PlacedPoints
 from skillwing.sim_mujoco.slam import so3
 from skillwing.sim_mujoco.slam.inertial import Inertial
@@ -39,6 +40,8 @@ class Localiser(Protocol):
 
     source: str
     """Where the poses come from, in words."""
+    sensors: tuple[str, ...]
+    """Whose measurements it works with, by the names that messages of health have for them."""
 
     @property
     def lost(self) -> str:
@@ -66,6 +69,7 @@ class ByNavigation:
     """Poses as navigation tells them, interpolated between its solutions."""
 
     source = "navigation solution"
+    sensors: tuple[str, ...] = (LIDAR,)
     lost = text = ""
 
     def __init__(self) -> None:
@@ -100,6 +104,8 @@ class ByNavigation:
 
 class ByOdometry:
     """Poses of LiDAR-inertial odometry."""
+
+    sensors: tuple[str, ...] = (LIDAR, IMU)
 
     def __init__(
         self,

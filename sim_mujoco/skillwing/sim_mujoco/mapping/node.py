@@ -6,8 +6,9 @@ switched on and off.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import msgspec
 import numpy as np
@@ -25,10 +26,13 @@ from skillwing.sim_mujoco.mapping.occupancy import OccupancyGrid, Voxels, grid_s
 from skillwing.sim_mujoco.messaging import answer_with, read_question, stream_reader
 from skillwing.sim_mujoco.options import OptionsError, read_options
 from skillwing.sim_mujoco.scenario import Poses, ScenarioError, read_scenario
+from skillwing.sim_mujoco.sensors.names import IMU, LIDAR
 from skillwing.sim_mujoco.sensors.scans import LidarScan
 from skillwing.sim_mujoco.slam.gicp import MissingLibraryError, gicp_matcher
 from skillwing.sim_mujoco.slam.inertial import Inertial
 from skillwing.sim_mujoco.world.chosen import SiteOptions
+
+S = TypeVar("S")
 
 MISFITS = "the scans no longer fit the map"
 STATUS_PERIOD, MAP_PERIOD = 0.5, 1.0
@@ -46,6 +50,8 @@ class MappingNode:
     def __init__(self, mapper: Mapper, localiser: Localiser) -> None:
         self._mapper, self._localiser = mapper, localiser
         self._holder = Axis("map")
+        self._failed: dict[str, str] = {}
+        """Sensors that do not believe themselves, and in what words they say so."""
         self._published: Voxels = np.empty(0, dtype=np.int64)
         self._bus: Bus | None = None
         self._status: Publisher | None = None
@@ -63,8 +69,12 @@ class MappingNode:
         self._map = bus.advertise(topics.MAP)
         self._odometry = bus.advertise(topics.SLAM_ODOMETRY)
         bus.subscribe(topics.NAVIGATION, message_reader(topics.Navigation, self._on_navigation))
-        bus.subscribe(topics.IMU, stream_reader(Inertial.decode, self._on_imu))
-        bus.subscribe(topics.LIDAR, stream_reader(LidarScan.decode, self._on_scan), latest_only=True)
+        inertial = self._unless_failed(IMU, self._localiser.imu)
+        scans = self._unless_failed(LIDAR, self._localiser.scan)
+        bus.subscribe(topics.IMU, stream_reader(Inertial.decode, inertial))
+        bus.subscribe(topics.LIDAR, stream_reader(LidarScan.decode, scans), latest_only=True)
+        for sensor in self._localiser.sensors:
+            bus.subscribe(topics.health_key(sensor), message_reader(topics.Health, self._on_health), events=True)
         bus.subscribe(topics.AUTHORITY, message_reader(topics.Revoked, self._on_revoked), events=True)
         bus.serve(topics.MAPPING_COMMAND, answer_with(topics.ControlMapping, self._on_command))
         bus.serve(topics.MAP_SNAPSHOT, self._on_snapshot)
@@ -115,11 +125,20 @@ class MappingNode:
     def _on_navigation(self, navigation: topics.Navigation) -> None:
         self._take(self._localiser.navigation(navigation))
 
-    def _on_imu(self, batch: Inertial) -> None:
-        self._take(self._localiser.imu(batch))
+    def _unless_failed(self, sensor: str, place: Callable[[S], Placement | None]) -> Callable[[S], None]:
+        """A reader that leaves out what a failed sensor makes up: to the localiser measurements are missing then."""
 
-    def _on_scan(self, scan: LidarScan) -> None:
-        self._take(self._localiser.scan(scan))
+        def on_measurement(measurement: S) -> None:
+            if sensor not in self._failed:
+                self._take(place(measurement))
+
+        return on_measurement
+
+    def _on_health(self, health: topics.Health) -> None:
+        if health.status is topics.SensorStatus.FAILED:
+            self._failed[health.sensor] = f"{health.sensor} is FAILED: {health.reason or 'it does not say why'}"
+        else:
+            self._failed.pop(health.sensor, None)
 
     def _take(self, placement: Placement | None) -> None:
         if placement is None:
@@ -143,9 +162,15 @@ class MappingNode:
             scans=mapper.scans,
             voxels=mapper.grid.count_occupied(),
             pose_source=self.pose_source,
-            text=localiser.text or (MISFITS if mapper.diverged else ""),
+            text=self._text,
         )
         self._status.put(encode(status))
+
+    @property
+    def _text(self) -> str:
+        """What is wrong or waited for, the sensors first; empty while all is well."""
+        complaint = self._localiser.text or (MISFITS if self._mapper.diverged else "")
+        return "; ".join(filter(None, (*self._failed.values(), complaint)))
 
     def _publish_map(self) -> None:
         assert self._map is not None
