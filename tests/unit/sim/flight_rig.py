@@ -16,10 +16,12 @@ from skillwing.sim_mujoco.topics import (
     FlightState,
     GuidanceCommand,
     GuidanceStatus,
+    Health,
     Motion,
     MotionState,
     Navigation,
     ObstacleStatus,
+    SensorStatus,
     TakeOff,
 )
 from skillwing.sim_mujoco.world.world import World, make_world
@@ -34,6 +36,8 @@ class Rig:
         self.sim = Simulator(world, sensors=(RANGE,), **options)
         self.core = GuidanceCore()
         self.connected = True
+        self.lowers_ground_by = 0.0
+        """What the range-finder is wrong by [m]."""
         self.obstacles: Callable[[float, GuidanceStatus], ObstacleStatus | None] = lambda t, status: None
         self.track: list[tuple[float, Vector]] = []
         self._token = 0
@@ -74,7 +78,10 @@ class Rig:
         self.track.append((t, self.sim.motion.position))
         for measurement in happened.measurements:
             if measurement.sensor == RANGE:
-                self.core.range(measurement.end, float(measurement.data[0]) or None)
+                self.core.range(measurement.end, self.lowers_ground_by + float(measurement.data[0]) or None)
+        for sensor, change in happened.health:
+            status = SensorStatus(change.condition.value)
+            self.core.health(Health(id="health", t=change.t, sensor=sensor, status=status, reason=change.reason), t)
         for solution in happened.solutions:
             self.core.navigation(
                 Navigation(

@@ -12,6 +12,7 @@ from skillwing.services.protocol import ErrorCode
 from skillwing.sim_mujoco.axis import RefusedError
 from skillwing.sim_mujoco.frames.vectors import heading_of, wrap
 from skillwing.sim_mujoco.guidance import solitude
+from skillwing.sim_mujoco.guidance.body_motion import TOUCHDOWN_SPEED
 from skillwing.sim_mujoco.guidance.core import GuidanceCore
 from skillwing.sim_mujoco.guidance.lookout import fastest
 from skillwing.sim_mujoco.guidance.solitude import LAND_AFTER
@@ -19,6 +20,7 @@ from skillwing.sim_mujoco.simulator.autopilot import Mode
 from skillwing.sim_mujoco.topics import (
     FlyTo,
     GuidanceStatus,
+    Health,
     Hold,
     Land,
     Motion,
@@ -28,6 +30,7 @@ from skillwing.sim_mujoco.topics import (
     ObstacleStatus,
     Orbit,
     Revoked,
+    SensorStatus,
     Stop,
     TakeOff,
     Turn,
@@ -264,6 +267,36 @@ def test_without_a_fresh_view_it_waits_and_then_goes_on() -> None:
     assert math.dist(where, rig.sim.motion.position) < 0.3
     rig.fly_until(MotionState.DONE)
     assert math.dist(rig.sim.motion.position, (12.0, 0.0, 4.0)) < 0.3
+
+
+def range_finder(rig: Rig, status: SensorStatus) -> None:
+    rig.core.health(Health(id="health", t=rig.sim.t, sensor="range", status=status), rig.sim.t)
+
+
+@pytest.mark.parametrize("found_out_after", [-1.0, 2.0])
+def test_a_range_finder_that_says_it_has_failed_does_not_bring_the_drone_down_fast(found_out_after: float) -> None:
+    """It says that the ground is 20 m lower, before the landing begins or while it goes on."""
+    rig = airborne(9.0)
+    rig.lowers_ground_by = 20.0
+    rig.fly(0.1)
+    if found_out_after < 0.0:
+        range_finder(rig, SensorStatus.FAILED)
+    rig.command("down", Land(speed=2.0))
+    rig.fly(max(0.0, found_out_after))
+    range_finder(rig, SensorStatus.FAILED)
+    rig.fly(2.5)
+    assert rig.sim.motion.position[2] > 2.0
+    assert rig.sim.motion.velocity[2] > -TOUCHDOWN_SPEED - 0.2
+
+
+def test_a_range_finder_that_is_well_again_is_believed() -> None:
+    rig = airborne(9.0)
+    range_finder(rig, SensorStatus.FAILED)
+    rig.fly(1.0)
+    range_finder(rig, SensorStatus.OK)
+    rig.fly(0.1)
+    rig.command("down", Land(speed=2.0))
+    assert rig.fly(3.0, lambda: rig.sim.motion.velocity[2] < -1.0)
 
 
 ORBIT = Orbit(center=(-3.0, 0.0, 0.0), radius=3.0, height=4.5, laps=0.5, speed=3.0)

@@ -199,6 +199,25 @@ def test_a_flight_over_the_bus_and_the_pilot_who_ends_it(network: InProcessNetwo
     assert "pilot" in status.body.text
 
 
+def test_guidance_hears_of_a_range_finder_that_has_failed_and_comes_down_as_without_one(
+    network: InProcessNetwork, ground: Ground
+) -> None:
+    network.run_for(1.5)
+    up = topics.GuidanceCommand(goal_id="up", token=1, motion=topics.TakeOff(height=8.0, speed=2.0))
+    assert isinstance(ground.ask(topics.GUIDANCE_COMMAND, up), Answered)
+    network.run_for(8.0)
+    lower = topics.SetFault(sensor="range", kind="bias", magnitude=15.0)
+    assert isinstance(ground.ask(topics.FAULT, lower), Answered)
+    network.run_for(2.0)
+    health = decode(ground.heard[topics.health_key("range")][-1].payload, topics.Health)
+    assert health.status is topics.SensorStatus.FAILED
+    down = topics.GuidanceCommand(goal_id="down", token=2, motion=topics.Land(speed=2.0))
+    assert isinstance(ground.ask(topics.GUIDANCE_COMMAND, down), Answered)
+    network.run_for(4.0)
+    navigation = decode(ground.heard[topics.NAVIGATION][-1].payload, topics.Navigation)
+    assert navigation.velocity[2] == pytest.approx(-0.5, abs=0.2)
+
+
 def test_guidance_that_is_started_anew_in_flight_is_told_what_was_revoked_before(
     network: InProcessNetwork, ground: Ground
 ) -> None:

@@ -58,11 +58,21 @@ class BodyMotion:
         self._legs: list[Leg] = []
         self._after_stop = (MotionState.STOPPED, "")
         self._range: tuple[float, float | None] = (-math.inf, None)
+        self._range_is_trusted = True
         self._turning_since = 0.0
 
     def range(self, t: float, distance: float | None) -> None:
         """The range-finder's distance to the ground [m] at `t`, None if it sees none."""
-        self._range = t, distance
+        self._range = t, distance if self._range_is_trusted else None
+
+    def trust_range(self, t: float, *, trusted: bool) -> None:
+        """Whether the range-finder may be believed. A descent by what it told goes on as one that sees no ground."""
+        self._range_is_trusted = trusted
+        if trusted:
+            return
+        self._range = t, None
+        if self.lands and self.path is not None:
+            self.path = self.path.broken_off(t)
 
     # --- what it is doing ------------------------------------------------------------------------------------
 

@@ -18,12 +18,14 @@ from skillwing.sim_mujoco.guidance.heading_control import HeadingControl
 from skillwing.sim_mujoco.guidance.limits import Limits
 from skillwing.sim_mujoco.guidance.lookout import Lookout
 from skillwing.sim_mujoco.guidance.solitude import LAND_AFTER, Solitude
+from skillwing.sim_mujoco.sensors.names import RANGE
 from skillwing.sim_mujoco.topics import (
     AutopilotSetpoint,
     FlightState,
     FlyTo,
     GuidanceCommand,
     GuidanceStatus,
+    Health,
     Land,
     Motion,
     MotionState,
@@ -32,6 +34,7 @@ from skillwing.sim_mujoco.topics import (
     ObstacleStatus,
     Orbit,
     Revoked,
+    SensorStatus,
     Stop,
     TakeOff,
     Turn,
@@ -83,6 +86,11 @@ class GuidanceCore:
     def range(self, t: float, distance: float | None) -> None:
         """The range-finder's distance to the ground [m] at `t`, None if it sees none."""
         self._body.range(t, distance)
+
+    def health(self, health: Health, t: float) -> None:
+        """What a sensor says of itself; only the range-finder's word matters here."""
+        if health.sensor == RANGE:
+            self._body.trust_range(t, trusted=health.status is not SensorStatus.FAILED)
 
     def obstacles(self, status: ObstacleStatus) -> None:
         if self._watch:

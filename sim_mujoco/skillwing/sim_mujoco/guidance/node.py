@@ -15,6 +15,7 @@ from skillwing.sim_mujoco.geofence import COURTYARD_FENCE, Box, FenceOptions
 from skillwing.sim_mujoco.guidance.core import GuidanceCore
 from skillwing.sim_mujoco.messaging import answer_with
 from skillwing.sim_mujoco.options import read_options
+from skillwing.sim_mujoco.sensors.names import RANGE
 from skillwing.sim_mujoco.world.chosen import SiteOptions
 
 M = TypeVar("M", bound=Message)
@@ -44,6 +45,8 @@ class GuidanceNode:
         self._follow(topics.RANGE, topics.Range, lambda seen: core.range(seen.t, seen.distance))
         self._follow(topics.OBSTACLE_STATUS, topics.ObstacleStatus, core.obstacles)
         self._follow(topics.NAVIGATION, topics.Navigation, self._on_navigation)
+        health = message_reader(topics.Health, lambda said: core.health(said, bus.now()))
+        bus.subscribe(topics.health_key(RANGE), health, events=True)
         revoke = message_reader(topics.Revoked, lambda revoked: core.revoke(revoked, bus.now()))
         bus.subscribe(topics.AUTHORITY, revoke, events=True)
         targets = core.targets

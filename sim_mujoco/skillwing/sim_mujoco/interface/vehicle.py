@@ -89,10 +89,10 @@ FLYING = (
         topics.Health,
         Duty.SOME,
         VEHICLE,
-        (BRIDGE, OBSTACLES, MAPPING, RECORDER),
+        (GUIDANCE, BRIDGE, OBSTACLES, MAPPING, RECORDER),
         "What a sensor has found out about itself, at each change. `zed` and `lidar` stand for a resource each, the "
         "health of others goes to the timeline. Odometry does without the measurements of `imu` or `lidar` while it is "
-        "FAILED.",
+        "FAILED, and guidance without those of `range`.",
         "A sensor that never spoke stays UNKNOWN, and skills that need it are not ready. One that has spoken is "
         "believed until it says something else: silence of data has to be noticed, and told, by the sensor's own node.",
         when="at each change",
