@@ -25,14 +25,14 @@ def fence() -> Geofence:
     return fence
 
 
-def test_guidance_tells_the_fence_that_it_was_given_without_the_ground() -> None:
+def test_guidance_tells_the_fence_that_it_was_given_without_the_ground_and_its_margin() -> None:
     network = InProcessNetwork()
     network.attach(make_guidance({"geofence": {"low": [-5, -6, -1], "high": [50, 60, 25]}}))
     fence = Geofence(network.bus("manager"))
     network.run_for(0.1)
-    assert fence.ceiling == 25.0
-    assert fence.refusal((50.0, 60.0, 1.0)) is None
-    assert "Stay between (-5, -6, 1) and (50, 60, 25)" in (fence.refusal((50.0, 60.0, 0.9)) or "")
+    assert fence.ceiling == 24.5
+    assert fence.refusal((49.5, 59.5, 1.0)) is None
+    assert "Stay between (-4.5, -5.5, 1) and (49.5, 59.5, 24.5)" in (fence.refusal((49.6, 59.5, 1.0)) or "")
 
 
 def test_detours_of_the_mapping_mission_stay_inside() -> None:

@@ -1,10 +1,14 @@
-"""Whatever is commanded, and wherever wind or a pilot take the drone: guidance asks for no place outside the fence."""
+"""Whatever is commanded, and wherever wind or a pilot take the drone: guidance asks for no place outside the fence, or
+nearer to it than its margin."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
+import pytest
+from flight_rig import Rig
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec import structs
@@ -13,6 +17,8 @@ from skillwing.sim_mujoco.axis import RefusedError
 from skillwing.sim_mujoco.frames.vectors import Vector
 from skillwing.sim_mujoco.geofence import Box
 from skillwing.sim_mujoco.guidance.core import GuidanceCore
+from skillwing.sim_mujoco.guidance.limits import HIGHEST, LOWEST, Limits
+from skillwing.sim_mujoco.simulator.autopilot import Limits as AutopilotLimits
 from skillwing.sim_mujoco.topics import (
     FlightState,
     FlyTo,
@@ -20,6 +26,7 @@ from skillwing.sim_mujoco.topics import (
     Hold,
     Land,
     Motion,
+    MotionState,
     Navigation,
     Nose,
     Orbit,
@@ -145,16 +152,16 @@ class Drone:
 
     def _check(self, setpoint: Vector) -> None:
         self.checked += 1
-        low, high = FENCE.low, FENCE.high
+        low, high = self.core.targets.low, self.core.targets.high
         assert low[0] <= setpoint[0] <= high[0]
         assert low[1] <= setpoint[1] <= high[1]
         assert setpoint[2] <= high[2]
-        assert self.landing or setpoint[2] >= low[2]
+        assert self.landing or setpoint[2] >= FENCE.low[2]
 
 
 @given(st.lists(st.tuples(events, st.floats(0.1, 2.0)), min_size=3, max_size=6))
 @settings(max_examples=20, deadline=None)
-def test_no_setpoint_lies_outside_the_fence(story: list[tuple[Event, float]]) -> None:
+def test_no_setpoint_lies_outside_the_fence_or_too_near_to_it(story: list[tuple[Event, float]]) -> None:
     drone = Drone()
     drone.take_off()
     for event, seconds in story:
@@ -169,6 +176,38 @@ def test_a_drone_that_the_pilot_leaves_outside_is_brought_back_inside() -> None:
     drone.meet(Pilot((13.0, 0.0, 5.0)))
     drone.let_pass(3.0)
     assert FENCE.contains(drone.position, 0.1)
+
+
+def test_targets_keep_a_margin_from_the_fence_and_not_from_the_ground() -> None:
+    assert Limits(FENCE).targets == Box((-9.5, -9.5, LOWEST), (9.5, 9.5, 11.5))
+    above_a_wood = Box((-10.0, -10.0, 4.0), (10.0, 10.0, 200.0))
+    assert Limits(above_a_wood).targets == Box((-9.5, -9.5, 4.5), (9.5, 9.5, HIGHEST))
+
+
+@pytest.mark.parametrize(
+    ("corner", "speed", "air"),
+    [
+        ((-1.0, 0.0, 0.0), 0.15, {}),
+        ((-1.0, -1.0, 0.0), 6.0, {"wind": (-4.0, -3.0, 0.0), "turbulence": 8.0}),
+        ((0.0, 0.0, 1.0), 2.0, {"wind": (4.0, 3.0, 0.0), "turbulence": 8.0}),
+    ],
+)
+def test_what_is_accepted_is_reached_inside_the_fence_and_the_autopilot_lets_it(
+    corner: Vector, speed: float, air: dict[str, Any]
+) -> None:
+    """Guidance's margin against the autopilot's guard, at the extreme targets."""
+    fence = Box((-4.0, -4.0, -1.0), (10.0, 10.0, 10.0))
+    rig = Rig(limits=AutopilotLimits(fence=fence), **air)
+    rig.core = GuidanceCore(fence)
+    rig.take_off()
+    targets = rig.core.targets
+    x, y, z = (
+        {-1.0: low, 0.0: here, 1.0: high}[side]
+        for side, low, here, high in zip(corner, targets.low, (0.0, 0.0, 4.0), targets.high, strict=True)
+    )
+    rig.command("edge", FlyTo(target=(x, y, z), speed=speed, nose=Nose.FREE))
+    rig.fly_until(MotionState.DONE)
+    assert not rig.fly(10.0, lambda: not (rig.sim.autopilot.follows and fence.contains(rig.sim.motion.position)))
 
 
 def test_an_orbit_of_which_a_part_lies_outside_is_refused() -> None:

@@ -1,4 +1,4 @@
-"""What guidance never flies: places outside the fence, and speeds that nobody can."""
+"""What guidance never flies: places outside the fence or right at it, and speeds that nobody can."""
 
 from __future__ import annotations
 
@@ -11,8 +11,12 @@ from skillwing.sim_mujoco.geofence import Box
 
 LOWEST, HIGHEST = 1.0, 120.0
 """Heights above the home pad between which a target may lie, whatever the fence [m]; 120 m is the limit of EU law."""
+FENCE_MARGIN = 0.5
+"""From the fence, where guidance keeps its targets and setpoints [m]: as far as wind and overshoot carry the drone past
+them, it neither breaks the fence nor comes so near that the autopilot's guard stops it."""
 MAX_SPEED = 6.0
-_FENCE_MARGIN = 1.0
+_BLOWN_OUT = 1.0
+"""So far outside the fence the drone has left it [m]."""
 
 
 class Limits:
@@ -23,8 +27,9 @@ class Limits:
 
     def __init__(self, fence: Box) -> None:
         self._fence = fence
-        low = fence.low[0], fence.low[1], max(fence.low[2], LOWEST)
-        self.targets = Box(low, (fence.high[0], fence.high[1], min(fence.high[2], HIGHEST)))
+        west, south, floor = (x + FENCE_MARGIN for x in fence.low)
+        east, north, ceiling = (x - FENCE_MARGIN for x in fence.high)
+        self.targets = Box((west, south, max(floor, LOWEST)), (east, north, min(ceiling, HIGHEST)))
         """Where a target may lie."""
 
     def require_inside(self, *targets: Vector) -> None:
@@ -33,7 +38,7 @@ class Limits:
             if not self.targets.contains(target):
                 raise RefusedError(
                     ErrorCode.NOT_ALLOWED,
-                    "the target ({:.1f}, {:.1f}, {:.1f}) lies outside the geofence".format(*target),
+                    "the target ({:.1f}, {:.1f}, {:.1f}) lies outside the geofence, or too near to it".format(*target),
                     f"stay between {_text(self.targets.low)} and {_text(self.targets.high)}",
                 )
 
@@ -46,12 +51,12 @@ class Limits:
 
     def has_left(self, place: Vector) -> bool:
         """Whether a drone there is outside, and not just blown a little over the border."""
-        return not self._fence.contains(place, _FENCE_MARGIN)
+        return not self._fence.contains(place, _BLOWN_OUT)
 
     def confine(self, place: Vector, *, landing: bool = False) -> Vector:
-        """The place itself, or the nearest one inside. A landing ends on the ground, however low that is."""
-        low, high = self._fence.low, self.targets.high
-        floor = -math.inf if landing else low[2]
+        """The place itself, or the nearest one with the margin. A landing ends on the ground, however low that is."""
+        low, high = self.targets.low, self.targets.high
+        floor = -math.inf if landing else self._fence.low[2]
         return (
             clamp(place[0], low[0], high[0]),
             clamp(place[1], low[1], high[1]),

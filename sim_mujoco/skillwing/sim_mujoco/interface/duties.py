@@ -12,7 +12,7 @@ from skillwing.sim_mujoco.guidance.body_motion import (
     TOUCHDOWN_SPEED,
 )
 from skillwing.sim_mujoco.guidance.heading_control import ALIGNED, TURN_RATE
-from skillwing.sim_mujoco.guidance.limits import HIGHEST, LOWEST, MAX_SPEED
+from skillwing.sim_mujoco.guidance.limits import FENCE_MARGIN, HIGHEST, LOWEST, MAX_SPEED
 from skillwing.sim_mujoco.guidance.lookout import MARGIN, STALE
 from skillwing.sim_mujoco.guidance.solitude import LAND_AFTER as ALONE
 from skillwing.sim_mujoco.guidance.trajectory import ACCELERATION, BRAKING
@@ -120,6 +120,7 @@ it, and reports how far it is free. To be as careful as ours: stop {MARGIN:g} m 
 way that was watched has had no report for {STALE:g} s, fly no faster than the `horizon` allows
 ([obstacles.md](obstacles.md)). Who does not read the reports flies unwatched, as ours does without a depth map.
 
-**The fence** is told once, as an event, and kept by the publisher for those who come later. Ours lets targets lie
-between {LOWEST:g} and {HIGHEST:g} m, whatever its box says.
+**The fence** is told once, as an event, and kept by the publisher for those who come later: the box in which targets
+may lie. Ours is the fence less {FENCE_MARGIN:g} m, so that the autopilot's own guard never stops a drone that does as
+it was told, and between {LOWEST:g} and {HIGHEST:g} m of height, whatever the fence.
 """

@@ -15,7 +15,7 @@ LEVEL_BRAKING, UPRIGHT_BRAKING = 3.5, 3.0
 MARGIN = 0.2
 """From the fence, where the drone comes to rest [m]."""
 _DRIFTING = 0.2
-"""Slower than this nobody flies towards a wall [m/s]."""
+"""Of the margin whoever comes more slowly than this [m/s] gets a share only: who hovers within it is left alone."""
 _WALLS = (("west", "east"), ("south", "north"), ("lower", "upper"))
 
 
@@ -43,7 +43,7 @@ class FenceGuard:
 
     @staticmethod
     def _breaks(gap: float, closing: float, axis: int) -> bool:
-        if gap < 0.0:
-            return True
+        closing = max(0.0, closing)
+        margin = MARGIN * min(1.0, closing / _DRIFTING)
         braking = UPRIGHT_BRAKING if axis == 2 else LEVEL_BRAKING
-        return closing > _DRIFTING and gap < MARGIN + REACTION * closing + closing * closing / (2.0 * braking)
+        return gap < margin + REACTION * closing + closing * closing / (2.0 * braking)
