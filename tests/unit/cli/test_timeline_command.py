@@ -114,6 +114,21 @@ def test_it_can_be_drawn(run: Path, tmp_path: Path) -> None:
     assert said == f"The timeline is drawn: {tmp_path / 'run.png'}\n"
 
 
+def test_no_folder_is_made_for_a_picture(run: Path, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    with pytest.raises(FileNotFoundError):
+        CliRunner().invoke(app, [str(run), "--png", str(tmp_path / "nope" / "run.png")], catch_exceptions=False)
+    assert not (tmp_path / "nope").exists()
+
+
+@pytest.mark.parametrize("name", ["run.gif", "run"])
+def test_a_picture_of_another_format_is_refused(run: Path, tmp_path: Path, name: str) -> None:
+    result = CliRunner().invoke(app, [str(run), "--png", str(tmp_path / name)], env={"COLUMNS": "300"})
+    assert result.exit_code == 2
+    assert f"`{tmp_path / name}` is no picture that can be drawn. End it with .png." in result.output
+    assert not (tmp_path / name).exists()
+
+
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [

@@ -39,4 +39,4 @@ def test_what_still_runs_is_blue(tmp_path: Path) -> None:
 
 
 def test_a_run_in_which_nothing_happened_has_a_picture(tmp_path: Path) -> None:
-    assert drawn(History(), tmp_path / "deep" / "timeline.png").std() > 0
+    assert drawn(History(), tmp_path / "timeline.png").std() > 0

@@ -24,6 +24,7 @@ LONGEST_FLIGHT = 1e8
 """Seconds; robot time that is larger counts from 1970."""
 DEFAULT_KINDS = tuple(kind for kind in KINDS if kind != RecordKind.DATA)
 """Data turn stale and fresh by the dozen when a process starts."""
+PICTURE = ".png"
 
 
 def timeline(
@@ -44,8 +45,10 @@ def timeline(
     Of a goal that was refused it shows what it lacked. JSON holds the records as they were published, in which that is
     who asked.
 
-    Exit codes: 0 shown, 2 no such run, or an unknown name.
+    Exit codes: 0 shown, 2 no such run, an unknown name, or a file that cannot be written.
     """
+    if png is not None and png.suffix.lower() != PICTURE:
+        raise typer.BadParameter(f"`{png}` is no picture that can be drawn. End it with {PICTURE}.")
     skillset = _skillset_of(run)
     history = History.of(read_records(run), read_goals(run), skillset)
     records = [history.explained(record) for record in history.records]

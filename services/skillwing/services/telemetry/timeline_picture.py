@@ -32,7 +32,10 @@ _REFUSED: dict[str, Any] = {"marker": "v", "markersize": 6}
 
 
 def draw_timeline(history: History, path: Path, *, title: str, resources: Sequence[Resource] = ()) -> None:
-    """Write the picture of `history` to `path` (PNG). `resources` gives the order and colours of resource lanes."""
+    """Write the picture of `history` to `path` (PNG), whose folder exists.
+
+    resources: gives the order and colours of resource lanes.
+    """
     end = max(history.end, 1.0)
     skills = list(dict.fromkeys(bar.skill for bar in history.bars))
     lanes = history.lanes
@@ -74,7 +77,6 @@ def draw_timeline(history: History, path: Path, *, title: str, resources: Sequen
     if steady:
         note = "Unchanged throughout: " + ", ".join(steady)
         figure.text(0.015, 0.012, shorten(note, 210, placeholder=" ..."), fontsize=9, color="#57606a")
-    path.parent.mkdir(parents=True, exist_ok=True)
     canvas.print_png(path)
 
 
