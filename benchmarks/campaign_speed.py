@@ -20,6 +20,7 @@ from skillwing.m600.campaign.witness import Witness
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork, Traffic
 from skillwing.services.processes.in_process import RobotInProcess
+from skillwing.sim_mujoco.world.world import make_world
 
 SHOWN = 0.005
 """Processes that take less than this share are told together."""
@@ -54,7 +55,8 @@ class TimedNetwork(InProcessNetwork):
 def main() -> None:
     options = make_flight_parser(__doc__).parse_args()
     plan = FlightPlan(mission="mapping", world=options.world, seed=options.seed, condition=Condition.NONE)
-    network, witness = TimedNetwork(), Witness(ROBOT.skillset.stem)
+    terrain = make_world(plan.seed, plan.world).terrain
+    network, witness = TimedNetwork(), Witness(ROBOT.skillset.stem, terrain)
     with RobotInProcess(ROBOT, network) as robot:
         robot.attach(witness)
         robot.start(processes(plan, plan.robot_options()))

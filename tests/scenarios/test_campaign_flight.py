@@ -12,8 +12,11 @@ from skillwing.m600.campaign.witness import HELD_FOR, Witness
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import Keys, MissionStatus, encode
+from skillwing.sim_mujoco.extent import TIP_RADIUS
 from skillwing.sim_mujoco.topics import FLIGHT, TRUTH, FlightState, Truth
+from skillwing.sim_mujoco.world.world import make_world
 
+TERRAIN = make_world(1).terrain
 TAKE_OFF = 4.0
 """Robot seconds: the drone is in the air, and all its sensors have spoken."""
 
@@ -37,7 +40,7 @@ class Scene:
 
     def __init__(self, *, pilot_returns: bool = False) -> None:
         self.network = InProcessNetwork()
-        self.witness = Witness(ROBOT.skillset.stem, pilot_returns=pilot_returns)
+        self.witness = Witness(ROBOT.skillset.stem, TERRAIN, pilot_returns=pilot_returns)
         self.network.attach(self.witness)
         self.bus = self.network.bus("drone")
         self.truth, self.flight = self.bus.advertise(TRUTH), self.bus.advertise(FLIGHT)
@@ -54,8 +57,9 @@ class Scene:
         authority: bool = True,
         inside: bool = True,
         failsafe: str = "",
+        sinking: float = 0.0,
     ) -> None:
-        """Be at a place for a while."""
+        """Be at a place for a while, `z` above the ground there."""
         end = self.bus.now() + seconds
         while (t := self.bus.now()) < end - 1e-9:
             state = FlightState(
@@ -68,9 +72,9 @@ class Scene:
             )
             truth = Truth(
                 t=t,
-                position=(x, 0.0, z),
+                position=(x, 0.0, TERRAIN.height(x, 0.0) + z),
                 quaternion=(1.0, 0.0, 0.0, 0.0),
-                velocity=(0.0, 0.0, 0.0),
+                velocity=(0.0, 0.0, -sinking),
                 collisions=0,
                 clearance=x - 1.0,
                 inside_fence=inside,
@@ -94,6 +98,18 @@ def test_a_drone_has_landed_when_its_rotors_are_off(x: float, end: End) -> None:
     assert (scene.witness.end, scene.witness.over) == (End.FLYING, False)
     scene.be(x, 0.1, on_ground=True)
     assert (scene.witness.end, scene.witness.over) == (end, True)
+
+
+@pytest.mark.parametrize("x", [0.0, 20.0, 30.0])
+def test_where_the_autopilot_says_that_it_stands_the_truth_decides(x: float) -> None:
+    scene = Scene()
+    scene.end_mission()
+    scene.be(x, 30.0, on_ground=True, sinking=5.0)
+    assert (scene.witness.end, scene.witness.over) == (End.FLYING, False)
+    scene.be(x, TIP_RADIUS - 0.1, on_ground=True)
+    assert (scene.witness.end, scene.witness.over) == (End.ELSEWHERE if x else End.HOME, True)
+    scene.be(x, TIP_RADIUS + 0.1, on_ground=True)
+    assert (scene.witness.end, scene.witness.over) == (End.NOT_LANDED, True)
 
 
 def test_a_drone_in_the_pilots_hands_is_handed_over_once_it_has_held_its_place() -> None:

@@ -35,7 +35,7 @@ ALLOWED = {
 # functional layer describes messages as that of the protocol does.
 WIDER = {
     ("m600", "briefing.py"): ["sim_mujoco.world", "sim_mujoco.scenario"],
-    ("m600", "campaign/*.py"): ["sim_mujoco.world"],
+    ("m600", "campaign/*.py"): ["sim_mujoco.world", "sim_mujoco.extent"],
     ("m600", "judge/*.py"): ["sim_mujoco.world", "sim_mujoco.judge"],
     ("m600", "dashboard/*.py"): [
         "sim_mujoco.sensors.directions",

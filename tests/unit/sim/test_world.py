@@ -152,6 +152,17 @@ def test_the_air_over_the_route_is_free_up_to_the_height_of_return(kind: str) ->
         assert not rays.distances(places[clear], up[clear], 60.0).any()
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_ground_is_as_high_as_it_is_met_from_above(kind: str) -> None:
+    world = replace(make_world(7, kind), obstacles=())
+    terrain, rng = world.terrain, np.random.default_rng(7)
+    places = np.array(terrain.centre) + np.array(terrain.half) * rng.uniform(-0.99, 0.99, (200, 2))
+    above = np.column_stack([places, np.full(200, 5.0)]).astype(np.float32)
+    down = np.broadcast_to(np.array([0.0, 0.0, -1.0], np.float32), above.shape)
+    met = 5.0 - RayScene(world.triangles()).distances(above, down, 10.0)
+    assert [terrain.height(x, y) for x, y in places.tolist()] == pytest.approx(met.tolist(), abs=0.02)
+
+
 def test_the_same_seed_gives_the_same_world() -> None:
     for kind in KINDS:
         first, second = make_world(5, kind), make_world(5, kind)

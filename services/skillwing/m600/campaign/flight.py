@@ -35,7 +35,9 @@ def fly(plan: FlightPlan, run_dir: Path | None = None, *, longest: float = LONGE
     """
     begun = _processor_time()
     meter = PriceMeter(planned_circle(plan.site(), plan.mission))
-    witness = Witness(ROBOT.skillset.stem, pilot_returns=plan.condition is Condition.PILOT_RETURNS, meter=meter)
+    terrain = make_world(plan.seed, plan.world).terrain
+    pilot_returns = plan.condition is Condition.PILOT_RETURNS
+    witness = Witness(ROBOT.skillset.stem, terrain, pilot_returns=pilot_returns, meter=meter)
     options = plan.robot_options()
     if run_dir is not None:
         options["run_dir"] = str(run_dir)

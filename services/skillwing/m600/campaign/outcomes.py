@@ -9,7 +9,7 @@ import msgspec
 from rich.table import Table
 
 from skillwing.m600.campaign.conditions import Condition
-from skillwing.m600.campaign.result import End, FlightResult
+from skillwing.m600.campaign.result import SAFE_ENDS, End, FlightResult
 
 HEADINGS = (
     "world",
@@ -146,7 +146,7 @@ def _outcomes(world: str, condition: str, results: Sequence[FlightResult]) -> Ou
         at_home=ends.count(End.HOME),
         elsewhere=ends.count(End.ELSEWHERE),
         handed_over=ends.count(End.HANDED_OVER),
-        not_landed=ends.count(End.FLYING) + ends.count(End.BROKE_OFF),
+        not_landed=sum(end not in SAFE_ENDS for end in ends),
         collided=sum(each.collisions > 0 for each in results),
         left_fence=sum(each.breaches > 0 for each in results),
         clearance=min(clearances, default=None),

@@ -18,6 +18,8 @@ class End(StrEnum):
     ELSEWHERE = "landed elsewhere"
     HANDED_OVER = "handed over"
     FLYING = "still flying"
+    NOT_LANDED = "not landed"
+    """The autopilot says that the drone stands, and it is at rest somewhere else than on the ground."""
     BROKE_OFF = "broke off"
 
 

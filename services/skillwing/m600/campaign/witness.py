@@ -14,6 +14,7 @@ from skillwing.services.bus import Answer, Answered, Bus
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.protocol import GoalStatus, Keys, MissionStatus, Record, decode, encode
 from skillwing.services.telemetry.history import OVER
+from skillwing.sim_mujoco.extent import TIP_RADIUS
 from skillwing.sim_mujoco.topics import (
     FLIGHT,
     MAP_SNAPSHOT,
@@ -25,9 +26,12 @@ from skillwing.sim_mujoco.topics import (
     MappingStatus,
     Truth,
 )
+from skillwing.sim_mujoco.world.terrain import Terrain
 
 AT_HOME = 2.0
 """A drone this near to the home point is at home [m]."""
+AT_REST = 0.1
+"""A drone that stands is not faster [m/s]."""
 HELD_FOR = 5.0
 """So long a drone in the pilot's hands has to hold its place, from the mission's end on if he took it before [s]."""
 HELD_WITHIN = 2.0
@@ -37,15 +41,18 @@ HELD_WITHIN = 2.0
 class Witness:
     """A node that sees what the robot does not know: the truth.
 
-    pilot_returns: the safety pilot gives the authority back, so that a drone in his hands is not handed over for good.
-    meter: adds up what the flight costs.
+    terrain: the ground of its world. pilot_returns: the safety pilot gives the authority back, so that a drone in his
+    hands is not handed over for good. meter: adds up what the flight costs.
     """
 
     name = "witness"
     owns_clock = False
 
-    def __init__(self, skillset: str, *, pilot_returns: bool = False, meter: PriceMeter | None = None) -> None:
+    def __init__(
+        self, skillset: str, terrain: Terrain, *, pilot_returns: bool = False, meter: PriceMeter | None = None
+    ) -> None:
         self._keys = Keys(skillset)
+        self._terrain = terrain
         self.meter = meter or PriceMeter()
         self._pilot_returns = pilot_returns
         self._digest = hashlib.sha256()
@@ -92,10 +99,19 @@ class Witness:
         if state is None or truth is None:
             return End.FLYING
         if state.on_ground and not state.rotors_on:
-            return End.HOME if math.hypot(*truth.position[:2]) <= AT_HOME else End.ELSEWHERE
+            return self._landed(truth)
         held = self._held
         handed_over = held is not None and not self._pilot_returns and truth.t - held.t >= HELD_FOR
         return End.HANDED_OVER if handed_over else End.FLYING
+
+    def _landed(self, truth: Truth) -> End:
+        """What is true of a drone of which the autopilot says that it stands."""
+        x, y, z = truth.position
+        if math.hypot(*truth.velocity) > AT_REST:
+            return End.FLYING
+        if z - self._terrain.height(x, y) > TIP_RADIUS:
+            return End.NOT_LANDED  # nothing of it reaches the ground, be it toppled
+        return End.HOME if math.hypot(x, y) <= AT_HOME else End.ELSEWHERE
 
     @property
     def collisions(self) -> int:
