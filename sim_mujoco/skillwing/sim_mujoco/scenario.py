@@ -83,15 +83,20 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 def read_scenario(path: Path) -> Scenario:
     """The scenario in a file. Raises ScenarioError."""
     try:
-        text = path.read_text(encoding="utf-8")
+        # Some editors put a byte order mark ahead of the text.
+        text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         why = error.strerror if isinstance(error, OSError) else "it is not text"
         raise ScenarioError(f"the scenario {path} cannot be read: {why}") from error
+    language, read = ("JSON", json.loads) if path.suffix == ".json" else ("TOML", tomllib.loads)
     try:
-        content = json.loads(text) if path.suffix == ".json" else tomllib.loads(text)
-    except ValueError as error:
-        language = "JSON" if path.suffix == ".json" else "TOML"
+        content: object = read(text)
+    except (json.JSONDecodeError, tomllib.TOMLDecodeError) as error:
         raise ScenarioError(f"the scenario {path} is no {language}: {error}") from error
+    except ValueError as error:
+        raise ScenarioError(f"the scenario {path} cannot be read: a number in it has thousands of digits") from error
+    except RecursionError as error:
+        raise ScenarioError(f"the scenario {path} cannot be read: sections or lists nest too deep in it") from error
     wrong = [*slips(content, Scenario), *_impossible_faults(content)]
     if wrong:
         told = f" {wrong[0]}" if len(wrong) == 1 else "".join(f"\n    {each}" for each in wrong)
@@ -104,11 +109,13 @@ def read_scenario(path: Path) -> Scenario:
     return scenario
 
 
-def _impossible_faults(content: dict[str, Any]) -> Iterator[str]:
+def _impossible_faults(content: object) -> Iterator[str]:
     """A clause for each fault that nothing can have, whatever else is wrong with it."""
-    faults = content.get("fault")
-    if not isinstance(faults, list) or not faults:
-        return
+    match content:
+        case {"fault": [_, *_] as faults}:
+            pass
+        case _:
+            return
     from skillwing.sim_mujoco.simulator.fault_plan import check_fault  # noqa: PLC0415 - loads physics
 
     for number, fault in enumerate(cast("list[object]", faults), 1):

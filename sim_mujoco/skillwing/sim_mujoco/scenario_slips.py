@@ -103,5 +103,9 @@ def _at(place: str, what: str) -> str:
 
 
 def _shown(value: object) -> str:
-    text = json.dumps(value, default=str, ensure_ascii=False)
+    try:
+        text = json.dumps(value, default=str, ensure_ascii=False)
+    except (ValueError, RecursionError):
+        # TOML's 0xfff... may have more digits than Python writes, and its a.b.c... be deeper than it follows.
+        return "something too large to be shown"
     return text if len(text) <= LONGEST_VALUE else f"{text[: LONGEST_VALUE - 4]} ..."

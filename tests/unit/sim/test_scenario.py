@@ -237,6 +237,28 @@ def test_a_file_that_does_not_fit_is_refused_in_words(write, text: str, words: s
         make_sim({"scenario": str(write(text))})
 
 
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("list.json", "[1, 2]", "fit: this has to be a section, not \\[1, 2\\]$"),
+        ("deep.json", "[" * 100_000, "cannot be read: sections or lists nest too deep in it$"),
+        ("deep.toml", f"wind = {'[' * 10_000}", "cannot be read: sections or lists nest too deep in it$"),
+        ("digits.json", f'{{"battery": {"9" * 5000}}}', "cannot be read: a number in it has thousands of digits$"),
+        ("digits.toml", f"battery = {'9' * 5000}", "cannot be read: a number in it has thousands of digits$"),
+        ("hexadecimal.toml", f"battery = 0x{'f' * 10_000}", "from 0 to 100, not something too large to be shown$"),
+        ("dotted.toml", f"{'.'.join(['wind'] * 2000)} = 1", "list of 3 numbers.* not something too large to be shown$"),
+    ],
+)
+def test_what_no_scenario_looks_like_is_refused_in_words(write, name: str, text: str, words: str) -> None:
+    with pytest.raises(ScenarioError, match=words):
+        read_scenario(write(text, name))
+
+
+@pytest.mark.parametrize(("name", "text"), [("bom.toml", "battery = 50"), ("bom.json", '{"battery": 50}')])
+def test_a_byte_order_mark_is_no_part_of_the_text(write, name: str, text: str) -> None:
+    assert read_scenario(write(f"\ufeff{text}", name)).battery == 50.0
+
+
 def test_all_that_is_wrong_in_a_file_is_told_at_once(write) -> None:
     text = 'winds = 1\n[[fault]]\nsensor="nose"\nkind="freeze"\nat="soon"\n[[gust]]\nat=1\nvelocity=[1]\nfor=2'
     with pytest.raises(ScenarioError) as caught:
