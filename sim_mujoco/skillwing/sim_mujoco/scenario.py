@@ -17,9 +17,14 @@ import msgspec
 from skillwing.sim_mujoco.link.radio import RadioOptions
 from skillwing.sim_mujoco.scenario_slips import slips
 from skillwing.sim_mujoco.sensors.fault_schedule import Seconds
+from skillwing.sim_mujoco.sensors.gnss import ReceiverName
 from skillwing.sim_mujoco.sensors.zones import Zone
-from skillwing.sim_mujoco.topics import LARGEST_COMPONENT, Magnitude, Vector3
+from skillwing.sim_mujoco.topics import LARGEST_COMPONENT, Magnitude
 
+STRONGEST_WIND = 50.0
+"""In each direction, of a gust as of the mean wind [m/s]: half as much again as the least wind of a hurricane."""
+WindSpeed = Annotated[float, msgspec.Meta(ge=-STRONGEST_WIND, le=STRONGEST_WIND)]
+WindVector = tuple[WindSpeed, WindSpeed, WindSpeed]
 Percent = Annotated[float, msgspec.Meta(ge=0.0, le=100.0)]
 Poses = Literal["odometry", "navigation", "small-gicp"]
 """Whence the map has its poses (docs/mapping.md)."""
@@ -45,7 +50,7 @@ class GustOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True, renam
     """A gust: `{"at": 30.0, "velocity": [6.0, 0.0, 0.0], "for": 4.0}`, in s and m/s (ENU)."""
 
     at: Seconds
-    velocity: Vector3
+    velocity: WindVector
     duration: Annotated[float, msgspec.Meta(gt=0.0, le=1e6)]
 
 
@@ -62,10 +67,10 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     fault: tuple[FaultOptions, ...] = ()
     gust: tuple[GustOptions, ...] = ()
     pilot: tuple[PilotOptions, ...] = ()
-    wind: Vector3 | None = None
-    turbulence: Annotated[float, msgspec.Meta(ge=0.0, le=50.0)] | None = None
+    wind: WindVector | None = None
+    turbulence: Annotated[float, msgspec.Meta(ge=0.0, le=STRONGEST_WIND)] | None = None
     battery: Percent | None = None
-    receiver: str | None = None
+    receiver: ReceiverName | None = None
     poses: Poses | None = None
     link: RadioOptions | None = None
 

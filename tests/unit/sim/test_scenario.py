@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from itertools import product
 from pathlib import Path
+from typing import get_args
 
 import msgspec
 import pytest
@@ -16,6 +17,7 @@ from skillwing.sim_mujoco.scenario import Scenario, ScenarioError, read_scenario
 from skillwing.sim_mujoco.scenario_slips import slips
 from skillwing.sim_mujoco.sensors.corruptors import KINDS, Fault, MagnitudeError, UnknownFaultError
 from skillwing.sim_mujoco.sensors.fittings import SENSORS
+from skillwing.sim_mujoco.sensors.gnss import RECEIVERS, ReceiverName
 from skillwing.sim_mujoco.sensors.zones import Zone
 from skillwing.sim_mujoco.simulator.fault_plan import FaultPlan
 from skillwing.sim_mujoco.simulator.node import make_sim
@@ -183,7 +185,13 @@ def test_options_add_to_a_scenario_and_count_before_it(write) -> None:
         ("turbulence = 'much'", '`turbulence` has to be a number from 0 to 50, not "much"$'),
         ("battery = nan", "`battery` has to be a number from 0 to 100, not NaN$"),
         ("poses = 'best'", '`poses` has to be one of .*odometry.*, not "best"$'),
-        ("receiver = 2024-01-01", '`receiver` has to be a text, not "2024-01-01"$'),
+        ("receiver = 2024-01-01", '`receiver` has to be one of rtk, standalone, not "2024-01-01"$'),
+        ("receiver = 'gps'", '`receiver` has to be one of rtk, standalone, not "gps"$'),
+        ("wind = [0, -60, 0]", "`wind` has to be a list of 3 numbers from -50 to 50, not \\[0, -60, 0\\]$"),
+        (
+            "[[gust]]\nat=1\nvelocity=[1000,0,0]\nfor=2",
+            "gust 1: `velocity` has to be a list of 3 numbers from -50 to 50, not",
+        ),
         ("pilot = 3", "`pilot` has to be a list of sections, not 3$"),
         ("fault = [1]", "fault 1: this has to be a section, not 1$"),
         ("[[pilot]]\nat=1\nauthority=1", "pilot 1: `authority` has to be true or false, not 1$"),
@@ -207,6 +215,14 @@ def test_options_add_to_a_scenario_and_count_before_it(write) -> None:
             "fault 1: `at` has to be a number from 0 to 1,000,000, not -1",
         ),
         ('[[fault]]\nsensor="zed"\nkind="freeze"\nzone={center=[1,2]}', "fault 1 zone: .*`center` and `radius`"),
+        (
+            '[[fault]]\nsensor="zed"\nkind="freeze"\nzone={low=[0,0,9],high=[9,9,0]}',
+            "fault 1 zone: `low` of a zone has to be below `high` in x, y and z$",
+        ),
+        (
+            "[[link.zones]]\nlow=[0,0,0]\nhigh=[9,0,9]",
+            "link zones 1: `low` of a zone has to be below `high` in x, y and z$",
+        ),
         ('[[fault]]\nsensor="nose"\nkind="freeze"', "fault 1: there is no sensor 'nose'; choose one of zed"),
         (
             '[[fault]]\nsensor="gnss"\nkind="noise"\nmagnitude=1e39',
@@ -295,6 +311,10 @@ def test_slips_are_found_exactly_where_the_reader_finds_one(content: dict[str, o
 def test_a_file_that_is_not_there_is_refused_in_words(tmp_path: Path) -> None:
     with pytest.raises(ScenarioError, match="cannot be read"):
         read_scenario(tmp_path / "nothing.toml")
+
+
+def test_a_scenario_may_name_each_receiver_that_there_is() -> None:
+    assert set(get_args(ReceiverName)) == RECEIVERS.keys()
 
 
 def test_a_unit_of_noise_or_bias_suits_each_value_of_a_sensor() -> None:

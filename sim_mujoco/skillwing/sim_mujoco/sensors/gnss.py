@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,7 +43,8 @@ class Receiver:
     trusted: float
 
 
-RECEIVERS = {
+ReceiverName: TypeAlias = Literal["rtk", "standalone"]
+RECEIVERS: dict[ReceiverName, Receiver] = {
     "rtk": Receiver(0.02, 0.03, 30.0, 0.005, 0.03, math.radians(0.2), 1.0),
     "standalone": Receiver(1.0, 1.8, 100.0, 0.1, 0.08, math.radians(0.5), 4.0),
 }

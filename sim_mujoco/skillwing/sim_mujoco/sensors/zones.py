@@ -17,7 +17,7 @@ Level = tuple[float, float]
 class Zone(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A box from `low` to `high`, or an upright cylinder around `center` (x, y) with `radius`; ENU [m].
 
-    Raises ValueError if it is neither or both.
+    Raises ValueError if it is neither or both, and for a box in which there is no place.
     """
 
     low: Vector3 | None = None
@@ -31,6 +31,8 @@ class Zone(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         is_cylinder = None not in circle and corners == (None, None)
         if not is_box and not is_cylinder:
             raise ValueError("a zone has either `low` and `high`, or `center` and `radius`")
+        if is_box and any(low >= high for low, high in zip(self.low or (), self.high or (), strict=True)):
+            raise ValueError("`low` of a zone has to be below `high` in x, y and z")
 
     def contains(self, point: Vector) -> bool:
         return self.depth(point) >= 0.0
