@@ -19,7 +19,7 @@ from skillwing.services.robot import RECORDER
 from skillwing.services.telemetry.history import History
 from skillwing.services.telemetry.journal import read_goals, read_records
 from skillwing.services.telemetry.report import Coverage, ProcessEntry, Report, make_report, write_report
-from skillwing.services.telemetry.timeline_picture import draw_timeline
+from skillwing.services.telemetry.timeline_picture import MISSION_TIME, ROBOT_TIME, draw_timeline
 
 TIMELINE_PICTURE = "timeline.png"
 UNRECORDED = "The recorder died: what happened after that is known in part only, or not at all."
@@ -77,7 +77,9 @@ def report_flight(
     report = make_report(
         history, mission=flown.mission, seed=seed, wall_time_s=flown.wall_time_s, processes=flown.processes
     )
-    title = f"{flown.mission}: {report.result}, {report.sim_time_s:.0f} s" + ("" if seed is None else f", seed {seed}")
+    title = f"{flown.mission}: {report.result} at {report.sim_time_s:.0f} s" + (
+        "" if seed is None else f", seed {seed}"
+    )
     flown.folder.mkdir(parents=True, exist_ok=True)
     verdict = judge(flown, history, title) if judge is not None else Verdict()
     report = replaced(
@@ -87,7 +89,8 @@ def report_flight(
         coverage=verdict.coverage,
     )
     write_report(report, history, flown.folder, [*flown.notes, *_warnings(flown.processes), *verdict.notes])
-    draw_timeline(history, flown.folder / TIMELINE_PICTURE, title=title, resources=skillset.resources)
+    clock = MISSION_TIME if flown.begin > 0.0 else ROBOT_TIME
+    draw_timeline(history, flown.folder / TIMELINE_PICTURE, title=title, resources=skillset.resources, clock=clock)
     return report
 
 

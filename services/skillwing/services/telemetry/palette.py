@@ -31,6 +31,14 @@ _BAD = ("FAIL", "CRITICAL", "DIVERGED", "LOST", "UNAVAILABLE")
 _DOUBTFUL = ("UNKNOWN", "INVALID", "LOW", "DEGRADED")
 _BUSY = ("#8fb8ee", "#c3a3e3", "#76c7c0", "#d9b38c")
 
+STATE_COLOURS = {
+    "at rest, or well": (CALM,),
+    "another state": _BUSY,
+    "in doubt, or low": (AMBER,),
+    "failed, lost or critical": (RED,),
+}
+"""What the colours of a resource's states say."""
+
 
 def state_colours(states: tuple[str, ...], initial: str) -> dict[str, str]:
     """A colour for each state of a resource: names of trouble are red or amber, others tell states apart.

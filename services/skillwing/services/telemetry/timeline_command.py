@@ -95,11 +95,16 @@ def _skillset_of(run: Path) -> Skillset | None:
 
 def _draw(history: History, run: Path, png: Path, resources: Sequence[Resource]) -> None:
     try:
-        from skillwing.services.telemetry.timeline_picture import draw_timeline  # noqa: PLC0415 - drawing is optional
+        from skillwing.services.telemetry.timeline_picture import (  # noqa: PLC0415 - drawing is optional
+            ROBOT_TIME,
+            RUN_TIME,
+            draw_timeline,
+        )
     except ModuleNotFoundError as missing:
         text = f"{missing.name} is not installed. To draw timelines: pip install 'skillwing[viewer]'."
         raise InvalidOptionError("--png", text) from missing
     # Where robot time is Unix time nobody wants to read it off an axis.
-    shown = history.part(history.first) if history.first > LONGEST_FLIGHT else history
-    draw_timeline(shown, png, title=run.resolve().name, resources=resources)
+    long = history.first > LONGEST_FLIGHT
+    shown, clock = (history.part(history.first), RUN_TIME) if long else (history, ROBOT_TIME)
+    draw_timeline(shown, png, title=run.resolve().name, resources=resources, clock=clock)
     typer.echo(f"The timeline is drawn: {png}")

@@ -1,6 +1,6 @@
 """`timeline.png`: a run at a glance, after Figures 11 and 12 of the paper.
 
-Skills above, resources below, one axis of mission time. Every switch between branches of the mission is a numbered
+Skills above, resources below, one axis of time. Every switch between branches of the mission is a numbered
 line through both; its causes stand in words under the title.
 """
 
@@ -15,6 +15,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.legend_handler import HandlerTuple
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
@@ -24,6 +25,8 @@ from skillwing.services.telemetry.history import History, SkillBar, Span, Switch
 from skillwing.services.telemetry.wording import in_words
 
 WIDTH, HEIGHT, DPI = 1600, 900, 100
+ROBOT_TIME, MISSION_TIME, RUN_TIME = "robot time", "time since the mission began", "time since the first record"
+"""What the times of a history may count: robot time, which begins before any mission, or time since a moment in it."""
 _LETTER_PX = 6.3
 """Width of a letter of bar text; a text that would not fit its bar is left out."""
 _MAX_SWITCHES = 6
@@ -31,10 +34,12 @@ _REFUSED: dict[str, Any] = {"marker": "v", "markersize": 6}
 """A goal that never ran has no bar."""
 
 
-def draw_timeline(history: History, path: Path, *, title: str, resources: Sequence[Resource] = ()) -> None:
+def draw_timeline(
+    history: History, path: Path, *, title: str, resources: Sequence[Resource] = (), clock: str = ROBOT_TIME
+) -> None:
     """Write the picture of `history` to `path` (PNG), whose folder exists.
 
-    resources: gives the order and colours of resource lanes.
+    resources: gives the order and colours of resource lanes. clock: what the times of `history` count.
     """
     end = max(history.end, 1.0)
     skills = list(dict.fromkeys(bar.skill for bar in history.bars))
@@ -59,7 +64,8 @@ def draw_timeline(history: History, path: Path, *, title: str, resources: Sequen
     letter = _LETTER_PX * end / (0.86 * WIDTH)
     _draw_skills(upper, history.bars, skills, end, letter)
     colours = {resource.name: palette.state_colours(resource.states, resource.initial) for resource in resources}
-    _draw_resources(lower, {name: lanes[name] for name in changing}, colours, end, letter)
+    drawn = _draw_resources(lower, {name: lanes[name] for name in changing}, colours, end, letter)
+    lower.set_xlabel(f"{clock} [s]", loc="left", fontsize=11, color=palette.INK)
     _draw_switches(figure, upper, lower, switches)
 
     figure.text(0.015, 0.962, title, fontsize=15, fontweight="bold", color=palette.INK, va="center")
@@ -74,6 +80,7 @@ def draw_timeline(history: History, path: Path, *, title: str, resources: Sequen
         frameon=False,
         fontsize=10,
     )
+    _explain_states(figure, drawn)
     if steady:
         note = "Unchanged throughout: " + ", ".join(steady)
         figure.text(0.015, 0.012, shorten(note, 210, placeholder=" ..."), fontsize=9, color="#57606a")
@@ -99,9 +106,10 @@ def _draw_resources(
     colours: Mapping[str, Mapping[str, str]],
     end: float,
     letter: float,
-) -> None:
+) -> set[str]:
+    """Returns the colours that it took."""
     _prepare(axes, list(lanes), "Resources")
-    axes.set_xlabel("mission time [s]", fontsize=11, color=palette.INK)
+    drawn = set[str]()
     for lane, (name, spans) in enumerate(lanes.items()):
         of_resource = colours.get(name) or palette.state_colours(
             tuple(dict.fromkeys(span.state for span in spans)), spans[0].state
@@ -109,9 +117,30 @@ def _draw_resources(
         for span in spans:
             width = (end if span.t_end is None else span.t_end) - span.t_start
             colour = of_resource.get(span.state, palette.REST)
+            drawn.add(colour)
             axes.barh(lane, width, left=span.t_start, height=0.72, color=colour, edgecolor="white", linewidth=0.8)
             ink = "white" if colour == palette.RED else palette.INK
             _write_inside(axes, span.state, span.t_start, width, lane, ink, letter)
+    return drawn
+
+
+def _explain_states(figure: Figure, drawn: set[str]) -> None:
+    """Say below the resources what those colours mean that were drawn."""
+    meanings: dict[str, Any] = {
+        meaning: tuple(Patch(color=colour) for colour in colours if colour in drawn)
+        for meaning, colours in palette.STATE_COLOURS.items()
+        if not drawn.isdisjoint(colours)
+    }
+    figure.legend(
+        meanings.values(),
+        meanings.keys(),
+        handler_map={tuple: HandlerTuple(ndivide=None)},
+        loc="lower right",
+        bbox_to_anchor=(0.99, 0.022),
+        ncols=max(len(meanings), 1),
+        frameon=False,
+        fontsize=10,
+    )
 
 
 def _prepare(axes: Axes, names: Sequence[str], what: str) -> None:
