@@ -47,7 +47,7 @@ class Vehicle:
         self.mode = Mode.OFF
         self._t = t
         self._setpoint: AutopilotSetpoint | None = None
-        self._received = -math.inf
+        self._stamp = -math.inf
         self._held: Vector3 = self.position
         self._pressed_since: float | None = None
 
@@ -62,13 +62,15 @@ class Vehicle:
         return self.mode if self.mode in (Mode.HOLD, Mode.LAND, Mode.BATTERY) else ""
 
     def command(self, setpoint: AutopilotSetpoint, t: float) -> None:
-        """A setpoint has arrived at `t`."""
-        self._setpoint, self._received = setpoint, t
+        """A setpoint has arrived at `t`; an older one than the last comes too late."""
+        stamp = min(setpoint.t, t)
+        if stamp >= self._stamp and t - stamp <= SETPOINT_TIMEOUT:
+            self._setpoint, self._stamp = setpoint, stamp
 
     def advance(self, t: float) -> None:
         """Live until `t`."""
         dt, self._t = t - self._t, t
-        self._enter(self._choose(t - self._received))
+        self._enter(self._choose(t - self._stamp))
         if self.mode is Mode.OFF or dt <= 0.0:
             return
         self.charge = max(0.0, self.charge - CONSUMPTION * dt)

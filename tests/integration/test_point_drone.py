@@ -223,3 +223,19 @@ def test_whatever_it_is_told_it_stays_above_ground_and_comes_down_in_the_end(
         live(seconds)
     live(10.0 + made.LAND_AFTER + vehicle.position[2] / made.LANDING_SPEED)
     assert vehicle.on_ground
+
+
+def test_it_takes_no_setpoint_that_comes_too_late() -> None:
+    made = import_module("point_drone.vehicle")
+    vehicle = made.Vehicle()
+
+    def told(height: float, t: float, of: float) -> float:
+        place, still = (0.0, 0.0, height), (0.0, 0.0, 0.0)
+        vehicle.command(AutopilotSetpoint(t=of, position=place, velocity=still, heading=0.0, rotors=True), t)
+        vehicle.advance(t)
+        return vehicle.velocity[2]
+
+    assert told(5.0, t=1.0, of=0.4) == 0.0, "older than it waits for one"
+    assert told(5.0, t=1.1, of=1.0) > 0.0
+    rising = vehicle.velocity[2]
+    assert told(-5.0, t=1.2, of=0.9) > rising, "older than the last"

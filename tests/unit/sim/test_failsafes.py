@@ -18,7 +18,12 @@ from skillwing.sim_mujoco.navigation.odometry_aid import OdometryReport
 from skillwing.sim_mujoco.simulator.autopilot import Autopilot, Estimate, Limits, Mode, Setpoint
 from skillwing.sim_mujoco.simulator.battery import CELLS
 from skillwing.sim_mujoco.simulator.descent import sink_speed
-from skillwing.sim_mujoco.simulator.failsafes import CRITICAL_CHARGE, NAVIGATION_REGAINED, Emergencies
+from skillwing.sim_mujoco.simulator.failsafes import (
+    CRITICAL_CHARGE,
+    NAVIGATION_REGAINED,
+    SETPOINT_TIMEOUT,
+    Emergencies,
+)
 from skillwing.sim_mujoco.simulator.physics import Physics
 from skillwing.sim_mujoco.simulator.simulator import Simulator
 from skillwing.sim_mujoco.topics import FlyTo, Land, MotionState, Nose, TakeOff, Turn
@@ -36,6 +41,7 @@ class Bench:
         self.t, self.position, self.velocity, self.valid = 0.0, (0.0, 0.0, 5.0), STILL, True
         self.setpoints, self.charge, self.lost = True, 80.0, False
         self.wanted: float = 6.0
+        self.delay = 0.0
         self.ground: float | None = 5.0
         self.run(0.2)
         assert self.autopilot.mode is Mode.FOLLOW
@@ -44,7 +50,7 @@ class Bench:
         for _ in range(round(seconds / 0.02)):
             self.t += 0.02
             if self.setpoints:
-                self.autopilot.command(Setpoint((0.0, 0.0, self.wanted), STILL, 0.0), self.t)
+                self.autopilot.command(Setpoint((0.0, 0.0, self.wanted), STILL, 0.0), self.t, self.t - self.delay)
             self.autopilot.battery(self.charge, 22.0)
             now = Estimate(self.position, self.velocity, LEVEL, self.ground, self.t, valid=self.valid)
             # A drone that rolls to the right without being told to has lost the rotor there.
@@ -116,6 +122,43 @@ def test_setpoints_that_stay_away_end_in_a_landing() -> None:
     assert bench.autopilot.follows
     bench.run(0.3)
     assert bench.autopilot.mode is Mode.LAND
+
+
+def test_setpoints_that_are_too_old_when_they_come_are_none() -> None:
+    bench = Bench()
+    bench.delay = SETPOINT_TIMEOUT + 0.1
+    bench.run(5.0)
+    assert bench.autopilot.mode is Mode.HOVER
+    bench.run(0.6)
+    assert bench.autopilot.mode is Mode.LAND
+
+
+def test_setpoints_that_come_late_but_in_time_are_followed() -> None:
+    bench = Bench()
+    bench.delay = SETPOINT_TIMEOUT - 0.1
+    bench.run(10.0)
+    assert bench.autopilot.mode is Mode.FOLLOW
+
+
+def test_a_late_setpoint_does_not_take_the_place_of_a_newer_one() -> None:
+    simulator = airborne().sim
+    for _ in range(100):
+        simulator.command(Setpoint((0.0, 0.0, 4.0), STILL, 0.0))
+        simulator.command(Setpoint((8.0, 0.0, 4.0), STILL, 0.0), simulator.t - 0.1)
+        simulator.advance(simulator.t + 0.02)
+    assert math.dist(simulator.motion.position, (0.0, 0.0, 4.0)) < 0.3
+
+
+def test_a_setpoint_of_the_future_is_one_of_now() -> None:
+    bench = Bench()
+    bench.delay = -100.0
+    bench.run(0.2)
+    bench.delay = 0.0
+    bench.run(1.0)
+    assert bench.autopilot.mode is Mode.FOLLOW
+    fall_silent(bench)
+    bench.run(0.7)
+    assert bench.autopilot.mode is Mode.HOVER
 
 
 def test_rotors_turn_on_while_a_drone_rests_a_little_above_its_place() -> None:

@@ -128,6 +128,8 @@ def test_a_magnitude_that_is_none_is_refused_for_every_sensor_and_kind(ground: G
         ("gnss", "noise", 2e5, "the magnitude of noise has to be from 0 to 100,000, not 200,000"),
         ("rotor/2", "weak", 1.5, "the magnitude of weak has to be from 0 to 1, not 1.5"),
         ("rotor/2", "weak", -0.5, "the magnitude of weak has to be from 0 to 1, not -0.5"),
+        ("zed", "blackout", 3.0, "blackout has no magnitude"),
+        ("rotor/2", "stopped", 0.0, "stopped has no magnitude"),
     ],
 )
 def test_a_magnitude_that_a_kind_cannot_have_is_refused_in_words(
@@ -216,6 +218,26 @@ def test_guidance_hears_of_a_range_finder_that_has_failed_and_comes_down_as_with
     network.run_for(4.0)
     navigation = decode(ground.heard[topics.NAVIGATION][-1].payload, topics.Navigation)
     assert navigation.velocity[2] == pytest.approx(-0.5, abs=0.2)
+
+
+@pytest.mark.parametrize(("age", "rises"), [(0.3, True), (0.7, False)])
+def test_a_setpoint_counts_by_its_own_time(age: float, rises: bool) -> None:
+    network = InProcessNetwork()
+    network.run_for(2.0)  # The robot's time began before this process.
+    bus, states = network.bus("another guidance"), list[topics.FlightState]()
+    setpoints = bus.advertise(topics.AUTOPILOT_SETPOINT)
+
+    def answer(sample: Sample) -> None:
+        t = decode(sample.payload, topics.Navigation).t - age
+        place = (0.0, 0.0, 2.0)
+        up = topics.AutopilotSetpoint(t=t, position=place, velocity=(0.0, 0.0, 0.0), heading=0.0, rotors=True)
+        setpoints.put(encode(up))
+
+    bus.subscribe(topics.NAVIGATION, answer)
+    bus.subscribe(topics.FLIGHT, lambda sample: states.append(decode(sample.payload, topics.FlightState)))
+    network.attach(make_sim({"seed": 4, "sensors": ["range"]}))
+    network.run_for(3.0)
+    assert states[-1].on_ground is not rises
 
 
 def test_guidance_that_is_started_anew_in_flight_is_told_what_was_revoked_before(

@@ -36,10 +36,11 @@ It tells `fl/navigation` and `fl/flight`, and follows `fl/autopilot/setpoint`. T
    {FLARE_HEIGHT:g} m, until the vehicle says `on_ground`; no setpoint says `rotors` False. Stop the rotors by yourself
    and tell it: `land` ends when the vehicle is on the ground *and* its rotors are off. Where that is not told before
    the path is {DRIFT:g} m below the vehicle, the landing is BLOCKED.
-4. **Look after yourself.** Without a setpoint for {SETPOINT_TIMEOUT:g} s: brake, hold the position. {LAND_AFTER:g} s
-   later: land. A fresh setpoint takes over again. Guidance relies on it: it falls silent when nobody has commanded the
-   vehicle for {ALONE:g} s in the air, and so does a guidance that has crashed. Say in `failsafe` what is being done; it
-   goes to the timeline.
+4. **Look after yourself.** A setpoint counts for {SETPOINT_TIMEOUT:g} s from its `t` on, whenever it arrives, which is
+   the `t` of the navigation that it answers; nor does an older one count after a newer one. Without any that counts:
+   brake, hold the position. {LAND_AFTER:g} s later: land. A fresh setpoint takes over again. Guidance relies on it: it
+   falls silent when nobody has commanded the vehicle for {ALONE:g} s in the air, and so does a guidance that has
+   crashed. Say in `failsafe` what is being done; it goes to the timeline.
 5. **Overrule where you must.** Critical battery, lost navigation, a failed rotor, a fence of your own: act, and say
    `follows` False. Guidance then gives its motions up, takes none but a landing, and keeps its setpoints where the
    vehicle is, so that nothing jumps afterwards. `holds_heading` False says that the nose can no longer be pointed.

@@ -64,7 +64,7 @@ class Autopilot:
         self._rotors = RotorWatch(airframe)
         self._ground_speed, self._touchdown = GroundSpeed(), Touchdown()
         self._setpoint: Setpoint | None = None
-        self._received = float("-inf")
+        self._stamp = float("-inf")
         self._hold = Setpoint((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0)
         self._guided: float | None = None
         self._told_climb = 0.0
@@ -98,9 +98,12 @@ class Autopilot:
         """Whether the nose can be pointed somewhere."""
         return self._attitude_loop.holds_heading
 
-    def command(self, setpoint: Setpoint, t: float) -> None:
-        """A setpoint arrived at time `t`."""
-        self._setpoint, self._received = setpoint, t
+    def command(self, setpoint: Setpoint, t: float, of: float | None = None) -> None:
+        """A setpoint arrived at time `t`, which is that `of` a moment, or of now. An older one than the last comes too
+        late, and so does one that is older than the failsafe's patience."""
+        stamp = t if of is None else min(of, t)
+        if stamp >= self._stamp and t - stamp <= SETPOINT_TIMEOUT:
+            self._setpoint, self._stamp = setpoint, stamp
 
     def battery(self, percent: float, voltage: float) -> None:
         """What the battery says of itself: charge [%], voltage under load [V]. Tell it before each `guide`."""
@@ -147,7 +150,7 @@ class Autopilot:
             self._velocity_loop.go_easy()
 
     def _choose_mode(self, t: float, now: Estimate) -> None:
-        age = t - self._received
+        age = t - self._stamp
         emergency = self._emergencies.mode
         if self.mode is Mode.OFF:
             if emergency is None and self.authority and age <= SETPOINT_TIMEOUT and self._asks_to_rise(now):
@@ -159,7 +162,7 @@ class Autopilot:
         elif age <= SETPOINT_TIMEOUT:
             self._enter(Mode.FENCE if self._fence_stops(now) else Mode.FOLLOW, now)
         elif self.mode is Mode.PILOT:
-            self._received = t - SETPOINT_TIMEOUT
+            self._stamp = t - SETPOINT_TIMEOUT
             self._enter(Mode.HOVER, now)
         elif age > SETPOINT_TIMEOUT + LAND_AFTER:
             self._enter(Mode.LAND, now)

@@ -14,7 +14,7 @@ from skillwing.sim_mujoco.geofence import Box
 from skillwing.sim_mujoco.simulator.battery import CELLS
 
 SETPOINT_TIMEOUT = 0.5
-"""Without a setpoint for longer than this, the drone holds its position [s]."""
+"""Setpoints this old no longer count, and without any that counts the drone holds its position [s]."""
 LAND_AFTER = 5.0
 """And after so much more it lands [s]."""
 NAVIGATION_REGAINED = 2.0

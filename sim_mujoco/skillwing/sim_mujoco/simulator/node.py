@@ -199,9 +199,8 @@ class SimNode:
     # --- what others want ------------------------------------------------------------------------------------
 
     def _on_setpoint(self, wanted: topics.AutopilotSetpoint) -> None:
-        self._sim.command(
-            Setpoint(wanted.position, wanted.velocity, wanted.heading, wanted.rotors, wanted.acceleration)
-        )
+        setpoint = Setpoint(wanted.position, wanted.velocity, wanted.heading, wanted.rotors, wanted.acceleration)
+        self._sim.command(setpoint, wanted.t - self._epoch)
 
     def _on_odometry(self, told: topics.Odometry) -> None:
         self._sim.odometry(odometry_report(told, self._epoch))

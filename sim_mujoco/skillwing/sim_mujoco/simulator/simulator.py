@@ -171,9 +171,9 @@ class Simulator:
         self._physics.place(position, heading)
         self._navigator.place(position, heading)
 
-    def command(self, setpoint: Setpoint) -> None:
-        """A setpoint for the autopilot."""
-        self.autopilot.command(setpoint, self.t)
+    def command(self, setpoint: Setpoint, of: float | None = None) -> None:
+        """A setpoint for the autopilot, `of` a time of this simulator, or of now."""
+        self.autopilot.command(setpoint, self.t, of)
 
     def odometry(self, report: OdometryReport) -> None:
         """What odometry says of the drone's velocity, `report.t` being time of this simulator."""
