@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
 
@@ -14,6 +15,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.patches import Rectangle
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
@@ -22,12 +24,23 @@ from skillwing.sim_mujoco.frames.vectors import Vector
 
 BRANCH_COLOURS: Final = {"zed": "#d62728", "lidar": "#1756c4"}
 """Colours of Figure 1: red while the camera looks ahead, blue while the LiDAR does."""
-_BRANCH_NAMES: Final = {"zed": "flown looking ahead by camera", "lidar": "flown looking ahead by LiDAR"}
+_BRANCH_NAMES: Final = {
+    "zed": "flown looking ahead by camera",
+    "lidar": "flown looking ahead by LiDAR",
+    "none": "flown without looking ahead",
+}
 _ELSEWHERE, _ROUTE, _INK = "#3d3d3d", "#6b6b6b", "#1a1a1a"
+END: Final = "#19a974"
+"""Of the place where the flight ended."""
 _HEIGHTS = LinearSegmentedColormap.from_list("heights", ["#ece7dc", "#c3cfae", "#82ab96", "#4c7485", "#2b3350"])
+UNSEEN: Final = "#ccd3dd"
+"""Of places of which nothing is known, which are hatched besides. No height has this colour."""
+_HATCHING = "#7d8794"
 _MARGIN = 8.0
 _MOST_CUBES = 60_000
 """Of more every second one is left out, or more, which looks like stripes on the walls."""
+_STAYED = 0.5
+"""A drone that moved less than this along each axis was not flown: it settles on its skids [m]."""
 _PADDING = 0.14
 """Above and below what is drawn, so that the axis label stands clear of the legend [inch]."""
 
@@ -52,6 +65,18 @@ class MapScene:
     obstacles_met: Sequence[Vector] = ()
     home: Vector = (0.0, 0.0, 0.0)
 
+    @property
+    def was_flown(self) -> bool:
+        return any(np.ptp(stretch.path, axis=0).max() >= _STAYED for stretch in self.flown)
+
+    @property
+    def caveats(self) -> str:
+        """What a reader has to know who sees no map, or no flown path."""
+        lacking = [] if len(self.centres) else ["No map was built: what stands here is not drawn."]
+        if not self.was_flown:
+            lacking.append("Nothing was flown." if self.flown else "No flown path was recorded.")
+        return " ".join(lacking)
+
 
 def draw_map(file: Path, scene: MapScene, title: str) -> None:
     """Write the picture to `file` (PNG). It shows the map around the route and the flown path."""
@@ -59,17 +84,20 @@ def draw_map(file: Path, scene: MapScene, title: str) -> None:
     centres = scene.centres[((scene.centres[:, :2] >= low) & (scene.centres[:, :2] <= high)).all(axis=1)]
     bottom, top = np.quantile(centres[:, 2], (0.02, 0.995)) if len(centres) else (0.0, 1.0)
     heights = Normalize(vmin=float(bottom), vmax=float(top))
-    figure = Figure(figsize=(15.0, 6.4), dpi=110, layout=ConstrainedLayoutEngine(h_pad=_PADDING))
+    figure = Figure(figsize=(15.0, 6.8), dpi=110, layout=ConstrainedLayoutEngine(h_pad=_PADDING))
     FigureCanvasAgg(figure)
     figure.suptitle(title, x=0.01, ha="left", fontsize=14, color=_INK)
     grid = figure.add_gridspec(1, 2, width_ratios=(1.0, 1.15))
     above = figure.add_subplot(grid[0, 0])
     _draw_from_above(above, scene, centres, heights, (low, high))
+    above.set_title(scene.caveats, loc="left", fontsize=11, fontweight="bold", color=_INK)
     if len(centres):
         scale = ScalarMappable(heights, _HEIGHTS)
-        figure.colorbar(scale, ax=above, shrink=0.7, aspect=40, pad=0.02, label="height of the map [m]")
+        figure.colorbar(scale, ax=above, shrink=0.7, aspect=40, pad=0.02, label="height of what was seen there [m]")
     oblique = figure.add_subplot(grid[0, 1], projection="3d", computed_zorder=False)
     _draw_in_perspective(oblique, scene, centres, heights, (low, high))
+    if len(scene.centres):
+        oblique.set_title("Where no ground is drawn, none was seen.", loc="left", fontsize=11, color=_INK)
     figure.legend(*above.get_legend_handles_labels(), loc="outside lower left", ncols=6, frameon=False)
     figure.savefig(file)
 
@@ -90,12 +118,17 @@ def _draw_from_above(
     low, high = frame
     roof = _highest(centres, scene.voxel_size, low, high)
     extent = (low[0], low[0] + roof.shape[1] * scene.voxel_size, low[1], low[1] + roof.shape[0] * scene.voxel_size)
+    if len(scene.centres):
+        width, height = high - low
+        unseen = Rectangle((low[0], low[1]), width, height, fc=UNSEEN, ec=_HATCHING, hatch="////", lw=0.0, zorder=-1)
+        unseen.set_label("no surface seen: may be anything")
+        axes.add_patch(unseen)
     axes.imshow(roof, cmap=_HEIGHTS, norm=heights, origin="lower", extent=extent, interpolation="nearest")
-    route = np.array(scene.route).reshape(-1, 3)
-    axes.plot(route[:, 0], route[:, 1], "--", color=_ROUTE, lw=1.4, label="planned route")
+    for number, piece in enumerate(_pieces(np.array(scene.route).reshape(-1, 3)[:, :2])):
+        axes.plot(*piece.T, "--", color=_ROUTE, lw=1.4, label="_" if number else "planned route")
     labelled = set[str]()
     outline = withStroke(linewidth=4.5, foreground="white")
-    for stretch in scene.flown:
+    for stretch in scene.flown if scene.was_flown else ():
         name = _BRANCH_NAMES.get(stretch.branch, "flown otherwise")
         label = "_" if name in labelled else name  # an underscore keeps it out of the legend
         labelled.add(name)
@@ -105,6 +138,8 @@ def _draw_from_above(
     if len(met):
         axes.plot(met[:, 0], met[:, 1], "X", ms=12, mfc="#ffb000", mec=_INK, label="stopped for an obstacle", zorder=5)
     axes.plot(*scene.home[:2], "^", ms=12, mfc="white", mec=_INK, mew=1.5, label="home", zorder=5)
+    if scene.was_flown:
+        axes.plot(*scene.flown[-1].path[-1, :2], "v", ms=9, mfc=END, mec=_INK, label="end of the flight", zorder=6)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="east [m]", ylabel="north [m]", aspect="equal")
 
 
@@ -120,8 +155,9 @@ def _draw_in_perspective(
     colours = _HEIGHTS(heights(drawn[:, 2])) if len(drawn) else None
     axes.scatter(drawn[:, 0], drawn[:, 1], drawn[:, 2], c=colours, s=15, marker="s", linewidths=0, depthshade=False)
     route = np.array(scene.route).reshape(-1, 3)
-    axes.plot(route[:, 0], route[:, 1], route[:, 2], "--", color=_ROUTE, lw=1.2)
-    for stretch in scene.flown:
+    for piece in _pieces(route):
+        axes.plot(*piece.T, "--", color=_ROUTE, lw=1.2)
+    for stretch in scene.flown if scene.was_flown else ():
         colour = BRANCH_COLOURS.get(stretch.branch, _ELSEWHERE)
         line = axes.plot(stretch.path[:, 0], stretch.path[:, 1], stretch.path[:, 2], color=colour, lw=2.2, zorder=10)
         line[0].set_path_effects([withStroke(linewidth=4.0, foreground="white")])
@@ -129,6 +165,9 @@ def _draw_in_perspective(
         axes.scatter([x], [y], [z], marker="X", s=110, c="#ffb000", edgecolors=_INK, depthshade=False, zorder=11)
     x, y, z = scene.home
     axes.scatter([x], [y], [z], marker="^", s=110, c="white", edgecolors=_INK, depthshade=False, zorder=11)
+    if scene.was_flown:
+        x, y, z = scene.flown[-1].path[-1]
+        axes.scatter([x], [y], [z], marker="v", s=70, c=END, edgecolors=_INK, depthshade=False, zorder=12)
     up = drawn[:, 2] if len(drawn) else np.concatenate([route[:, 2], *(each.path[:, 2] for each in scene.flown)])
     bottom, top = float(up.min(initial=0.0)), float(up.max(initial=0.0))
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(bottom, max(top, bottom + 1.0)))
@@ -149,3 +188,17 @@ def _highest(
     x, y = ((centres[:, :2] - low) / size).astype(int).T
     np.maximum.at(roof, (np.minimum(y, rows - 1), np.minimum(x, columns - 1)), centres[:, 2])
     return np.where(np.isfinite(roof), roof, np.nan)
+
+
+def _pieces(route: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+    """The route (N, D) without legs that it has had already, there or back: the dashes of two make a solid line."""
+    had, pieces = set[frozenset[tuple[float, ...]]](), list[list[tuple[float, ...]]]()
+    for start, end in pairwise(tuple(place) for place in np.round(route, 3).tolist()):
+        if (leg := frozenset((start, end))) in had:
+            continue
+        had.add(leg)
+        if pieces and pieces[-1][-1] == start:
+            pieces[-1].append(end)
+        else:
+            pieces.append([start, end])
+    return [np.array(piece) for piece in pieces]
