@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from skillwing.dsl.suggest import closest
+from skillwing.dsl.model import UnknownNameError
 from skillwing.m600.command import sentences
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.commands.completion import one_of
@@ -69,7 +69,7 @@ def fault(
             autocompletion=one_of(lambda: KINDS),
         ),
     ] = None,
-    off: Annotated[bool, typer.Option("--off", help="End the fault instead.")] = False,
+    off: Annotated[bool, typer.Option("--off", help="End the fault instead; without --kind, all that it has.")] = False,
     magnitude: Annotated[
         float | None,
         typer.Option("--magnitude", metavar="X", help="How badly, in the fault's own unit; it has a default."),
@@ -80,31 +80,70 @@ def fault(
 ) -> None:
     """Make a sensor, a rotor or the radio link of the simulated drone fail, or work again; show what fails."""
     if tell:
+        if sensor is not None or kind is not None or off or magnitude is not None:
+            raise InvalidOptionError("list", "--list shows all that can fail. Leave out what else you gave.")
         _tell_faults(robot, as_json)
         return
     if sensor is None:
         raise InvalidOptionError("name", "Name what is to fail, or give --list to see what can.")
+    if sensor not in FALLIBLE:
+        raise UnknownNameError("sensor, rotor or link", sensor, FALLIBLE)
+    if off and magnitude is not None:
+        raise InvalidOptionError("magnitude", "A fault that ends has no magnitude. Leave out --magnitude, or --off.")
     least, most = (0.0, FASTEST_LINK) if sensor == LINK else (-LARGEST_COMPONENT, LARGEST_COMPONENT)
     if magnitude is not None and not least <= magnitude <= most:
         bounds = f"from {least:,.0f} to {most:,.0f}"
         raise InvalidOptionError("magnitude", f"A magnitude is a number {bounds}, not {magnitude:,.12g}.")
-    kind = kind or _USUAL_KIND.get(sensor.partition("/")[0], "blackout")
-    key, switch = FAULT, SetFault(sensor=sensor, kind=kind, on=not off, magnitude=magnitude)
-    if sensor == LINK:
-        key, switch = LINK_FAULT, SetLinkFault(kind=kind, on=not off, magnitude=magnitude)
     with connect(robot) as system:
-        try:
-            done = _ask_simulator(system, "fault", key, switch, Done)
-        except RefusedError as error:
-            if error.code is ErrorCode.UNKNOWN_NAME:
-                guess = closest(kind, error.known) if sensor in FALLIBLE else closest(sensor, FALLIBLE)
-                hint = f" Did you mean `{guess}`?" if guess else ""
-                raise InvalidOptionError("fault", f"{sentences(error.message)}{hint}") from error
-            raise
+        if off:
+            outcome = _end_faults(system, sensor, kind)
+        else:
+            kind = kind or _USUAL_KIND.get(sensor.partition("/")[0], "blackout")
+            outcome = {"kind": kind, "text": _switch(system, sensor, kind, on=True, magnitude=magnitude)}
     if as_json:
-        print_json({"sensor": sensor, "kind": kind, "on": not off, "text": done.text})
+        print_json({"sensor": sensor, "on": not off, **outcome})
     else:
-        typer.echo(sentences(done.text))
+        typer.echo(outcome["text"])
+
+
+def _end_faults(system: System, sensor: str, kind: str | None) -> dict[str, Any]:
+    """End a kind of fault, or without one all that `sensor` has: which they were, and sentences about it.
+
+    Raises UnknownNameError for a kind that it cannot have.
+    """
+    state = _state_of(system, sensor)
+    if kind is not None and kind not in state.kinds:
+        raise UnknownNameError(f"fault of {sensor}", kind, state.kinds)
+    ended = [each for each in state.active if kind in (None, each)]
+    told = [_switch(system, sensor, each, on=False) for each in ended]
+    if not ended:
+        told = [f"No fault of {sensor} was on." if kind is None else sentences(f"{kind} of {sensor} was not on")]
+    return {"kind": kind, "ended": ended, "text": " ".join(told)}
+
+
+def _state_of(system: System, name: str) -> FaultState:
+    """What can fail of one of the FALLIBLE, and what does. A link that is not heard may have any fault."""
+    if name == LINK:
+        return next(iter(_link_faults(system)), FaultState(name=LINK, kinds=LINK_KINDS, active=LINK_KINDS))
+    told = _ask_simulator(system, "fault", FAULTS, Empty(), Faults).of
+    return next((each for each in told if each.name == name), FaultState(name=name, kinds=()))
+
+
+def _switch(system: System, sensor: str, kind: str, *, on: bool, magnitude: float | None = None) -> str:
+    """Switch one fault; sentences that tell of it. Raises InvalidOptionError for what the drone cannot have."""
+    key, switch = FAULT, SetFault(sensor=sensor, kind=kind, on=on, magnitude=magnitude)
+    if sensor == LINK:
+        key, switch = LINK_FAULT, SetLinkFault(kind=kind, on=on, magnitude=magnitude)
+    try:
+        return sentences(_ask_simulator(system, "fault", key, switch, Done).text)
+    except RefusedError as error:
+        match error.code:
+            case ErrorCode.UNKNOWN_NAME:
+                raise InvalidOptionError("fault", sentences(error.message)) from error
+            case ErrorCode.BAD_REQUEST:
+                raise InvalidOptionError("magnitude", sentences(error.message, error.help)) from error
+            case _:
+                raise
 
 
 def _tell_faults(robot: str | None, as_json: bool) -> None:

@@ -125,6 +125,8 @@ def _impossible_faults(content: object) -> Iterator[str]:
 
     for number, fault in enumerate(cast("list[object]", faults), 1):
         match fault:
+            case {"sensor": "link"}:
+                yield f"fault {number}: the link is no sensor; write its faults as `[[link.faults]]`"
             case {"sensor": str(sensor), "kind": str(kind), **rest}:
                 try:
                     check_fault(sensor, kind, _magnitude(rest.get("magnitude")))

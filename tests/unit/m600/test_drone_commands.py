@@ -10,10 +10,20 @@ from typing import Any
 
 import pytest
 
+from skillwing.dsl.model import UnknownNameError
 from skillwing.m600 import commands
-from skillwing.services.errors import InvalidOptionError, SkillwingError, UnansweredError
-from skillwing.services.protocol import Message
-from skillwing.sim_mujoco.topics import FAULT, LINK_FAULT, Done, SetFault, SetLinkFault
+from skillwing.services.errors import InvalidOptionError, RefusedError, SkillwingError, UnansweredError
+from skillwing.services.protocol import ErrorCode, Message
+from skillwing.sim_mujoco.topics import (
+    FAULT,
+    FAULTS,
+    LINK_FAULT,
+    Done,
+    Faults,
+    FaultState,
+    SetFault,
+    SetLinkFault,
+)
 
 
 class Sprayer:
@@ -38,14 +48,36 @@ def test_another_robot_is_told_from_the_drone(command: str, monkeypatch: pytest.
 
 
 class Recorded:
-    """A connection to a drone that does as it is told."""
+    """A connection to a drone that does as it is told, or refuses. active: of its depth camera, which faults are on."""
+
+    target = SimpleNamespace(robot="m600")
 
     def __init__(self) -> None:
         self.asked: list[tuple[str, Message]] = []
+        self.active: tuple[str, ...] = ()
+        self.refusal: RefusedError | None = None
 
-    def ask(self, key: str, message: Message, reply: object) -> Done:
+    def ask(self, key: str, message: Message, reply: object) -> Message:
+        if key == FAULTS:
+            return Faults(of=(FaultState(name="zed", kinds=("blackout", "freeze", "noise"), active=self.active),))
         self.asked.append((key, message))
-        return Done(text="done")
+        if self.refusal is not None:
+            raise self.refusal
+        assert isinstance(message, SetFault | SetLinkFault)
+        return Done(text=f"{message.kind} is {'on' if message.on else 'off'}")
+
+
+@pytest.fixture
+def drone(monkeypatch: pytest.MonkeyPatch) -> Recorded:
+    drone = Recorded()
+
+    @contextmanager
+    def connect(robot: str | None) -> Iterator[Any]:
+        yield drone
+
+    monkeypatch.setattr(commands, "connect", connect)
+    monkeypatch.setattr(commands, "_link_faults", lambda system: [])
+    return drone
 
 
 @pytest.mark.parametrize(
@@ -57,23 +89,80 @@ class Recorded:
             LINK_FAULT,
             SetLinkFault(kind="narrow", magnitude=0.1),
         ),
-        ({"sensor": "link", "off": True}, LINK_FAULT, SetLinkFault(kind="cut", on=False)),
+        ({"sensor": "link", "kind": "cut", "off": True}, LINK_FAULT, SetLinkFault(kind="cut", on=False)),
         ({"sensor": "camera"}, FAULT, SetFault(sensor="camera", kind="blackout")),
         ({"sensor": "rotor/2"}, FAULT, SetFault(sensor="rotor/2", kind="stopped")),
     ],
 )
 def test_a_fault_goes_to_whoever_can_have_it(
-    arguments: dict[str, Any], key: str, message: Message, monkeypatch: pytest.MonkeyPatch
+    arguments: dict[str, Any], key: str, message: Message, drone: Recorded
 ) -> None:
-    drone = Recorded()
-
-    @contextmanager
-    def connect(robot: str | None) -> Iterator[Any]:
-        yield drone
-
-    monkeypatch.setattr(commands, "connect", connect)
     commands.fault(**arguments)
     assert drone.asked == [(key, message)]
+
+
+@pytest.mark.parametrize(
+    ("active", "kind", "ended", "told"),
+    [
+        (("noise", "freeze"), None, ["noise", "freeze"], "Noise is off. Freeze is off."),
+        (("noise", "freeze"), "noise", ["noise"], "Noise is off."),
+        (("noise",), "blackout", [], "Blackout of zed was not on."),
+        ((), None, [], "No fault of zed was on."),
+    ],
+)
+def test_off_ends_what_is_on_and_says_what_that_was(
+    active: tuple[str, ...],
+    kind: str | None,
+    ended: list[str],
+    told: str,
+    drone: Recorded,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    drone.active = active
+    commands.fault("zed", kind=kind, off=True)
+    assert drone.asked == [(FAULT, SetFault(sensor="zed", kind=each, on=False)) for each in ended]
+    assert capsys.readouterr().out == f"{told}\n"
+
+
+def test_off_of_a_kind_that_there_is_not_is_answered_with_those_there_are(drone: Recorded) -> None:
+    with pytest.raises(UnknownNameError, match=r"^There is no fault `nosie` of `zed`; did you mean `noise`\?"):
+        commands.fault("zed", kind="nosie", off=True)
+    assert not drone.asked
+
+
+def test_a_link_that_is_not_heard_is_rid_of_every_fault(drone: Recorded) -> None:
+    commands.fault("link", off=True)
+    assert [message for _, message in drone.asked] == [
+        SetLinkFault(kind=kind, on=False) for kind in commands.LINK_KINDS
+    ]
+
+
+def test_what_the_drone_cannot_have_is_a_mistake_of_who_asked(drone: Recorded) -> None:
+    drone.refusal = RefusedError(ErrorCode.BAD_REQUEST, "the magnitude is too large", help="choose another magnitude")
+    with pytest.raises(InvalidOptionError, match=r"^The magnitude is too large\. Choose another magnitude\.$"):
+        commands.fault("zed", kind="noise", magnitude=3.0)
+
+
+@pytest.mark.parametrize("name", ["zde", "rotor", "lnik"])
+def test_a_wrong_name_is_answered_with_all_that_can_fail(name: str, drone: Recorded) -> None:
+    with pytest.raises(UnknownNameError, match=r"did you mean `(zed|rotor/\d|link)`\? .*`zed`.*`link`.*`rotor/6`\.$"):
+        commands.fault(name)
+    assert not drone.asked
+
+
+@pytest.mark.parametrize(
+    ("arguments", "option"),
+    [
+        ({"sensor": "zed", "tell": True}, "list"),
+        ({"tell": True, "off": True}, "list"),
+        ({"sensor": "zed", "off": True, "magnitude": 1.0}, "magnitude"),
+    ],
+)
+def test_options_that_contradict_are_refused(arguments: dict[str, Any], option: str, drone: Recorded) -> None:
+    with pytest.raises(InvalidOptionError) as caught:
+        commands.fault(**arguments)
+    assert caught.value.option == option
+    assert not drone.asked
 
 
 @pytest.mark.parametrize(

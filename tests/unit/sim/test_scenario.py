@@ -225,6 +225,20 @@ def test_options_add_to_a_scenario_and_count_before_it(write) -> None:
         ),
         ('[[fault]]\nsensor="nose"\nkind="freeze"', "fault 1: there is no sensor 'nose'; choose one of zed"),
         (
+            '[[fault]]\nsensor="zde"\nkind="freeze"',
+            "fault 1: there is no sensor 'zde'; did you mean `zed`; choose one of zed",
+        ),
+        (
+            '[[fault]]\nsensor="zed"\nkind="blakout"',
+            "fault 1: there is no kind of fault 'blakout'; did you mean `blackout`; choose one of",
+        ),
+        (
+            '[[fault]]\nsensor="link"\nkind="cut"',
+            "fault 1: the link is no sensor; write its faults as `\\[\\[link.faults\\]\\]`$",
+        ),
+        ('[[fault]]\nsensor="zed"\nkind="freeze"\nmagnitude=3', "fault 1: freeze has no magnitude$"),
+        ("[[link.faults]]\nkind = 'cut'\nmagnitude = 1", "link faults 1: cut has no magnitude$"),
+        (
             '[[fault]]\nsensor="gnss"\nkind="noise"\nmagnitude=1e39',
             "fit: fault 1: `magnitude` has to be a number from -1,000,000 to 1,000,000, not 1e\\+39$",
         ),

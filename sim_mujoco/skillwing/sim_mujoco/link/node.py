@@ -15,11 +15,12 @@ from skillwing.services.protocol import ErrorCode, encode
 from skillwing.sim_mujoco import topics
 from skillwing.sim_mujoco.axis import RefusedError
 from skillwing.sim_mujoco.link.pipe import Packet, Pipe
-from skillwing.sim_mujoco.link.radio import Conditions, Radio, RadioOptions, RadioZone, UnknownLinkFaultError
+from skillwing.sim_mujoco.link.radio import Conditions, Radio, RadioOptions, RadioZone
 from skillwing.sim_mujoco.link.shadow import shadow_of
 from skillwing.sim_mujoco.messaging import answer_with
 from skillwing.sim_mujoco.options import OptionsError, read_options
 from skillwing.sim_mujoco.scenario import ScenarioError, read_scenario
+from skillwing.sim_mujoco.sensors.corruptors import MagnitudeError, UnknownFaultError
 from skillwing.sim_mujoco.topics import Vector3
 from skillwing.sim_mujoco.world.chosen import SiteOptions
 
@@ -70,8 +71,10 @@ class LinkNode:
         assert self._bus is not None
         try:
             self._radio.switch(self._bus.now(), wanted.kind, wanted.on, wanted.magnitude)
-        except UnknownLinkFaultError as error:
+        except UnknownFaultError as error:
             raise RefusedError(ErrorCode.UNKNOWN_NAME, str(error), "choose a known kind", error.known) from error
+        except MagnitudeError as error:
+            raise RefusedError(ErrorCode.BAD_REQUEST, str(error), error.advice) from error
         self._publish_status()
         return f"{wanted.kind} of the link is {'on' if wanted.on else 'off'}"
 

@@ -14,7 +14,7 @@ from typing import Annotated, Literal, TypeAlias
 import msgspec
 
 from skillwing.sim_mujoco.frames.vectors import Vector
-from skillwing.sim_mujoco.sensors.corruptors import Fault
+from skillwing.sim_mujoco.sensors.corruptors import Fault, UnknownFaultError, check_no_magnitude
 from skillwing.sim_mujoco.sensors.fault_schedule import FaultSchedule, Seconds
 from skillwing.sim_mujoco.sensors.zones import Zone
 from skillwing.sim_mujoco.topics import Megabits
@@ -42,13 +42,16 @@ class RadioZone(Zone, frozen=True, forbid_unknown_fields=True):
 
 
 class LinkFaultOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"duration": "for"}):
-    """A scheduled fault: `{"kind": "narrow", "at": 60.0}`, optionally with `for` seconds and a `magnitude`, the
-    Mbit/s that are left."""
+    """A scheduled fault: `{"kind": "narrow", "at": 60.0}`, optionally with `for` seconds and, of a narrow link, a
+    `magnitude`: the Mbit/s that are left. Raises MagnitudeError."""
 
     kind: Kind
     at: Seconds = 0.0
     duration: Seconds | None = None
     magnitude: Megabits | None = None
+
+    def __post_init__(self) -> None:
+        check_link_fault(self.kind, self.magnitude)
 
     @property
     def scheduled(self) -> Fault:
@@ -80,13 +83,12 @@ USUAL_NARROW = 0.15
 """What a narrow link is left with unless somebody says otherwise [Mbit/s]."""
 
 
-class UnknownLinkFaultError(ValueError):
-    """There is no such kind of fault; `known` lists those there are."""
-
-    known = FAULTS
-
-    def __init__(self, kind: str) -> None:
-        super().__init__(f"there is no fault {kind!r} of the link; choose one of {', '.join(FAULTS)}")
+def check_link_fault(kind: str, magnitude: float | None = None) -> None:
+    """Raises UnknownFaultError for a kind that does not exist, MagnitudeError for a magnitude of a link that is cut."""
+    if kind not in FAULTS:
+        raise UnknownFaultError("kind of link fault", kind, FAULTS)
+    if kind == CUT:
+        check_no_magnitude(kind, magnitude)
 
 
 class Radio:
@@ -100,10 +102,9 @@ class Radio:
     def switch(self, t: float, kind: str, on: bool, magnitude: float | None = None) -> None:
         """Switch a fault by hand at robot time `t` [s], until it is switched again, by hand or by the schedule.
 
-        `magnitude` is what a narrow link is left with [Mbit/s]. Raises UnknownLinkFaultError.
+        `magnitude` is what a narrow link is left with [Mbit/s]. Raises UnknownFaultError and MagnitudeError.
         """
-        if kind not in FAULTS:
-            raise UnknownLinkFaultError(kind)
+        check_link_fault(kind, magnitude)
         self._follow_schedule(t)
         self._set(kind, on, magnitude)
 

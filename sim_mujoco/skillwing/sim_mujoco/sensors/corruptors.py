@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
+from difflib import get_close_matches
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -110,23 +111,41 @@ class UnknownFaultError(ValueError):
     """A fault names a sensor or kind that does not exist; `known` lists what does."""
 
     def __init__(self, what: str, name: str, known: tuple[str, ...]) -> None:
-        super().__init__(f"there is no {what} {name!r}; choose one of {', '.join(known)}")
+        guess = get_close_matches(name, known, 1)
+        hint = f"; did you mean `{guess[0]}`" if guess else ""
+        super().__init__(f"there is no {what} {name!r}{hint}; choose one of {', '.join(known)}")
         self.what, self.name, self.known = what, name, known
 
 
 class MagnitudeError(ValueError):
-    """A fault is to be as strong as its kind cannot be."""
+    """A fault is to be as strong as its kind cannot be; `advice` is what to do about it."""
 
-    def __init__(self, kind: str, magnitude: float, least: float, most: float) -> None:
-        super().__init__(f"the magnitude of {kind} has to be from {least:,.12g} to {most:,.12g}, not {magnitude:,.12g}")
+    def __init__(self, message: str, advice: str) -> None:
+        super().__init__(message)
+        self.advice = advice
+
+
+def check_magnitude(kind: str, magnitude: float | None, least: float, most: float) -> None:
+    """Raises MagnitudeError for one that is not between the least and the most."""
+    if magnitude is not None and not least <= magnitude <= most:
+        bounds = f"from {least:,.12g} to {most:,.12g}"
+        raise MagnitudeError(
+            f"the magnitude of {kind} has to be {bounds}, not {magnitude:,.12g}", "choose another magnitude"
+        )
+
+
+def check_no_magnitude(kind: str, magnitude: float | None) -> None:
+    """Raises MagnitudeError for a magnitude of what is there or not, and no more or less."""
+    if magnitude is not None:
+        raise MagnitudeError(f"{kind} has no magnitude", "leave the magnitude out")
 
 
 class _Kind(NamedTuple):
-    """How a corruptor is made, and its magnitude: the usual one, the least and the largest, and whether it counts units
-    of the sensor, of which there may be fewer."""
+    """How a corruptor is made, and its magnitude: the usual one (None for a kind that has none), the least and the
+    largest, and whether it counts units of the sensor, of which there may be fewer."""
 
     make: Callable[[float, np.random.Generator, Data], Corruptor]
-    usual: float = 0.0
+    usual: float | None = None
     least: float = -LARGEST_COMPONENT
     most: float = LARGEST_COMPONENT
     in_units: bool = False
@@ -144,15 +163,17 @@ KINDS = tuple(_KINDS)
 
 
 def check_kind(kind: str, magnitude: float | None = None, largest: float = LARGEST_COMPONENT) -> None:
-    """Raises UnknownFaultError for a kind that does not exist, MagnitudeError for a magnitude that it cannot have: a
-    larger one, or one of more than the `largest` number of units, would overflow what a measurement is made of."""
+    """Raises UnknownFaultError for a kind that does not exist, MagnitudeError for a magnitude that it cannot have: any
+    where it has none; a larger one, or one of more than the `largest` number of units, would overflow what a
+    measurement is made of."""
     if kind not in _KINDS:
         raise UnknownFaultError("kind of fault", kind, KINDS)
-    _, _, least, most, in_units = _KINDS[kind]
+    _, usual, least, most, in_units = _KINDS[kind]
+    if usual is None:
+        check_no_magnitude(kind, magnitude)
     if in_units:
         least, most = max(least, -largest), min(most, largest)
-    if magnitude is not None and not least <= magnitude <= most:
-        raise MagnitudeError(kind, magnitude, least, most)
+    check_magnitude(kind, magnitude, least, most)
 
 
 def make_corruptor(
@@ -168,7 +189,7 @@ def make_corruptor(
     """
     check_kind(kind, magnitude, largest)
     chosen = _KINDS[kind]
-    return chosen.make(chosen.usual if magnitude is None else magnitude, rng, unit)
+    return chosen.make((chosen.usual or 0.0) if magnitude is None else magnitude, rng, unit)
 
 
 class Corruption:

@@ -5,7 +5,7 @@ Rotor 1 is ahead on the left, and they are counted counter-clockwise as seen fro
 
 from __future__ import annotations
 
-from skillwing.sim_mujoco.sensors.corruptors import MagnitudeError, UnknownFaultError
+from skillwing.sim_mujoco.sensors.corruptors import UnknownFaultError, check_magnitude, check_no_magnitude
 from skillwing.sim_mujoco.simulator.hexacopter import ROTORS
 
 ROTOR_NAMES = tuple(f"rotor/{number}" for number in range(1, ROTORS + 1))
@@ -41,10 +41,12 @@ class RotorFaults:
 
 def check_rotor_fault(name: str, kind: str, magnitude: float | None = None) -> None:
     """Raises UnknownFaultError for a rotor or a kind that does not exist, MagnitudeError for a weak one with less than
-    nothing or more than all of its thrust."""
+    nothing or more than all of its thrust, and for a magnitude of one that stands."""
     if name not in ROTOR_NAMES:
         raise UnknownFaultError("rotor", name, ROTOR_NAMES)
     if kind not in ROTOR_FAULTS:
         raise UnknownFaultError("kind of rotor fault", kind, ROTOR_FAULTS)
-    if kind == WEAK and magnitude is not None and not 0.0 <= magnitude <= 1.0:
-        raise MagnitudeError(kind, magnitude, 0.0, 1.0)
+    if kind == WEAK:
+        check_magnitude(kind, magnitude, 0.0, 1.0)
+    else:
+        check_no_magnitude(kind, magnitude)
