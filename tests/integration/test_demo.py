@@ -171,6 +171,10 @@ def test_a_number_out_of_range_is_refused(
     assert option in refused(monkeypatch, capsys, option, value)
 
 
+def test_a_viewer_and_none_contradict(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    assert "Leave one of them out" in refused(monkeypatch, capsys, "--viewer", "web")
+
+
 def test_a_directory_that_cannot_hold_the_run_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

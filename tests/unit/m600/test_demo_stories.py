@@ -63,6 +63,21 @@ def test_a_scenario_takes_the_place_of_the_fault(tmp_path: Path) -> None:
         story("inspection", scenario=file)
 
 
+@pytest.mark.parametrize(
+    ("fault", "fault_at", "scenario", "sentence"),
+    [
+        (False, 40.0, None, "Leave out --fault-at or --no-fault"),
+        (True, 40.0, Path("storm.toml"), "Leave out --no-fault and --fault-at, or the scenario"),
+        (False, None, Path("storm.toml"), "Leave out --no-fault and --fault-at, or the scenario"),
+    ],
+)
+def test_options_that_contradict_are_refused(
+    fault: bool, fault_at: float | None, scenario: Path | None, sentence: str
+) -> None:
+    with pytest.raises(InvalidOptionError, match=sentence):
+        story("mapping", fault=fault, fault_at=fault_at, scenario=scenario)
+
+
 def test_what_the_demo_does_not_know_is_named() -> None:
     with pytest.raises(UnknownNameError, match="did you mean `mapping`"):
         story("maping")

@@ -66,6 +66,8 @@ def test_scenes_load_into_plain_mujoco(kind: str, tmp_path: Path) -> None:
         (("street", "--scale", "nan"), "a street has a scale between"),
         (("village", "-o", "village.pdf"), "neither a scene nor a picture."),
         (("-o", "village.png"), "Name a KIND"),
+        (("--scale", "1"), "Name a KIND"),
+        (("--seed", "1"), "Name a KIND"),
         (("village", "--seed", "-1"), "greater than or equal to 0"),
     ],
 )

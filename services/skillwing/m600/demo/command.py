@@ -147,6 +147,8 @@ def demo(
     not or could not go on, 2 it cannot be flown with these options, 130 it was called off by Ctrl-C or a signal.
     """
     console = make_console()
+    if no_viewer and viewer not in (None, "none"):
+        raise InvalidOptionError("viewer", f"--no-viewer leaves nothing for --viewer {viewer}. Leave one of them out.")
     story = tell(mission, seed, fault=not no_fault, fault_at=fault_at, scenario=scenario)
     title = f"Mission {mission}, world {seed}, {story.happens}"
     with reserved(ROBOT.name):

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from skillwing.dsl.model import UnknownNameError
+from skillwing.services.errors import InvalidOptionError
 
 MAPPING, INSPECTION = "mapping", "inspection"
 CAMERA_FAILS_AT = 45.0
@@ -31,6 +32,13 @@ class Story:
 def tell(mission: str, seed: int, *, fault: bool, fault_at: float | None, scenario: Path | None) -> Story:
     """The story of a demo. fault_at: robot seconds, None for where it is worst; scenario: a file that says instead what
     happens. Raises UnknownNameError and InvalidOptionError."""
+    if scenario is not None and (fault_at is not None or not fault):
+        text = "What happens is all in the scenario. Leave out --no-fault and --fault-at, or the scenario."
+        raise InvalidOptionError("scenario", text)
+    if fault_at is not None and not fault:
+        raise InvalidOptionError(
+            "fault_at", "Without a fault there is no time for it. Leave out --fault-at or --no-fault."
+        )
     match mission:
         case "mapping":
             happens = ("no fault", {"faults": []}) if not fault else _camera_fails(fault_at)

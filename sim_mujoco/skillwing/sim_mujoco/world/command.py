@@ -21,8 +21,13 @@ def world(
     kind: Annotated[
         str | None, typer.Argument(metavar="KIND", help="Kind of world; without it, lists those there are.")
     ] = None,
-    seed: Annotated[int, typer.Option(metavar="N", min=0, max=LARGEST_SEED, help="The same seed, the same world.")] = 1,
-    scale: Annotated[float, typer.Option(metavar="FACTOR", help="Its size, where its kind has several.")] = 1.0,
+    seed: Annotated[
+        int | None,
+        typer.Option(metavar="N", min=0, max=LARGEST_SEED, help="The same seed, the same world. Default 1."),
+    ] = None,
+    scale: Annotated[
+        float | None, typer.Option(metavar="FACTOR", help="Its size, where its kind has several. Default 1.")
+    ] = None,
     output: Annotated[
         list[Path] | None,
         typer.Option(
@@ -40,11 +45,11 @@ def world(
         if file.suffix.lower() not in {SCENE, PICTURE}:
             raise typer.BadParameter(f"`{file}` is neither a scene nor a picture. End it with {SCENE} or {PICTURE}.")
     if kind is None:
-        if files:
-            raise typer.BadParameter("What world should be written? Name a KIND; `skillwing world` lists them.")
+        if files or seed is not None or scale is not None:
+            raise typer.BadParameter("Which world is meant? Name a KIND; `skillwing world` lists them.")
         _list_kinds(as_json=as_json)
         return
-    made = _make(kind, seed, scale)
+    made = _make(kind, 1 if seed is None else seed, 1.0 if scale is None else scale)
     for file in files:
         if file.suffix.lower() == SCENE:
             _write_scene(file, made)
