@@ -17,28 +17,38 @@ ROOM_AT_THE_END = TIP_RADIUS + 0.4
 """What stands nearer than this behind the end of a way stands on it [m]."""
 STALE = 0.6
 """Reports whose measurement is older than this are no information [s]."""
-LATENCY = 0.4
+REPORTED = 0.1
+"""Between two reports [s]."""
+_LEAN = 0.1
+"""Until the autopilot has leant back to brake [s]."""
+LATENCY = 0.2 + REPORTED + _LEAN
 """At most so long after an obstacle could be seen the drone brakes for it [s]: 0.1 s of a scan, 0.1 s until a second
-one agrees, 0.1 s until the next report, and a tenth for the autopilot to lean back."""
+one agrees, and until the next report, and the autopilot's lean."""
+SILENCE = STALE + 0.02 + _LEAN
+"""At most so long after the last measurement the drone brakes because there is no other [s]: until it is stale, the
+next tick, and the autopilot's lean."""
 SETTLING = 0.25
 """A report measured sooner than this after a way began may still speak of the way before [s]."""
 GONE = 3.0
 """An obstacle process that has said nothing for so long makes no depth map any more [s]."""
 CRAWL = 0.3
 """No view is so short that it forbids this speed [m/s]."""
+TOLERANCE = 0.1
+"""By so much a drone may be faster than its view allows, for the reach of a bent way varies a little [m/s]."""
 
 
-def stopping_distance(speed: float, margin: float = MARGIN) -> float:
+def stopping_distance(speed: float, margin: float = MARGIN, latency: float = LATENCY) -> float:
     """Free way that a drone at this speed [m/s] needs ahead to stop so far (`margin`) before an obstacle [m]."""
-    return speed * speed / (2.0 * BRAKING) + LATENCY * speed + margin
+    return speed * speed / (2.0 * BRAKING) + latency * speed + margin
 
 
 def fastest(horizon: float) -> float:
-    """The speed at which the drone can stop for what appears at the horizon [m/s]: `stopping_distance` reversed."""
+    """The speed at which the drone can stop for what appears at the horizon as the sensor falls silent [m/s]:
+    `stopping_distance` reversed."""
     room = horizon - LEAST_MARGIN
     if room <= 0.0:
         return CRAWL
-    lag = LATENCY * BRAKING
+    lag = SILENCE * BRAKING
     return max(CRAWL, math.sqrt(lag * lag + 2.0 * BRAKING * room) - lag)
 
 
@@ -111,10 +121,12 @@ class Lookout:
         if report.free_distance is None:
             return View.BLIND if self._watched else View.UNWATCHED
         self._watched = True
-        # Where the whole rest of the way is free the report ends a little behind it.
-        if report.free_distance < min(stopping_distance(speed), remaining + ROOM_AT_THE_END):
+        # Of what an overdue report has told, some has been flown since. Where the whole rest of the way is free the
+        # report ends a little behind it.
+        free = report.free_distance - speed * max(0.0, t - report.t - REPORTED)
+        if free < min(stopping_distance(speed), remaining + ROOM_AT_THE_END):
             return View.BLOCKED
-        return View.TOO_FAST if speed > fastest(report.horizon) + CRAWL else View.CLEAR
+        return View.TOO_FAST if speed > fastest(report.horizon) + TOLERANCE else View.CLEAR
 
     def _without_word(self, t: float) -> View:
         """No fresh report speaks of this way, or not yet."""
