@@ -11,9 +11,11 @@ from skillwing.services.robot import ProcessSpec, Robot
 
 SIMULATION = "skillwing.sim_mujoco"
 SIM_TAKES = ("seed", "world", "faults", "scenario", "wind", "turbulence", "gusts", "battery", "packs_fail", "pilot")
-TO_SIM = {**{name: name for name in SIM_TAKES}, "speed": "factor"}
+FENCE = {"fence": "geofence"}
+"""One for guidance, for the autopilot's guard and for who judges the flight."""
+TO_SIM = {**{name: name for name in SIM_TAKES}, "speed": "factor", **FENCE}
 """Options of the functional layer that are handed to the simulator, and what it calls them."""
-TO_GUIDANCE = {"fence": "geofence", "watch": "watch"}
+TO_GUIDANCE = {"watch": "watch", **FENCE}
 TO_LINK = {"seed": "seed", "scenario": "scenario"}
 TO_MAPPING = {"poses": "poses", "scenario": "scenario"}
 OF_THE_RUN = ("run_dir", "durable", "viewer", "viewer_url")

@@ -60,6 +60,7 @@ def test_who_knows_the_site_gets_the_one_that_is_simulated_and_what_is_said_of_i
     fence = {"low": [0.0, 0.0, 0.0], "high": [9.0, 9.0, 9.0]}
     told = {spec.name: spec.options for spec in ROBOT.functional_layer(run | {"fence": fence, "bounds": fence})}
     assert (told["guidance"], told["mapping"]) == (site | {"geofence": fence}, site | fence)
+    assert told["sim"] == {"seed": 3, "world": "village", "geofence": fence}
 
 
 @pytest.mark.parametrize("option", OF_THE_RUN)

@@ -12,6 +12,7 @@ import pytest
 
 from skillwing.services.bus import Answer, Answered, Bus, Refused, Sample
 from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.bus.reading import message_reader
 from skillwing.services.protocol import ErrorCode, Message, decode, encode
 from skillwing.sim_mujoco import topics
 from skillwing.sim_mujoco.camera.feed import CAMERA
@@ -238,6 +239,41 @@ def test_a_setpoint_counts_by_its_own_time(age: float, rises: bool) -> None:
     network.attach(make_sim({"seed": 4, "sensors": ["range"]}))
     network.run_for(3.0)
     assert states[-1].on_ground is not rises
+
+
+class Follower:
+    """Looks on and answers each navigation with a setpoint: up, and from the height of 2 m on east, with 2 m/s."""
+
+    def __init__(self, bus: Bus) -> None:
+        self.truth: list[topics.Truth] = []
+        self.failsafes: set[str] = set()
+        self._setpoints = bus.advertise(topics.AUTOPILOT_SETPOINT)
+        bus.subscribe(topics.NAVIGATION, message_reader(topics.Navigation, self._answer))
+        bus.subscribe(topics.TRUTH, message_reader(topics.Truth, self.truth.append))
+        bus.subscribe(topics.FLIGHT, message_reader(topics.FlightState, lambda s: self.failsafes.add(s.failsafe)))
+
+    def _answer(self, now: topics.Navigation) -> None:
+        speed = 2.0 if now.position[2] > 2.0 else 0.0
+        setpoint = topics.AutopilotSetpoint(
+            t=now.t,
+            position=(now.position[0] + speed, 0.0, 3.0),
+            velocity=(speed, 0.0, 0.0),
+            heading=0.0,
+            rotors=True,
+        )
+        self._setpoints.put(encode(setpoint))
+
+
+def test_a_given_fence_is_the_autopilots_and_the_judges() -> None:
+    network = InProcessNetwork()
+    follower = Follower(network.bus("follower"))
+    fence = {"low": [-5.0, -5.0, 0.6], "high": [6.0, 5.0, 9.0]}
+    network.attach(make_sim({"seed": 4, "sensors": ["range"], "geofence": fence}))
+    network.run_for(10.0)
+    assert not follower.truth[0].inside_fence, "it stands on the ground, below that box"
+    assert "east fence ahead: holding position" in follower.failsafes
+    assert follower.truth[-1].inside_fence
+    assert 3.0 < follower.truth[-1].position[0] < 6.0
 
 
 def test_guidance_that_is_started_anew_in_flight_is_told_what_was_revoked_before(

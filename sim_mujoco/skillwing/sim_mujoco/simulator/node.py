@@ -274,9 +274,9 @@ class SimOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     `authority` is who has it at the start.
 
     `turbulence` is the wind at a height of 6 m that stirs the air [m/s]; `battery_floor` is the charge [%] below which
-    the autopilot lands; `geofence` is the one that it keeps the drone inside of, by default the world's; `receiver` is
-    a class of satellite receivers (gnss.py). A `scenario` is a file (scenario.py); other options add to its lists, and
-    count before its single values.
+    the autopilot lands; `geofence` counts in place of the world's, for the autopilot's guard and for the truth;
+    `receiver` is a class of satellite receivers (gnss.py). A `scenario` is a file (scenario.py); other options add to
+    its lists, and count before its single values.
     """
 
     seed: int = 1
@@ -304,7 +304,8 @@ def make_sim(options: dict[str, Any]) -> SimNode:
     faults = [Fault(f.sensor, f.kind, f.at, f.duration, f.magnitude, f.zone) for f in wanted.faults]
     try:
         world = make_world(wanted.seed, wanted.world, wanted.scale)
-        fence = wanted.geofence.box if wanted.geofence else world.geofence
+        if wanted.geofence is not None:
+            world = world.fenced(wanted.geofence.box)
         simulator = Simulator(
             world,
             faults=faults,
@@ -312,7 +313,7 @@ def make_sim(options: dict[str, Any]) -> SimNode:
             wind=wanted.wind,
             turbulence=wanted.turbulence,
             gusts=[Gust(g.at, g.velocity, g.duration) for g in wanted.gusts],
-            limits=Limits(fence=fence, charge=wanted.battery_floor),
+            limits=Limits(fence=world.geofence, charge=wanted.battery_floor),
             battery_percent=wanted.battery,
             packs_fail=[(event.at, event.packs) for event in wanted.packs_fail],
             sensors=wanted.sensors,

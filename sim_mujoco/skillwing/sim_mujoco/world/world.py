@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final
 
@@ -53,6 +53,10 @@ class World:
     @property
     def geofence(self) -> Box:
         return self.site.fence
+
+    def fenced(self, fence: Box) -> World:
+        """The same world inside another fence."""
+        return replace(self, site=replace(self.site, fence=fence))
 
     def spec(self) -> mujoco.MjSpec:
         """A fresh specification of the static scene; a vehicle can be attached to it."""
