@@ -23,6 +23,10 @@ from skillwing.services.errors import InvalidOptionError
         ("--nope", "`skillwing` has no option `--nope`. See `skillwing -h`."),
         ("up --speed", "`--speed` of `skillwing up` does not fit: Option `--speed` requires an argument."),
         ("up --viewer foo", "`--viewer` of `skillwing up` does not fit: `foo` is not one of `none`, `native`, `web`."),
+        (
+            "up --seed 4294967296",
+            "`--seed` of `skillwing up` does not fit: Input should be less than or equal to 4294967295.",
+        ),
         ("replay a b", "`skillwing replay` does not fit: Got unexpected extra argument"),
         (
             "mission chek",

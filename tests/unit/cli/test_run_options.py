@@ -43,7 +43,17 @@ def test_options_of_a_run_are_read_and_empty_ones_count_for_nothing() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "text"), [("SEED", "one"), ("LINK", "shadow"), ("FAULTS", "["), ("SPEED", "-1"), ("SPEED", "nan")]
+    ("name", "text"),
+    [
+        ("SEED", "one"),
+        ("SEED", "-1"),
+        ("SEED", "4294967296"),
+        ("SEED", "9" * 5000),
+        ("LINK", "shadow"),
+        ("FAULTS", "["),
+        ("SPEED", "-1"),
+        ("SPEED", "nan"),
+    ],
 )
 def test_an_option_that_means_nothing_is_named(name: str, text: str) -> None:
     with pytest.raises(InvalidOptionError, match=f"SKILLWING_{name} is "):

@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 import typer
 
+from skillwing.dsl.model import UnknownNameError
 from skillwing.m600.campaign import command
 from skillwing.m600.campaign.crew import Crew
 from skillwing.m600.campaign.flight_code import CodeChangedError, FlyingCode
@@ -80,6 +81,19 @@ def test_a_flight_that_was_killed_leaves_no_line_and_is_flown_by_resume(
     assert fly(LANDS, seeds="0:3", write=page, resume=True) == 0
     assert seeds_in(folder) == [0, 2, 1]
     assert "3 flights, seeds 0 to 2" in page.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("option", ["seeds", "faults", "worlds"])
+def test_an_empty_option_is_not_the_usual_one(fly: Fly, option: str, tmp_path: Path) -> None:
+    with pytest.raises((InvalidOptionError, UnknownNameError)):
+        fly(LANDS, **{option: ""})
+    assert not (tmp_path / "flights").exists()
+
+
+def test_a_page_that_cannot_be_written_is_a_bad_option(fly: Fly, tmp_path: Path) -> None:
+    with pytest.raises(InvalidOptionError, match="There is no folder for"):
+        fly(LANDS, seeds="0", write=tmp_path / "nowhere" / "page.md")
+    assert not (tmp_path / "flights").exists()
 
 
 def test_the_summary_for_programs_tells_what_was_lost(fly: Fly, capsys: pytest.CaptureFixture[str]) -> None:

@@ -202,10 +202,30 @@ def test_the_command_of_a_flight_flies_that_flight() -> None:
     assert "--without-obstacles" in words
 
 
-@pytest.mark.parametrize("text", ["", "a", "5:", ":5", "5:5", "7:3", "-1:3", "1:2:3", "0:99999999999"])
+@pytest.mark.parametrize("text", ["", "a", "5:", ":5", "5:5", "7:3", "-1:3", "1:2:3"])
 def test_what_are_no_seeds_is_refused(text: str) -> None:
     with pytest.raises(InvalidOptionError, match="seed"):
         parse_seeds(text)
+
+
+@pytest.mark.parametrize("text", ["4294967296", "0:4294967297", "0:99999999999", "9" * 5000])
+def test_a_seed_that_is_too_large_is_called_that(text: str) -> None:
+    with pytest.raises(InvalidOptionError, match=r"^A seed is too large in --seeds\. The largest is 4294967295\.$"):
+        parse_seeds(text)
+    assert list(parse_seeds("4294967295")) == list(parse_seeds("4294967295:4294967296")) == [4294967295]
+
+
+def test_more_flights_than_anybody_can_mean_are_refused_before_they_are_listed() -> None:
+    with pytest.raises(
+        InvalidOptionError, match=r"These are 8,000,000,000 flights, and a campaign has 100,000 at most"
+    ):
+        make_plans("mapping", "0:4000000000", "none,camera", None)
+
+
+@pytest.mark.parametrize(("conditions", "worlds"), [("", None), ("none", "")])
+def test_a_list_without_a_name_is_not_the_usual_one(conditions: str, worlds: str | None) -> None:
+    with pytest.raises(UnknownNameError):
+        make_plans("mapping", "0", conditions, worlds)
 
 
 @pytest.mark.parametrize(

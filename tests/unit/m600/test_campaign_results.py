@@ -22,7 +22,6 @@ from skillwing.m600.campaign.plan import FlightPlan, Network
 from skillwing.m600.campaign.recordings import UNFINISHED
 from skillwing.m600.campaign.result import End, FlightResult
 from skillwing.services.errors import InvalidOptionError
-from skillwing.services.marked_page import PageError
 from skillwing.sim_mujoco.world.kinds import KINDS
 
 RESULTS = st.builds(
@@ -217,7 +216,7 @@ def test_a_file_that_is_no_ledger_is_left_alone(tmp_path: Path) -> None:
 def test_a_page_without_place_is_told_before_anything_flies(tmp_path: Path) -> None:
     path, folder = tmp_path / "missions.md", tmp_path / "flights"
     path.write_text("<!-- campaign: mapping in courtyard: none -->\nhalf a section\n", encoding="utf-8")
-    with pytest.raises(PageError, match="lacks `<!-- end of campaign: mapping in courtyard: none -->`"):
+    with pytest.raises(InvalidOptionError, match="lacks `<!-- end of campaign: mapping in courtyard: none -->`"):
         campaign("mapping", seeds="0", output=folder, write=path)
     assert not folder.exists()
 

@@ -30,11 +30,14 @@ from skillwing.services.commands.completion import missions
 from skillwing.services.commands.exit_codes import FAILED, OK
 from skillwing.services.commands.output import make_console
 from skillwing.services.errors import InvalidOptionError
+from skillwing.services.marked_page import PageError
 from skillwing.services.processes.ending import Ending, ended_by_signals
+from skillwing.services.processes.run_options import LARGEST_SEED
 
 SEEDS = "0:10"
 """If nobody chooses any."""
-LARGEST_SEED = 2**32 - 1
+MOST_FLIGHTS = 100_000
+"""Weeks of a core: who asks for more has mistyped."""
 MISSIONS = "skillwing.missions"
 
 
@@ -92,7 +95,7 @@ def campaign(
     """
     earlier = None
     if sample_of is not None:
-        if seeds or faults or worlds or without_obstacles:
+        if without_obstacles or any(each is not None for each in (seeds, faults, worlds)):
             text = (
                 "What is flown follows from the campaign in --sample-of. Leave out seeds, faults, worlds and the like."
             )
@@ -101,11 +104,16 @@ def campaign(
         plans = earlier.plans(on)
     else:
         plans = make_plans(
-            mission, seeds or SEEDS, faults or Condition.NONE, worlds, watched=not without_obstacles, network=on
+            mission,
+            SEEDS if seeds is None else seeds,
+            Condition.NONE if faults is None else faults,
+            worlds,
+            watched=not without_obstacles,
+            network=on,
         )
     title = page.title_of(plans, again=earlier is not None)
     if write is not None:
-        page.check(write, title)
+        _check_page(write, title)
     at_once = jobs or (1 if on is Network.ZENOH else os.cpu_count() or 1)
     folder = output or Path("runs") / f"{datetime.now().astimezone():%Y%m%d-%H%M%S}-campaign-{mission}"
     console = make_console()
@@ -155,10 +163,16 @@ def make_plans(
     if mission not in missions:
         raise UnknownNameError("mission", mission, sorted(missions))
     names = conditions_of(mission) if conditions == "all" else _names("condition", conditions, list(Condition))
-    kinds = list(KINDS) if worlds == "all" else _names("world", worlds or usual_world(mission), list(KINDS))
+    worlds = usual_world(mission) if worlds is None else worlds
+    kinds = list(KINDS) if worlds == "all" else _names("world", worlds, list(KINDS))
+    chosen = parse_seeds(seeds)
+    count = len(chosen) * len(kinds) * len(names)
+    if count > MOST_FLIGHTS:
+        text = f"These are {count:,} flights, and a campaign has {MOST_FLIGHTS:,} at most."
+        raise InvalidOptionError("seeds", f"{text} Give fewer seeds, conditions or worlds.")
     plans = [
         FlightPlan(mission=mission, world=kind, seed=seed, condition=Condition(name), watched=watched, network=network)
-        for seed in parse_seeds(seeds)
+        for seed in chosen
         for kind in kinds
         for name in names
     ]
@@ -172,9 +186,13 @@ def parse_seeds(text: str) -> range:
     first, colon, end = text.partition(":")
     if not (first.isdecimal() and (end.isdecimal() if colon else not end)):
         raise InvalidOptionError("seeds", f"`{text}` are no seeds. Write `0:100` for 0 to 99, or one number.")
-    seeds = range(int(first), int(end) if colon else int(first) + 1)
-    if not seeds or seeds[-1] > LARGEST_SEED:
-        raise InvalidOptionError("seeds", f"`{text}` holds no seed. Write `A:B` with A below B, up to {LARGEST_SEED}.")
+    # Python reads numbers of some thousand digits only.
+    readable = max(len(number.lstrip("0")) for number in (first, end)) <= len(str(LARGEST_SEED))
+    seeds = range(int(first), int(end) if colon else int(first) + 1) if readable else None
+    if seeds is None or (seeds and seeds[-1] > LARGEST_SEED):
+        raise InvalidOptionError("seeds", f"A seed is too large in --seeds. The largest is {LARGEST_SEED}.")
+    if not seeds:
+        raise InvalidOptionError("seeds", f"`{text}` holds no seed. Write `A:B` with A below B.")
     return seeds
 
 
@@ -253,6 +271,14 @@ def _record_worst(
 
 
 # --- telling ---------------------------------------------------------------------------------------------------------
+
+
+def _check_page(path: Path, title: str) -> None:
+    """Raises InvalidOptionError for a page that cannot take the section, before hours are flown for it."""
+    try:
+        page.check(path, title)
+    except PageError as error:
+        raise InvalidOptionError("write", str(error)) from error
 
 
 def _write_page(path: Path, title: str, found: Found, code: str, console: Console) -> None:

@@ -37,6 +37,7 @@ from skillwing.services.errors import InvalidOptionError, SkillwingError
 from skillwing.services.processes.colocation import colocated, households
 from skillwing.services.processes.ending import Ending, ended_by_signals
 from skillwing.services.processes.launcher import ROUTER, Death, Launcher, StartError
+from skillwing.services.processes.run_options import LARGEST_SEED
 from skillwing.services.processes.run_state import announced, reserved
 from skillwing.services.protocol import Keys
 from skillwing.services.robot import RECORDER, ProcessSpec
@@ -45,7 +46,6 @@ from skillwing.services.telemetry.report import REPORT_FILE, ProcessEntry, summa
 from skillwing.services.telemetry.run_facts import RunFacts, write_facts
 from skillwing.services.telemetry.viewer import Viewer, ViewerKind, has_screen
 
-LARGEST_SEED = 2**32 - 1
 CLOCK_TIMEOUT = 5.0
 """Wall seconds in which the simulator's first clock tick is awaited."""
 FEWER_LAST_WORDS = 0.5

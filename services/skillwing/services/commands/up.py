@@ -37,6 +37,7 @@ from skillwing.services.errors import InvalidOptionError
 from skillwing.services.mocking.script_file import load_scripts
 from skillwing.services.mocking.system import mock_processes, scripts_for
 from skillwing.services.processes.router import LOOPBACK
+from skillwing.services.processes.run_options import LARGEST_SEED
 from skillwing.services.robot import Robot, find_robot
 
 WORLD_SEED = 1
@@ -60,7 +61,12 @@ def up(
     speed: PaceOption = 1.0,
     seed: Annotated[
         int | None,
-        typer.Option(metavar="N", min=0, help="Of the simulated world, default 1; of mocks, default their script's."),
+        typer.Option(
+            metavar="N",
+            min=0,
+            max=LARGEST_SEED,
+            help="Of the simulated world, default 1; of mocks, default their script's.",
+        ),
     ] = None,
     world: Annotated[
         str | None,

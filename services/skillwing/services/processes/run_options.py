@@ -16,6 +16,8 @@ from skillwing.services.errors import InvalidOptionError
 MAX_PACE = "max"
 AS_FAST_AS_POSSIBLE = 0.0
 SLOWEST = 0.05
+LARGEST_SEED = 2**32 - 1
+"""Of a simulated world; the least is 0."""
 
 
 def pace(text: str | float) -> float:
@@ -31,8 +33,15 @@ def pace(text: str | float) -> float:
     return found
 
 
+def seed(text: str) -> int:
+    """Raises ValueError, whose text says what to give."""
+    if not text.isdecimal() or len(text) > len(str(LARGEST_SEED)) or int(text) > LARGEST_SEED:
+        raise ValueError(f"give a whole number from 0 to {LARGEST_SEED}")
+    return int(text)
+
+
 RUN_OPTIONS = {
-    "seed": int,
+    "seed": seed,
     "world": str,
     "speed": pace,
     "faults": json.loads,

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from skillwing.services.processes.run_options import LARGEST_SEED
+
 if TYPE_CHECKING:
     from skillwing.sim_mujoco.world.world import World
 
-LARGEST_SEED = 2**32 - 1
 SCENE, PICTURE = ".xml", ".png"
 
 
