@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.image import imread
 
@@ -16,7 +17,7 @@ NOTHING = np.empty((0, 3), dtype=np.float32)
 
 def ground(east: float) -> np.ndarray:
     """Of all that is shown around the route, up to so far in the east."""
-    x, y = np.meshgrid(np.arange(-7.8, east, 0.4), np.arange(-7.8, 28.0, 0.4))
+    x, y = np.meshgrid(np.arange(-8.2, east, 0.4), np.arange(-8.2, 29.0, 0.4))
     return np.stack([x, y, 0.2 + 0.0 * x], axis=-1).reshape(-1, 3).astype(np.float32)
 
 
@@ -85,3 +86,10 @@ def test_the_place_where_a_flight_ended_is_marked(tmp_path: Path) -> None:
 
 def test_who_sees_no_path_is_told_why() -> None:
     assert MapScene(ground(38.0), 0.4, ROUTE, []).caveats == "No flown path was recorded."
+
+
+@pytest.mark.parametrize("aside", [0.0, 0.1, 0.2, 0.3])
+def test_ground_that_was_seen_has_no_stripes_wherever_its_voxels_lie(tmp_path: Path, aside: float) -> None:
+    seen = ground(39.0) + np.float32(aside)
+    hatched = share_of(UNSEEN, drawn(tmp_path / "map.png", MapScene(seen, 0.4, ROUTE, [])))
+    assert hatched < 3e-4, "in the legend only"

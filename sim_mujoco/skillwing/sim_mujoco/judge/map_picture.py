@@ -103,9 +103,17 @@ def draw_map(file: Path, scene: MapScene, title: str) -> None:
 
 
 def _frame(scene: MapScene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The corners (2,) of what is shown: all that was planned and flown, with a margin."""
+    """The corners (2,) of what is shown: all that was planned and flown, with a margin, in whole voxels.
+
+    Pixels that were not voxels would leave stripes of which nothing seems to be known.
+    """
     shown = np.concatenate([np.array([scene.home, *scene.route]), *(stretch.path for stretch in scene.flown)])[:, :2]
-    return shown.min(axis=0) - _MARGIN, shown.max(axis=0) + _MARGIN
+    low, high = shown.min(axis=0) - _MARGIN, shown.max(axis=0) + _MARGIN
+    if len(scene.centres):
+        border = scene.centres[0, :2].astype(float) - scene.voxel_size / 2
+        low = border + np.floor((low - border) / scene.voxel_size) * scene.voxel_size
+        high = border + np.ceil((high - border) / scene.voxel_size) * scene.voxel_size
+    return low, high
 
 
 def _draw_from_above(
@@ -117,7 +125,7 @@ def _draw_from_above(
 ) -> None:
     low, high = frame
     roof = _highest(centres, scene.voxel_size, low, high)
-    extent = (low[0], low[0] + roof.shape[1] * scene.voxel_size, low[1], low[1] + roof.shape[0] * scene.voxel_size)
+    extent = (low[0], high[0], low[1], high[1])
     if len(scene.centres):
         width, height = high - low
         unseen = Rectangle((low[0], low[1]), width, height, fc=UNSEEN, ec=_HATCHING, hatch="////", lw=0.0, zorder=-1)
@@ -183,10 +191,10 @@ def _highest(
     centres: NDArray[np.float32], size: float, low: NDArray[np.float64], high: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Height (rows = north, columns = east) of the highest occupied voxel over each place; NaN where there is none."""
-    columns, rows = np.ceil((high - low) / size).astype(int)
+    columns, rows = np.round((high - low) / size).astype(int)
     roof = np.full((rows, columns), -np.inf)
     x, y = ((centres[:, :2] - low) / size).astype(int).T
-    np.maximum.at(roof, (np.minimum(y, rows - 1), np.minimum(x, columns - 1)), centres[:, 2])
+    np.maximum.at(roof, (y, x), centres[:, 2])
     return np.where(np.isfinite(roof), roof, np.nan)
 
 
