@@ -25,6 +25,7 @@ STRONGEST_WIND = 50.0
 """In each direction, of a gust as of the mean wind [m/s]: half as much again as the least wind of a hurricane."""
 WindSpeed = Annotated[float, msgspec.Meta(ge=-STRONGEST_WIND, le=STRONGEST_WIND)]
 WindVector = tuple[WindSpeed, WindSpeed, WindSpeed]
+WindStrength = Annotated[float, msgspec.Meta(ge=0.0, le=STRONGEST_WIND)]
 Percent = Annotated[float, msgspec.Meta(ge=0.0, le=100.0)]
 Poses = Literal["odometry", "navigation", "small-gicp"]
 """Whence the map has its poses (docs/mapping.md)."""
@@ -68,7 +69,7 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     gust: tuple[GustOptions, ...] = ()
     pilot: tuple[PilotOptions, ...] = ()
     wind: WindVector | None = None
-    turbulence: Annotated[float, msgspec.Meta(ge=0.0, le=STRONGEST_WIND)] | None = None
+    turbulence: WindStrength | None = None
     battery: Percent | None = None
     receiver: ReceiverName | None = None
     poses: Poses | None = None

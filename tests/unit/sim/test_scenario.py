@@ -145,6 +145,12 @@ def test_options_with_a_magnitude_that_is_none_are_refused(magnitude: float) -> 
             FaultPlan([Fault(sensor, kind, magnitude=magnitude)])
 
 
+@pytest.mark.parametrize("option", [{"wind": (0.0, 60.0, 0.0)}, {"turbulence": 51.0}, {"receiver": "gps"}])
+def test_options_have_the_bounds_of_a_scenario(option: dict[str, object]) -> None:
+    with pytest.raises(OptionsError, match=f"these options do not fit: .*{next(iter(option))}"):
+        make_sim(option)
+
+
 def test_a_file_becomes_faults_wind_battery_and_a_pilot(write) -> None:
     node = make_sim({"seed": 2, "scenario": str(write(EXAMPLE)), "sensors": ["range"]})
     simulator = node._sim

@@ -21,7 +21,15 @@ from skillwing.sim_mujoco.messaging import answer_with, reply_with
 from skillwing.sim_mujoco.navigation.navigator import Solution
 from skillwing.sim_mujoco.navigation.odometry_aid import OdometryReport
 from skillwing.sim_mujoco.options import OptionsError, read_options
-from skillwing.sim_mujoco.scenario import FaultOptions, GustOptions, PilotOptions, ScenarioError, read_scenario
+from skillwing.sim_mujoco.scenario import (
+    FaultOptions,
+    GustOptions,
+    PilotOptions,
+    ScenarioError,
+    WindStrength,
+    WindVector,
+    read_scenario,
+)
 from skillwing.sim_mujoco.sensors import lidar
 from skillwing.sim_mujoco.sensors.cadence import Cadence
 from skillwing.sim_mujoco.sensors.channel import Measurement
@@ -29,6 +37,7 @@ from skillwing.sim_mujoco.sensors.corruptors import Fault, MagnitudeError, Unkno
 from skillwing.sim_mujoco.sensors.depth_camera import depth_header
 from skillwing.sim_mujoco.sensors.fault_schedule import Seconds
 from skillwing.sim_mujoco.sensors.fittings import SENSORS
+from skillwing.sim_mujoco.sensors.gnss import ReceiverName
 from skillwing.sim_mujoco.sensors.health import Change
 from skillwing.sim_mujoco.sensors.names import GNSS, IMU, LIDAR, RANGE
 from skillwing.sim_mujoco.simulator.autopilot import Limits, Setpoint
@@ -36,7 +45,6 @@ from skillwing.sim_mujoco.simulator.battery import PACKS
 from skillwing.sim_mujoco.simulator.failsafes import CRITICAL_CHARGE
 from skillwing.sim_mujoco.simulator.simulator import Simulator
 from skillwing.sim_mujoco.simulator.wind import Gust
-from skillwing.sim_mujoco.topics import Vector3
 from skillwing.sim_mujoco.world.world import make_world
 
 SLICE = 0.02
@@ -211,7 +219,7 @@ class SimNode:
         except UnknownFaultError as error:
             raise RefusedError(ErrorCode.UNKNOWN_NAME, str(error), "choose a known name", error.known) from error
         except MagnitudeError as error:
-            raise RefusedError(ErrorCode.BAD_REQUEST, str(error), "choose another magnitude") from error
+            raise RefusedError(ErrorCode.BAD_REQUEST, str(error), error.advice) from error
         return f"{wanted.kind} of {wanted.sensor} is {'on' if wanted.on else 'off'}"
 
     def _control_camera(self, wanted: topics.ControlCamera) -> str:
@@ -285,8 +293,8 @@ class SimOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     scenario: str | None = None
     faults: tuple[FaultOptions, ...] = ()
     pilot: tuple[PilotOptions, ...] = ()
-    wind: Vector3 = (0.0, 0.0, 0.0)
-    turbulence: float = 0.0
+    wind: WindVector = (0.0, 0.0, 0.0)
+    turbulence: WindStrength = 0.0
     gusts: tuple[GustOptions, ...] = ()
     battery: float = 100.0
     packs_fail: tuple[PackOptions, ...] = ()
@@ -294,7 +302,7 @@ class SimOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     geofence: FenceOptions | None = None
     factor: float = 1.0
     authority: bool = True
-    receiver: str = "rtk"
+    receiver: ReceiverName = "rtk"
     sensors: tuple[str, ...] = SENSORS
 
 
