@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skillwing.bt_missions.planning.detour import Position, RoutePlanner, bearing, crab_heading, wrap
+from skillwing.bt_missions.planning.detour import NARROWER, Position, RoutePlanner, bearing, crab_heading, wrap
 from skillwing.bt_missions.planning.known_space import (
     MARGIN,
     OBSTACLE_RADIUS,
@@ -23,6 +23,10 @@ metres = st.floats(-20.0, 20.0)
 points = st.tuples(metres, metres)
 angles = st.floats(-math.pi, math.pi)
 INFLATED = OBSTACLE_RADIUS + TIP_RADIUS + MARGIN
+AREA = (-15.0, -25.0, 35.0, 25.0)
+STOPS_TO_ONE = 41
+"""How often the way to one waypoint may be found blocked at most."""
+LEGS_TO_ONE = 200
 
 
 def along(a: Point, b: Point, step: float = 0.05) -> list[Point]:
@@ -128,6 +132,64 @@ def test_a_waypoint_inside_a_closed_yard_is_given_up_with_its_reason() -> None:
     assert planner.given_up[0].reason
 
 
+def wall_with_gaps(*gaps: Point, x: float = 10.0) -> Courtyard:
+    """A wall across the whole area, with these openings: where each begins and ends."""
+    edges = [-30.0, *(y for gap in sorted(gaps) for y in gap), 30.0]
+    return Courtyard(*(((x, low), (x, high)) for low, high in zip(edges[::2], edges[1::2], strict=True)))
+
+
+@pytest.mark.parametrize("aside", [3.0, -6.0, 9.0, 12.0])
+@pytest.mark.parametrize("width", [4.0, 4.5, 5.0, 6.0])
+def test_the_only_gap_in_a_wall_is_found(width: float, aside: float) -> None:
+    world = wall_with_gaps((aside - width / 2, aside + width / 2))
+    planner = RoutePlanner([(20, 0, 4)], area=AREA)
+    fly_route(planner, world, (0, 0, 4))
+    assert (planner.reached, planner.given_up) == (1, [])
+    assert world.nearest > TIP_RADIUS + 0.5
+
+
+def test_a_gap_that_nothing_fits_through_is_given_up() -> None:
+    planner = RoutePlanner([(20, 0, 4)], area=AREA)
+    fly_route(planner, wall_with_gaps((4.0, 6.7)), (0, 0, 4), limit=LEGS_TO_ONE)
+    assert planner.reached == 0
+    assert planner.given_up[0].for_obstacle
+
+
+@given(
+    shifts=st.lists(st.floats(-18.0, 18.0), min_size=2, max_size=2),
+    widths=st.lists(st.floats(1.0, 3.5), min_size=2, max_size=2),
+)
+@settings(max_examples=4, deadline=None)
+def test_two_gaps_that_look_like_ways_do_not_keep_the_drone_for_ever(shifts: list[float], widths: list[float]) -> None:
+    gaps = [(shift - width / 2, shift + width / 2) for shift, width in zip(sorted(shifts), widths, strict=True)]
+    if gaps[1][0] - gaps[0][1] < 1.0:
+        gaps = gaps[:1]
+    planner = RoutePlanner([(20, 0, 4)], area=AREA)
+    fly_route(planner, wall_with_gaps(*gaps), (0, 0, 4), limit=LEGS_TO_ONE)
+    assert planner.done
+
+
+def test_no_opening_is_looked_for_in_what_no_sensor_sees() -> None:
+    planner = RoutePlanner([(10, 0, 4)], max_detours=2)
+    bump(planner, times=3, distance=1000.0)
+    assert planner.done
+
+
+def test_the_margin_is_kept_as_long_as_a_way_with_it_is_left() -> None:
+    """Of two openings in a wall, one narrower than the margin wants, the wide one is flown through."""
+    world = wall_with_gaps((-16.0, -6.0), (3.0, 7.0))
+    planner = RoutePlanner([(20, 0, 4)], area=AREA)
+    position: Position = (0, 0, 4)
+    while (target := planner.next_target(position)) is not None:
+        for disc in planner.known.discs:
+            allowed = min(INFLATED, math.dist(position[:2], disc.centre), math.dist(target[:2], disc.centre))
+            nearest = min(math.dist(place, disc.centre) for place in along(position[:2], target[:2]))
+            assert nearest >= allowed - 1e-6
+        position, ahead = world.fly(position, target)
+        planner.arrived() if ahead is None else planner.blocked(position, ahead)
+    assert planner.reached == 1
+
+
 def bump(planner: RoutePlanner, times: int, distance: float, position: Position = (0, 0, 4)) -> None:
     for _ in range(times):
         assert planner.next_target(position) is not None
@@ -150,7 +212,7 @@ def test_a_route_is_fulfilled_when_only_obstacles_kept_the_drone_from_a_waypoint
 
 
 def test_a_route_of_which_no_waypoint_was_reached_is_not_fulfilled() -> None:
-    planner = RoutePlanner([(10, 0, 4)], max_detours=2)
+    planner = RoutePlanner([(10, 0, 4)], max_detours=2, max_narrow=0)
     bump(planner, times=3, distance=2.0)
     assert planner.done
     assert planner.given_up[0].for_obstacle
@@ -170,7 +232,7 @@ def test_a_waypoint_given_up_for_something_unseen_leaves_the_route_unfulfilled()
 
 @pytest.mark.parametrize(("rest", "fulfilled"), [([], True), ([(10, 10, 4)], False)])
 def test_coming_home_is_no_route_unless_nothing_else_was_asked_for(rest: list[Position], fulfilled: bool) -> None:
-    planner = RoutePlanner([*rest, (0, 0, 4)], max_detours=0)
+    planner = RoutePlanner([*rest, (0, 0, 4)], max_detours=0, max_narrow=0)
     for _ in rest:
         bump(planner, times=1, distance=2.0)
     while planner.next_target((5, 5, 4)) is not None:
@@ -251,6 +313,25 @@ def test_a_path_keeps_clear_of_every_known_disc(start: Point, goal: Point, seen:
             assert min(math.dist(place, disc.centre) for place in along(a, b)) >= wanted - 1e-6
 
 
+@given(start=points, goal=points, seen=st.lists(points, max_size=12), room=st.sampled_from(NARROWER))
+@settings(max_examples=60, deadline=None)
+def test_a_narrow_path_keeps_its_room_from_every_place_where_the_drone_was_stopped(
+    start: Point, goal: Point, seen: list[Point], room: float
+) -> None:
+    """Of every one, also where two are so near to one another that they count as one obstacle."""
+    places = [*seen, *((x + 0.3, y) for x, y in seen)]
+    space = KnownSpace()
+    for place in places:
+        space.add(place)
+    path = space.narrowed(room).path(start, goal)
+    if path is None:
+        return
+    for a, b in pairwise([start, *path]):
+        for place in places:
+            wanted = min(room, math.dist(start, place), math.dist(goal, place))
+            assert min(math.dist(step, place) for step in along(a, b)) >= wanted - 1e-6
+
+
 @given(start=points, goal=points, seen=points)
 @settings(max_examples=60, deadline=None)
 def test_one_obstacle_never_closes_the_way(start: Point, goal: Point, seen: Point) -> None:
@@ -273,7 +354,7 @@ def test_every_route_ends_whatever_happens_on_it(route: list[Position], ends: li
     while (target := planner.next_target(position)) is not None:
         end = ends[legs] if legs < len(ends) else 1.0
         legs += 1
-        assert legs < 200
+        assert legs <= len(ends) + len(route) * STOPS_TO_ONE
         if end is None:
             position = target
             planner.arrived()

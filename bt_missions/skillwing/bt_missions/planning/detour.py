@@ -1,7 +1,8 @@
 """Plans the way along a route of waypoints round obstacles that are met on the way. Pure: no bus, no clock, no tree.
 
 Each time a motion is blocked the planner remembers where the obstacle was seen, and plans on from where the drone
-stands. A waypoint that cannot be reached is given up, so that every route comes to an end.
+stands. Ways keep a wide margin as long as they can, and lead through narrower openings before a waypoint is given up.
+One that cannot be reached is given up, so that every route comes to an end.
 """
 
 from __future__ import annotations
@@ -19,6 +20,11 @@ STOPPING_DISTANCE_LIMIT = 15.0
 """Nobody stops for an obstacle farther ahead than this, in metres; then something unseen is in the way."""
 ARRIVED_WITHIN = 0.5
 """A waypoint nearer than this counts as reached, in metres."""
+NARROWER = (1.4, 0.7, 0.5)
+"""Kept between the drone's centre and places where it was stopped, one after the other, where the margin leaves no way,
+in metres. What stopped it is within 1.44 m of such a place, be it ahead or aside. So an opening of 4 m, which leaves
+its centre 1.12 m, is not closed by such places at the least room; with the larger ones the widest openings come first.
+"""
 AT_HOME = 2.0
 """A waypoint nearer than this to the origin, on the ground plan, is over home, in metres."""
 
@@ -37,17 +43,27 @@ class RoutePlanner:
     """Says where to fly next, until every waypoint of the route is reached or given up.
 
     Ask `next_target`, fly there, tell `arrived` or `blocked`, and ask again. route: waypoints (x, y, z) in ENU metres.
-    max_detours: how often the way to one waypoint may be found blocked before it is given up. area: where detours may
-    lead, None for anywhere.
+    max_detours: how often the way to one waypoint may be found blocked before ways with less room than the margin are
+    tried as well. max_narrow: how often after that, before the waypoint is given up. area: where detours may lead, None
+    for anywhere.
     """
 
-    def __init__(self, route: Sequence[Position], *, max_detours: int = 10, area: Area | None = None) -> None:
+    def __init__(
+        self,
+        route: Sequence[Position],
+        *,
+        max_detours: int = 10,
+        max_narrow: int = 30,
+        area: Area | None = None,
+    ) -> None:
         self.route = tuple(route)
         self.known = KnownSpace(area=area)
         self.given_up: list[GivenUp] = []
         self._reached: list[int] = []
         self._max_detours = max_detours
+        self._max_narrow = max_narrow
         self._detours = 0
+        self._narrowed = 0
         self._stopped_unseen = False
         self._waypoint = 0
         self._legs: list[Position] = []
@@ -99,7 +115,7 @@ class RoutePlanner:
             if math.dist(position, waypoint) <= ARRIVED_WITHIN:
                 self._reach()
                 continue
-            corners = self.known.path(position[:2], waypoint[:2])
+            corners = self._way(position[:2], waypoint[:2])
             if corners is None:
                 seen = all(disc.seen for disc in self.known.discs)
                 self._give_up("known obstacles leave no way to it", for_obstacle=seen)
@@ -134,10 +150,24 @@ class RoutePlanner:
             self.known.add((x, y), seen=seen)
         self._legs = []
         self._detours += 1
-        if self._detours > self._max_detours:
+        # What no sensor sees leaves no openings to be looked for.
+        most = self._max_detours + (0 if self._stopped_unseen else self._max_narrow)
+        if self._detours > most:
             blocked = f"the way was found blocked {self._detours} times"
             unseen = ", by something that no sensor saw" if self._stopped_unseen else ""
             self._give_up(blocked + unseen, for_obstacle=not self._stopped_unseen)
+
+    def _way(self, start: Point, goal: Point) -> list[Point] | None:
+        """Corners of a way with the margin, as long as there is one that is not found blocked all the time; otherwise
+        with the most room that there is. What was not enough once is not tried again for the same waypoint."""
+        if self._detours > self._max_detours:
+            self._narrowed = max(self._narrowed, 1)
+        while True:
+            space = self.known.narrowed(NARROWER[self._narrowed - 1]) if self._narrowed else self.known
+            way = space.path(start, goal)
+            if way is not None or self._stopped_unseen or self._narrowed == len(NARROWER):
+                return way
+            self._narrowed += 1
 
     def _direction(self, position: Position) -> float | None:
         """Of the leg that was blocked at `position`, None for a vertical one. Some centimetres before or behind its end
@@ -157,6 +187,7 @@ class RoutePlanner:
     def _next_waypoint(self) -> None:
         self._waypoint += 1
         self._detours = 0
+        self._narrowed = 0
         self._stopped_unseen = False
 
 

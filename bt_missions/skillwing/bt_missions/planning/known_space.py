@@ -1,7 +1,7 @@
 """The obstacles a mission has met, and ways between them. Pure: no bus, no clock, no tree.
 
 Nothing is known of the world beforehand. An obstacle is a disc where it was seen; a way keeps clear of every disc:
-straight if that goes, otherwise by A* (Hart, Nilsson, Raphael 1968) on a lattice of 1 m, its path pulled tight.
+straight if that goes, otherwise by A* (Hart, Nilsson, Raphael 1968) on a lattice, its path pulled tight.
 """
 
 from __future__ import annotations
@@ -30,7 +30,9 @@ SAME_OBSTACLE = 0.75
 GROWTH = 0.5
 """Added to the radius of a disc that was met again, in metres: it must be larger than assumed."""
 CELL = 1.0
-LONGEST_EDGE = CELL * math.sqrt(2)
+"""Between neighbours of the lattice, in metres."""
+NARROW_CELL = 0.5
+"""The same where ways may lead through what is narrower than the margin."""
 _BORDER = 4.0
 """How far beyond what has to be kept clear of the lattice reaches, in metres."""
 
@@ -47,16 +49,27 @@ class Disc:
 class KnownSpace:
     """Which straight motions keep clear of the known discs.
 
-    clearance: metres between a disc and the drone's centre. area: where detours may lead; None for anywhere.
+    clearance: metres between a disc and the drone's centre. area: where detours may lead; None for anywhere. cell:
+    metres between neighbours of the lattice.
     """
 
-    def __init__(self, clearance: float = TIP_RADIUS + MARGIN, area: Area | None = None) -> None:
+    def __init__(self, clearance: float = TIP_RADIUS + MARGIN, area: Area | None = None, *, cell: float = CELL) -> None:
         self.clearance = clearance
         self.area = area
+        self.cell = cell
         self.discs: list[Disc] = []
+        self._met: list[Disc] = []
+
+    def narrowed(self, room: float) -> KnownSpace:
+        """The same obstacles, of which nothing is believed but where they were met: the drone's centre comes no nearer
+        than `room` metres to these places. What is assumed of an obstacle's size closes no opening beside it then."""
+        narrow = KnownSpace(room, self.area, cell=NARROW_CELL)
+        narrow.discs = list(self._met)
+        return narrow
 
     def add(self, place: Point, *, seen: bool = True) -> None:
         """Remember an obstacle at `place`; one that is known already grows."""
+        self._met.append(Disc(place, 0.0, seen))
         for index, disc in enumerate(self.discs):
             if math.dist(disc.centre, place) < SAME_OBSTACLE:
                 self.discs[index] = Disc(disc.centre, disc.radius + GROWTH, disc.seen or seen)
@@ -70,9 +83,8 @@ class KnownSpace:
             if not (west <= point[0] <= east and south <= point[1] <= north):
                 return False
         # Of an edge between two points that are this far from a centre, no part is nearer to it than the reach.
-        return all(
-            math.dist(point, disc.centre) >= math.hypot(self._reach(disc), LONGEST_EDGE / 2) for disc in self.discs
-        )
+        half = self.cell * math.sqrt(2) / 2
+        return all(math.dist(point, disc.centre) >= math.hypot(self._reach(disc), half) for disc in self.discs)
 
     def is_open(self, a: Point, b: Point) -> bool:
         """Tell whether the segment from `a` to `b` keeps clear.
@@ -105,15 +117,15 @@ class KnownSpace:
         cost: dict[Node, float] = {}
         parent: dict[Node, Node | None] = {}
         for node in usable.around(start):
-            cost[node] = math.dist(start, _place(node))
+            cost[node] = math.dist(start, usable.place(node))
             parent[node] = None
-            heapq.heappush(frontier, (cost[node] + math.dist(_place(node), goal), node))
+            heapq.heappush(frontier, (cost[node] + math.dist(usable.place(node), goal), node))
         exits = set(usable.around(goal))
         closed: set[Node] = set()
         while frontier:
             _, node = heapq.heappop(frontier)
             if node in exits:
-                return [_place(step) for step in _back_to_start(parent, node)]
+                return [usable.place(step) for step in _back_to_start(parent, node)]
             if node in closed:
                 continue
             closed.add(node)
@@ -122,7 +134,7 @@ class KnownSpace:
                 if reached < cost.get(neighbour, math.inf):
                     cost[neighbour] = reached
                     parent[neighbour] = node
-                    heapq.heappush(frontier, (reached + math.dist(_place(neighbour), goal), neighbour))
+                    heapq.heappush(frontier, (reached + math.dist(usable.place(neighbour), goal), neighbour))
         return None
 
     def _pull_tight(self, start: Point, corners: list[Point]) -> list[Point]:
@@ -138,10 +150,11 @@ class KnownSpace:
 
 
 class _Lattice:
-    """Nodes 1 m apart within the area that a detour may need."""
+    """Nodes within the area that a detour may need."""
 
     def __init__(self, space: KnownSpace, start: Point, goal: Point) -> None:
         self._space = space
+        self._cell = space.cell
         points = [start, goal, *(disc.centre for disc in space.discs)]
         self._border = max((disc.radius for disc in space.discs), default=0.0) + space.clearance + _BORDER
         self._low = min(x for x, _ in points) - self._border, min(y for _, y in points) - self._border
@@ -150,29 +163,28 @@ class _Lattice:
 
     def around(self, point: Point) -> Iterator[Node]:
         """Usable nodes near `point` that it is connected to by an open segment."""
-        reach = math.ceil(self._border / CELL)
-        column, row = round(point[0] / CELL), round(point[1] / CELL)
+        reach = math.ceil(self._border / self._cell)
+        column, row = round(point[0] / self._cell), round(point[1] / self._cell)
         for node in ((column + i, row + j) for i in range(-reach, reach + 1) for j in range(-reach, reach + 1)):
-            if self._is_usable(node) and self._space.is_open(point, _place(node)):
+            if self._is_usable(node) and self._space.is_open(point, self.place(node)):
                 yield node
 
     def neighbours(self, node: Node) -> Iterator[tuple[Node, float]]:
         for i, j in ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1)):
             neighbour = node[0] + i, node[1] + j
             if self._is_usable(neighbour):
-                yield neighbour, CELL * math.hypot(i, j)
+                yield neighbour, self._cell * math.hypot(i, j)
+
+    def place(self, node: Node) -> Point:
+        return node[0] * self._cell, node[1] * self._cell
 
     def _is_usable(self, node: Node) -> bool:
         known = self._usable.get(node)
         if known is None:
-            x, y = _place(node)
+            x, y = self.place(node)
             inside = self._low[0] <= x <= self._high[0] and self._low[1] <= y <= self._high[1]
             known = self._usable[node] = inside and self._space.is_node((x, y))
         return known
-
-
-def _place(node: Node) -> Point:
-    return node[0] * CELL, node[1] * CELL
 
 
 def _back_to_start(parent: dict[Node, Node | None], node: Node) -> list[Node]:
