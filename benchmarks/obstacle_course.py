@@ -32,7 +32,7 @@ from skillwing.sim_mujoco.world.world import World, make_world
 
 GOAL: Final = (26.0, 0.0, 4.0)
 AREA: Final = (-11.0, -11.0, 41.0, 31.0)
-PATIENCE: Final = 400.0
+PATIENCE: Final = 600.0
 """Robot time that a flight may take [s]."""
 SENSOR_OF: Final = {ObstacleSource.ZED: "zed", ObstacleSource.LIDAR: "lidar"}
 _HEIGHT = 7.0
@@ -70,6 +70,14 @@ def pocket(rng: np.random.Generator) -> list[Obstacle]:
     return [_wall("wall-back", (back, 0.0), (0.2, half)), *sides]
 
 
+def gap(rng: np.random.Generator) -> list[Obstacle]:
+    """A wall across the whole area with one opening of 4 to 5 m, aside of the way."""
+    x, width = float(rng.uniform(11.0, 15.0)), float(rng.uniform(4.0, 5.0))
+    aside = float(rng.uniform(4.0, 9.0)) * (1.0 if rng.random() < 0.5 else -1.0)
+    ends = [(AREA[1] - 2.0, aside - width / 2), (aside + width / 2, AREA[3] + 2.0)]
+    return [_wall(f"wall-{i}", (x, (low + high) / 2), (0.2, (high - low) / 2)) for i, (low, high) in enumerate(ends)]
+
+
 def _pole(name: str, centre: Point, radius: float) -> Obstacle:
     return pole(name, Footprint(centre, radius=radius), _HEIGHT)
 
@@ -83,6 +91,7 @@ COURSES: Final[dict[str, Callable[[np.random.Generator], list[Obstacle]]]] = {
     "wall": wall,
     "corner": corner,
     "pocket": pocket,
+    "gap": gap,
 }
 
 
