@@ -301,7 +301,7 @@ class MotionState(StrEnum):
     IDLE = "IDLE"  # nobody holds this axis; the drone holds what it has
     TURNING = "TURNING"  # on the spot, before moving
     MOVING = "MOVING"
-    WAITING = "WAITING"  # at rest, because the obstacle information is stale
+    WAITING = "WAITING"  # at rest, because the way ahead is not in view
     STOPPING = "STOPPING"
     STOPPED = "STOPPED"  # a Stop was carried out; the drone is at rest
     DONE = "DONE"  # arrived, at altitude, landed, aligned

@@ -299,6 +299,74 @@ def test_a_range_finder_that_is_well_again_is_believed() -> None:
     assert rig.fly(3.0, lambda: rig.sim.motion.velocity[2] < -1.0)
 
 
+def sees(*, across: bool = False, along: float | None = 30.0):
+    """An obstacle node whose source looks along the nose, or to both sides, and finds so much free on every way."""
+    source = ObstacleSource.LIDAR if across else ObstacleSource.ZED
+    return lambda t, status: ObstacleStatus(
+        t=t, source=source, free_distance=along, horizon=14.0, ahead=None, stamp=t - 0.1, across=across
+    )
+
+
+UP, DOWN = (10.0, 0.0, 14.0), (10.0, 0.0, 4.0)
+
+
+@pytest.mark.parametrize(
+    ("height", "motion", "what_first"),
+    [
+        (4.0, FlyTo(target=UP, speed=2.0, nose=Nose.ALONG_TRACK), "climb to 14.0 m first"),
+        (4.0, FlyTo(target=UP, speed=2.0, nose=Nose.IN_VIEW), "climb to 14.0 m first"),
+        (9.0, FlyTo(target=DOWN, speed=2.0, nose=Nose.ALONG_TRACK), "descend to 4.0 m first"),
+        (4.0, Orbit(center=(9.0, 0.0, 0.0), radius=3.0, height=9.0, laps=1.0, speed=1.0), "climb to 9.0 m first"),
+    ],
+)
+def test_a_way_too_steep_for_the_camera_is_refused(height: float, motion: Motion, what_first: str) -> None:
+    rig = airborne(height)
+    rig.obstacles = sees()
+    rig.fly(0.1)
+    with pytest.raises(RefusedError, match=r"the way is \d\d degrees steep, and .* 20 at most") as caught:
+        rig.command("steep", motion)
+    assert caught.value.reply.code is ErrorCode.NOT_ALLOWED
+    assert caught.value.reply.help is not None
+    assert what_first in caught.value.reply.help
+    rig.obstacles = sees(across=True)
+    rig.fly(0.1)
+    assert rig.command("by the ring", motion) == "under way"
+
+
+@pytest.mark.parametrize(
+    "motion",
+    [
+        FlyTo(target=(0.2, 0.0, 14.0), speed=2.0, nose=Nose.ALONG_TRACK),
+        FlyTo(target=(10.0, 0.0, 7.5), speed=2.0, nose=Nose.ALONG_TRACK),
+        FlyTo(target=(0.6, 0.0, 4.5), speed=2.0, nose=Nose.ALONG_TRACK),
+        FlyTo(target=UP, speed=2.0, nose=Nose.FREE),
+    ],
+)
+def test_what_is_vertical_or_flat_enough_or_leaves_the_nose_alone_is_not_refused(motion: FlyTo) -> None:
+    rig = airborne()
+    rig.obstacles = sees()
+    rig.fly(0.1)
+    assert rig.command("a", motion) == "under way"
+
+
+def test_without_a_depth_map_no_way_is_too_steep() -> None:
+    rig = airborne()
+    rig.command("a", FlyTo(target=UP, speed=2.0, nose=Nose.ALONG_TRACK))
+    rig.fly_until(MotionState.DONE)
+
+
+def test_a_way_with_the_nose_along_it_is_not_flown_while_the_camera_does_not_see_it() -> None:
+    rig = airborne()
+    rig.obstacles = sees(along=None)
+    rig.fly(0.1)
+    start = rig.sim.motion.position
+    rig.command("a", EAST)
+    rig.fly_until(MotionState.WAITING, seconds=8.0)
+    assert math.dist(start, rig.sim.motion.position) < 1.0
+    rig.obstacles = sees()
+    rig.fly_until(MotionState.DONE)
+
+
 ORBIT = Orbit(center=(-3.0, 0.0, 0.0), radius=3.0, height=4.5, laps=0.5, speed=3.0)
 
 

@@ -56,6 +56,8 @@ class BodyMotion:
         self._motion: Motion | None = None
         self._next: Motion | None = None
         self._legs: list[Leg] = []
+        self._across: bool | None = None
+        """What is turned along the first leg; as in `Lookout.begin`."""
         self._after_stop = (MotionState.STOPPED, "")
         self._range: tuple[float, float | None] = (-math.inf, None)
         self._range_is_trusted = True
@@ -149,6 +151,19 @@ class BodyMotion:
             self.axis.become(MotionState.ABORTED, "the autopilot has landed")
         self._next = None
 
+    def next_start(self, navigation: Navigation, t: float) -> Vector:
+        """Where the next motion would begin: the drone comes to rest first."""
+        if self.path is None:
+            return navigation.position
+        return self.path.end if self.path.is_over(t) else self.path.broken_off(t).end
+
+    def require_in_view(self, motion: Motion, navigation: Navigation, t: float) -> None:
+        """Raise RefusedError if the nose would be laid along a leg so that it is in view, and it could not be."""
+        here = self.next_start(navigation, t)
+        for leg in _legs(motion, here)[:1]:
+            if isinstance(leg, FlyTo) and self._nose(leg, here, navigation) is not None:
+                self._lookout.require_in_view(here, leg.target, t)
+
     def start(self, motion: Motion, navigation: Navigation, t: float) -> None:
         """Begin a motion, after coming to rest from the one before."""
         self._legs = []
@@ -158,18 +173,13 @@ class BodyMotion:
             self.axis.become(MotionState.STOPPING, "ending the motion before")
             return
         self._motion, self._next = motion, None
-        here = self.path.end if self.path is not None else navigation.position
+        here = self.next_start(navigation, t)
+        self._legs = _legs(motion, here)
         match motion:
             case TakeOff():
                 self._heading.settle(navigation.heading)
                 self._go(here, (here[0], here[1], motion.height), motion.speed, t)
-            case FlyTo():
-                self._legs = [motion]
-                self._begin_leg(here, navigation, t)
-            case Orbit():
-                left = Round.of(motion)
-                entry = left.entry(here, motion.height)
-                self._legs = [FlyTo(target=entry, speed=motion.speed, nose=Nose.IN_VIEW), left]
+            case FlyTo() | Orbit():
                 self._begin_leg(here, navigation, t)
             case Land():
                 self._begin_descent(motion, here, t)
@@ -197,9 +207,12 @@ class BodyMotion:
     def _begin_leg(self, here: Vector, navigation: Navigation, t: float) -> None:
         """Turn the nose as the next leg wants it, then go."""
         leg = self._legs[0]
-        self._lookout.begin(t)
         self._turning_since = t
         heading = self._nose(leg, here, navigation)
+        self._across = None
+        if heading is not None and isinstance(leg, FlyTo):
+            self._across = leg.nose is Nose.IN_VIEW and self._lookout.looks_across
+        self._lookout.begin(t, across=self._across)
         self.axis.remaining = self._left(leg, here, t) + self._later
         if heading is not None:
             self._heading.turn_to(heading, navigation.heading)
@@ -259,7 +272,7 @@ class BodyMotion:
 
     def _fly(self, path: Path, t: float) -> None:
         self.path = path
-        self._lookout.begin(t)
+        self._lookout.begin(t, across=self._across if self._legs else None)
         self.axis.become(MotionState.MOVING)
 
     # --- as time passes --------------------------------------------------------------------------------------
@@ -370,3 +383,15 @@ class BodyMotion:
                 self.axis.become(MotionState.DONE)
         elif t - path.began > path.profile.duration + PATIENCE:
             self.axis.become(MotionState.BLOCKED, f"no headway, {short:.1f} m short of the target")
+
+
+def _legs(motion: Motion, here: Vector) -> list[Leg]:
+    """What a motion from this place consists of on which the drone looks where it flies."""
+    match motion:
+        case FlyTo():
+            return [motion]
+        case Orbit():
+            left = Round.of(motion)
+            return [FlyTo(target=left.entry(here, motion.height), speed=motion.speed, nose=Nose.IN_VIEW), left]
+        case _:
+            return []

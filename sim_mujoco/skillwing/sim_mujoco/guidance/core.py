@@ -119,6 +119,7 @@ class GuidanceCore:
         if self._body.axis.goal == command.goal_id and self._body.is_flying(motion):
             return "already under way"
         self._require_possible(motion, flight, navigation)
+        self._body.require_in_view(motion, navigation, t)
         for axis in axes:
             axis.take(command.goal_id, command.token)
         if isinstance(motion, Turn):

@@ -5,7 +5,10 @@ from __future__ import annotations
 import math
 from enum import Enum, auto
 
+from skillwing.services.protocol import ErrorCode
+from skillwing.sim_mujoco.axis import RefusedError
 from skillwing.sim_mujoco.extent import TIP_RADIUS
+from skillwing.sim_mujoco.frames.vectors import Vector
 from skillwing.sim_mujoco.guidance.trajectory import BRAKING
 from skillwing.sim_mujoco.topics import ObstacleSource, ObstacleStatus
 
@@ -35,6 +38,11 @@ CRAWL = 0.3
 """No view is so short that it forbids this speed [m/s]."""
 TOLERANCE = 0.1
 """By so much a drone may be faster than its view allows, for the reach of a bent way varies a little [m/s]."""
+STEEPEST = math.radians(20.0)
+"""Up to this slope a source that looks along the nose sees where a way leads, with the nose along it [rad]: the camera
+sees 27 degrees up and down, and the drone leans to fly off."""
+STEP = 0.5
+"""So much higher or lower an end of a way is in view, however near [m]."""
 
 
 def stopping_distance(speed: float, margin: float = MARGIN, latency: float = LATENCY) -> float:
@@ -56,11 +64,11 @@ class View(Enum):
     """What is known of the way ahead."""
 
     UNWATCHED = auto()
-    """There is no depth map, or none that looks along this way."""
+    """There is no depth map, or none that is meant to look along this way."""
     CLEAR = auto()
     BLOCKED = auto()
     BLIND = auto()
-    """The way was in view, or should be, and is not any more."""
+    """The way was in view, or should be, and is not."""
     TOO_FAST = auto()
     """Clear, but faster than the view reaches."""
 
@@ -73,14 +81,20 @@ class Lookout:
         self._began = 0.0
         self._expected = False
         self._watched = False
+        self._across: bool | None = None
 
     def report(self, status: ObstacleStatus) -> None:
         self._report = status
 
-    def begin(self, t: float) -> None:
+    def begin(self, t: float, *, across: bool | None = None) -> None:
         """A new way begins at `t`. If there is a depth map, a word on this way is expected of it, however old its last
-        measurement: a sensor that is silent just now must not let the drone fly off unwatched."""
+        measurement: a sensor that is silent just now must not let the drone fly off unwatched.
+
+        `across` tells what the drone has turned along the way, so that it be seen: a side (True) or the nose (False);
+        None if it is left to others where the drone looks. A source that looks there must see the way.
+        """
         self._began, self._watched, self._expected = t, False, self.has_depth_map(t)
+        self._across = across
 
     @property
     def free_distance(self) -> float | None:
@@ -90,6 +104,18 @@ class Lookout:
     def looks_across(self) -> bool:
         """The depth map's sensor looks to the sides of the nose."""
         return self._report is not None and self._report.across
+
+    def require_in_view(self, start: Vector, end: Vector, t: float) -> None:
+        """Raise RefusedError if a straight way is too steep for what looks along the nose."""
+        level, up = math.dist(start[:2], end[:2]), end[2] - start[2]
+        if self.looks_across or not self.has_depth_map(t) or abs(up) <= STEP + level * math.tan(STEEPEST):
+            return
+        slope, steepest = math.degrees(math.atan2(abs(up), level)), math.degrees(STEEPEST)
+        raise RefusedError(
+            ErrorCode.NOT_ALLOWED,
+            f"the way is {slope:.0f} degrees steep, and the sensor of the depth map sees {steepest:.0f} at most",
+            f"{'climb' if up > 0.0 else 'descend'} to {end[2]:.1f} m first, then fly level",
+        )
 
     def has_depth_map(self, t: float) -> bool:
         """Somebody makes one, of whatever direction and whether or not it is young enough to be believed."""
@@ -106,7 +132,7 @@ class Lookout:
         report = self._fresh(t)
         if report is None:
             return self._is_unwatched
-        return report.free_distance is not None or not self._watched
+        return report.free_distance is not None or not self._must_see(report)
 
     def speed_limit(self, t: float) -> float:
         """No faster than this [m/s], as far as the sensor's reach is known; infinity without a depth map."""
@@ -119,7 +145,7 @@ class Lookout:
         if report is None or report.stamp is None or report.stamp < self._began + SETTLING:
             return self._without_word(t)
         if report.free_distance is None:
-            return View.BLIND if self._watched else View.UNWATCHED
+            return View.BLIND if self._must_see(report) else View.UNWATCHED
         self._watched = True
         # Of what an overdue report has told, some has been flown since. Where the whole rest of the way is free the
         # report ends a little behind it.
@@ -134,6 +160,10 @@ class Lookout:
             return View.UNWATCHED
         waiting = not self._watched and t - self._began <= SETTLING + STALE
         return View.CLEAR if waiting else View.BLIND
+
+    def _must_see(self, report: ObstacleStatus) -> bool:
+        """The way was in view, or the drone has turned so that this source looks along it."""
+        return self._watched or report.across is self._across
 
     @property
     def _is_unwatched(self) -> bool:

@@ -97,8 +97,9 @@ count: if the goal holds an axis, brake and say ABORTED; if its command is still
 that was cut off, and whose goal the resource manager has ended, cannot move the vehicle any more.
 
 **Refuse** besides: `UNAVAILABLE` before the place is known, `NOT_ALLOWED` outside the fence, without the authority,
-or on the wrong side of the ground, `BAD_REQUEST` for what cannot be flown, `UNKNOWN_GOAL` for a stop of a goal that
-holds nothing. A sentence that says why, and `help` that says what to do, reach the user as they are.
+on the wrong side of the ground, or where the way is too steep for the sensor that is to look along it, `BAD_REQUEST`
+for what cannot be flown, `UNKNOWN_GOAL` for a stop of a goal that holds nothing. A sentence that says why, and `help`
+that says what to do, reach the user as they are.
 
 **States** of an axis, in the status at 20 Hz, with the holder's goal id also after the end, until somebody else takes
 the axis:
@@ -107,7 +108,7 @@ the axis:
 |---|---|---|
 | `IDLE` | nobody holds it | fails after 2 s, for nobody flies for it; an interrupted one is over |
 | `TURNING`, `MOVING` | under way; `remaining` in m, or rad | goes on |
-| `WAITING` | at rest, because obstacle reports that were there are stale | goes on |
+| `WAITING` | at rest, because obstacle reports are stale, or do not see a way that they should | goes on |
 | `STOPPING` | braking | goes on |
 | `STOPPED` | a `stop` was carried out; at rest | is interrupted |
 | `DONE` | see above; still held | ends with its success |
