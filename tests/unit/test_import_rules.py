@@ -32,7 +32,7 @@ ALLOWED = {
 # The demonstration and the judge of a simulated flight know the world that the robot does not, and the dashboard how
 # the sensors look into it, and which site is to be seen. A briefing tells missions what is known of a site, and
 # reads the scenario before anything is started; a campaign plans its flights by that, and judges them. The page of the
-# functional layer describes messages as that of the protocol does.
+# functional layer describes messages as that of the protocol does, and a seed on the command line is bounded as any.
 WIDER = {
     ("m600", "briefing.py"): ["sim_mujoco.world", "sim_mujoco.scenario"],
     ("m600", "campaign/*.py"): ["sim_mujoco.world", "sim_mujoco.extent"],
@@ -44,6 +44,7 @@ WIDER = {
         "sim_mujoco.options",
     ],
     ("sim_mujoco", "interface/*.py"): ["services.wire.messages"],
+    ("sim_mujoco", "world/command.py"): ["services.processes.run_options"],
 }
 HEAVY = {"numpy", "scipy", "mujoco", "embreex", "rerun", "matplotlib", "py_trees"}
 
