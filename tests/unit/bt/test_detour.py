@@ -169,6 +169,14 @@ def test_two_gaps_that_look_like_ways_do_not_keep_the_drone_for_ever(shifts: lis
     assert planner.done
 
 
+def test_the_end_of_a_leg_with_something_behind_it_is_closed_when_that_is_met_once_more() -> None:
+    """Otherwise the same leg, which ends before the place of the stop, would be planned for ever."""
+    space = KnownSpace()
+    for _ in range(2):
+        space.add((11.2, 0.0), before=(10.0, 0.0))
+    assert [disc.centre for disc in space.narrowed(0.5).discs] == [(11.2, 0.0), (10.0, 0.0)]
+
+
 def test_no_opening_is_looked_for_in_what_no_sensor_sees() -> None:
     planner = RoutePlanner([(10, 0, 4)], max_detours=2)
     bump(planner, times=3, distance=1000.0)

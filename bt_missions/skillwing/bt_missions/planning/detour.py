@@ -147,7 +147,9 @@ class RoutePlanner:
             ahead = max(distance if seen else STOPPED_BEFORE, OBSTACLE_RADIUS)
             x = position[0] + ahead * math.cos(direction)
             y = position[1] + ahead * math.sin(direction)
-            self.known.add((x, y), seen=seen)
+            end = self._legs[0][:2]
+            behind_the_end = ahead > math.dist(position[:2], end)
+            self.known.add((x, y), before=end if behind_the_end else None, seen=seen)
         self._legs = []
         self._detours += 1
         # What no sensor sees leaves no openings to be looked for.

@@ -27,6 +27,8 @@ OBSTACLE_RADIUS = 0.3
 """Radius assumed of what was seen as one point, in metres."""
 SAME_OBSTACLE = 0.75
 """What is seen nearer than this to a known disc's centre is the same obstacle, in metres."""
+SAME_PLACE = 0.25
+"""A stop nearer than this to an earlier one tells nothing new of where the drone can pass, in metres."""
 GROWTH = 0.5
 """Added to the radius of a disc that was met again, in metres: it must be larger than assumed."""
 CELL = 1.0
@@ -58,18 +60,23 @@ class KnownSpace:
         self.area = area
         self.cell = cell
         self.discs: list[Disc] = []
-        self._met: list[Disc] = []
+        self._closed: list[Disc] = []
 
     def narrowed(self, room: float) -> KnownSpace:
-        """The same obstacles, of which nothing is believed but where they were met: the drone's centre comes no nearer
-        than `room` metres to these places. What is assumed of an obstacle's size closes no opening beside it then."""
+        """The same obstacles, of which nothing is believed but where they kept the drone's centre from: it comes no
+        nearer than `room` metres to these places. What is assumed of an obstacle's size closes no opening beside it."""
         narrow = KnownSpace(room, self.area, cell=NARROW_CELL)
-        narrow.discs = list(self._met)
+        narrow.discs = list(self._closed)
         return narrow
 
-    def add(self, place: Point, *, seen: bool = True) -> None:
-        """Remember an obstacle at `place`; one that is known already grows."""
-        self._met.append(Disc(place, 0.0, seen))
+    def add(self, place: Point, *, before: Point | None = None, seen: bool = True) -> None:
+        """Remember an obstacle at `place`; one that is known already grows.
+
+        before: the end of the motion that met it, if it stands behind that. Met there once more, it is known to keep
+        the drone's centre from this end as well.
+        """
+        again = any(math.dist(closed.centre, place) < SAME_PLACE for closed in self._closed)
+        self._closed.append(Disc(before if again and before is not None else place, 0.0, seen))
         for index, disc in enumerate(self.discs):
             if math.dist(disc.centre, place) < SAME_OBSTACLE:
                 self.discs[index] = Disc(disc.centre, disc.radius + GROWTH, disc.seen or seen)
