@@ -6,17 +6,15 @@ import json
 from pathlib import Path
 
 import numpy as np
-import pytest
 from matplotlib.image import imread
 
 from skillwing.bt_missions.missions.mapping import MappingOptions
 from skillwing.m600.geofence import HOME
-from skillwing.m600.judge.evaluation import MAP_CLOUD, MAP_PICTURE, evaluate, map_scene
-from skillwing.m600.judge.flight_log import FLIGHT_FILE, MAP_FILE, SavedMap
+from skillwing.m600.judge.evaluation import MAP_CLOUD, MAP_PICTURE, evaluate
+from skillwing.m600.judge.flight_log import FLIGHT_FILE, MAP_FILE
 from skillwing.m600.robot import ROBOT
 from skillwing.services.protocol import Ending, GoalStatus, Record, RecordKind, State, Terminal
 from skillwing.services.telemetry.flight_report import TIMELINE_PICTURE
-from skillwing.services.telemetry.history import History
 from skillwing.services.telemetry.journal import GOALS_FILE, TIMELINE_FILE, JsonLines
 from skillwing.services.telemetry.report import REPORT_FILE, Coverage
 from skillwing.sim_mujoco.topics import Truth
@@ -118,16 +116,6 @@ def test_a_map_is_judged_against_the_world(tmp_path: Path) -> None:
     assert 0.0 < coverage.terrain < 1.0
     assert "simulated" in (tmp_path / "report.md").read_text()
     assert (tmp_path / MAP_CLOUD).read_bytes().endswith(ground.astype("<f4").tobytes())
-
-
-def test_the_path_is_cut_where_the_depth_map_changes_hands_and_has_no_gaps() -> None:
-    flight = [truth(t) for t in np.arange(0.0, 10.0, 0.1).tolist()]
-    saved = SavedMap(np.zeros((1, 3), np.float32), 0.4, "")
-    scene = map_scene(ROUTE, History.of(RECORDS, [BLOCKED], SKILLSET), flight, saved)
-    stretches = [stretch for stretch in scene.flown if stretch.branch != "none"]
-    assert [stretch.branch for stretch in stretches] == ["zed", "lidar"]
-    assert np.array_equal(stretches[0].path[-1], stretches[1].path[0])
-    assert scene.obstacles_met == [pytest.approx((4.0, 0.0, 4.0), abs=0.11)]
 
 
 def test_the_route_that_is_judged_is_the_one_that_the_mission_flies() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,21 @@ import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.image import imread
 
-from skillwing.sim_mujoco.judge.map_picture import BRANCH_COLOURS, END, UNSEEN, Flown, MapScene, draw_map
+from skillwing.sim_mujoco.geofence import Box
+from skillwing.sim_mujoco.judge.map_picture import (
+    BRANCH_COLOURS,
+    END,
+    FENCE,
+    TROUBLE,
+    UNSEEN,
+    Flown,
+    Happening,
+    MapScene,
+    draw_map,
+)
+from skillwing.sim_mujoco.judge.standing import STANDING
+from skillwing.sim_mujoco.world.footprint import Footprint
+from skillwing.sim_mujoco.world.things.obstacle import Kind, Obstacle
 
 ROUTE = ((0.0, 0.0, 4.0), (30.0, 0.0, 4.0), (30.0, 20.0, 4.0))
 NOTHING = np.empty((0, 3), dtype=np.float32)
@@ -93,3 +108,24 @@ def test_ground_that_was_seen_has_no_stripes_wherever_its_voxels_lie(tmp_path: P
     seen = ground(39.0) + np.float32(aside)
     hatched = share_of(UNSEEN, drawn(tmp_path / "map.png", MapScene(seen, 0.4, ROUTE, [])))
     assert hatched < 3e-4, "in the legend only"
+
+
+def test_what_failed_and_the_fence_are_marked(tmp_path: Path) -> None:
+    plain = MapScene(ground(45.0), 0.4, ROUTE, [Flown("zed", np.array(ROUTE))])
+    happened = [Happening((30.0, 10.0, 4.0), "zed_status FAILED at 9.0 s")]
+    told = replace(plain, troubles=happened, switches=happened, fence=Box((-12.0, -12.0, -1.0), (42.0, 32.0, 30.0)))
+    before, after = drawn(tmp_path / "plain.png", plain), drawn(tmp_path / "told.png", told)
+    for colour in (TROUBLE, FENCE):
+        assert share_of(colour, before) == 0.0 < share_of(colour, after)
+    darker = (share_of("#1a1a1a", picture) for picture in (before, after))
+    assert next(darker) < next(darker), "the number of the switch, on ink"
+
+
+@pytest.mark.parametrize("footprint", [Footprint((20.0, 10.0), (5.0, 4.0), 0.3), Footprint((20.0, 10.0), radius=4.0)])
+def test_what_stands_there_is_drawn_where_no_map_was_built(tmp_path: Path, footprint: Footprint) -> None:
+    building = Obstacle("building-0", Kind.BUILDING, footprint, 8.0)
+    blind = MapScene(NOTHING, 0.4, ROUTE, [Flown("lidar", np.array(ROUTE))], standing=[building])
+    assert blind.caveats == "No map was built: what stands here is drawn as the simulator knows it."
+    assert share_of(STANDING, drawn(tmp_path / "blind.png", blind)) > 0.005
+    mapped = replace(blind, centres=ground(38.0))
+    assert share_of(STANDING, drawn(tmp_path / "mapped.png", mapped)) < 1e-4, "the map is the robot's own"

@@ -42,6 +42,7 @@ FLIES_NOTHING = (
     "m600/commands.py",
     "m600/dashboard",
     "m600/demo",
+    "m600/judge/flight_map.py",
     "services/cli.py",
     "services/commands",
     "services/diagnosis",
@@ -52,6 +53,7 @@ FLIES_NOTHING = (
     "services/wire",
     "sim_mujoco/interface",
     "sim_mujoco/judge/map_picture.py",
+    "sim_mujoco/judge/standing.py",
     "sim_mujoco/world/command.py",
     "sim_mujoco/world/picture.py",
 )

@@ -9,17 +9,17 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-import numpy as np
 from msgspec.structs import replace as replaced
 
 from skillwing.dsl.model import Skillset
 from skillwing.m600.campaign.plan import planned_way
 from skillwing.m600.judge.flight_log import SavedMap, read_flight, read_map
+from skillwing.m600.judge.flight_map import map_scene
 from skillwing.m600.judge.map_coverage import judge_map
 from skillwing.services.telemetry.flight_report import FlownMission, Verdict, report_flight
 from skillwing.services.telemetry.history import History
 from skillwing.services.telemetry.report import Coverage, ProcessEntry, Report
-from skillwing.sim_mujoco.judge.map_picture import Flown, MapScene, draw_map
+from skillwing.sim_mujoco.judge.map_picture import draw_map
 from skillwing.sim_mujoco.judge.ply import write_ply
 from skillwing.sim_mujoco.topics import Truth, Vector3
 from skillwing.sim_mujoco.world.world import make_world
@@ -34,11 +34,8 @@ COURTYARD = "courtyard"
 """Where the drone flies if nobody chose a world."""
 TRUTHFUL = "Collisions and clearance come from the simulator's ground truth, which the robot never sees."
 NOT_MAPPED = f"Nothing was to be mapped. {TRUTHFUL}"
-DEPTH_MAP = "depthmap_source"
-"""The resource that tells which sensor looks ahead."""
 TRUTH_GAP = 2.0
 """Robot seconds without ground truth before the end of a flight, by which it is not known whether anything was hit."""
-STOPPED = ("S_BLOCKED", "N_BLOCKED")
 
 
 def evaluate(
@@ -87,7 +84,7 @@ def judge(flown: FlownMission, history: History, title: str) -> Verdict:
     if saved is not None:
         write_ply(flown.folder / MAP_CLOUD, saved.centres, saved.voxel_size, saved.pose_source)
     if saved is not None or flight:
-        picture = map_scene(planned if has_plan else (), history, flight, saved)
+        picture = map_scene(scene, planned if has_plan else (), history, flight, saved)
         draw_map(flown.folder / MAP_PICTURE, picture, title + _share(coverage))
     return Verdict(
         collisions=collisions if collisions or seen_to_the_end else None,
@@ -105,29 +102,6 @@ def _since(begin: float, end: float, flight: Sequence[Truth]) -> list[Truth]:
         for truth in flight
         if begin <= truth.t <= end
     ]
-
-
-def map_scene(route: Sequence[Vector3], history: History, flight: Sequence[Truth], saved: SavedMap | None) -> MapScene:
-    """What the picture of the map shows. The flown path is cut where another sensor takes over the depth map."""
-    positions = np.array([truth.position for truth in flight]).reshape(-1, 3)
-    times = np.array([truth.t for truth in flight])
-    flown: list[Flown] = []
-    for span in history.lanes[DEPTH_MAP]:
-        # From the last sample of the stretch before, so that there is no gap.
-        first = max(int(np.searchsorted(times, span.t_start)) - 1, 0)
-        end = history.end if span.t_end is None else span.t_end
-        path = positions[first : int(np.searchsorted(times, end, side="right"))]
-        if len(path) > 1:
-            flown.append(Flown(span.state.lower(), path))
-    ends = [bar.t_end for bar in history.bars if bar.terminal in STOPPED and bar.t_end is not None]
-    met = [positions[min(int(np.searchsorted(times, t)), len(times) - 1)] for t in ends] if len(times) else []
-    return MapScene(
-        centres=np.empty((0, 3), np.float32) if saved is None else saved.centres,
-        voxel_size=saved.voxel_size if saved else 1.0,
-        route=route,
-        flown=flown,
-        obstacles_met=[(float(x), float(y), float(z)) for x, y, z in met],
-    )
 
 
 def _share(coverage: Coverage) -> str:

@@ -40,6 +40,11 @@ STATE_COLOURS = {
 """What the colours of a resource's states say."""
 
 
+def is_trouble(state: str) -> bool:
+    """Something failed, was lost or is critical."""
+    return state.startswith(_BAD)
+
+
 def state_colours(states: tuple[str, ...], initial: str) -> dict[str, str]:
     """A colour for each state of a resource: names of trouble are red or amber, others tell states apart.
 
@@ -50,7 +55,7 @@ def state_colours(states: tuple[str, ...], initial: str) -> dict[str, str]:
     resting = initial if initial in harmless else next(iter(harmless), None)
     busy = iter(_BUSY * len(states))
     for state in states:
-        if state.startswith(_BAD):
+        if is_trouble(state):
             colours[state] = RED
         elif state.startswith(_DOUBTFUL):
             colours[state] = AMBER

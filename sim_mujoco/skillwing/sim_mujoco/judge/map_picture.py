@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
+from textwrap import shorten
 from typing import Any, Final
 
 import numpy as np
@@ -21,6 +22,9 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from skillwing.sim_mujoco.frames.vectors import Vector
+from skillwing.sim_mujoco.geofence import Box
+from skillwing.sim_mujoco.judge.standing import stand_in_perspective, stand_in_plan
+from skillwing.sim_mujoco.world.things.obstacle import Obstacle
 
 BRANCH_COLOURS: Final = {"zed": "#d62728", "lidar": "#1756c4"}
 """Colours of Figure 1: red while the camera looks ahead, blue while the LiDAR does."""
@@ -32,15 +36,32 @@ _BRANCH_NAMES: Final = {
 _ELSEWHERE, _ROUTE, _INK = "#3d3d3d", "#6b6b6b", "#1a1a1a"
 END: Final = "#19a974"
 """Of the place where the flight ended."""
+TROUBLE: Final = "#d5008f"
+"""Of places where something failed or was lost."""
+FENCE: Final = "#c77700"
 _HEIGHTS = LinearSegmentedColormap.from_list("heights", ["#ece7dc", "#c3cfae", "#82ab96", "#4c7485", "#2b3350"])
 UNSEEN: Final = "#ccd3dd"
 """Of places of which nothing is known, which are hatched besides. No height has this colour."""
 _HATCHING = "#7d8794"
 _MARGIN = 8.0
+_BEYOND_FENCE = 1.0
+_MOST_SWITCHES = 4
+"""So many are told in words."""
+_LETTERS = 100
+"""Of a line over the map."""
 _MOST_CUBES = 60_000
 """Of more every second one is left out, or more, which looks like stripes on the walls."""
 _STAYED = 0.5
 """A drone that moved less than this along each axis was not flown: it settles on its skids [m]."""
+_BADGE: Final[dict[str, Any]] = {
+    "color": "white",
+    "fontsize": 10,
+    "fontweight": "bold",
+    "ha": "center",
+    "va": "center",
+    "bbox": {"boxstyle": "circle,pad=0.2", "facecolor": _INK, "edgecolor": "white"},
+}
+_POINTER: Final = {"arrowstyle": "-", "color": _INK, "shrinkA": 0.0, "shrinkB": 0.0}
 _PADDING = 0.14
 """Above and below what is drawn, so that the axis label stands clear of the legend [inch]."""
 
@@ -54,9 +75,21 @@ class Flown:
 
 
 @dataclass(frozen=True, slots=True)
+class Happening:
+    """Where the drone was when something happened, and what that was."""
+
+    place: Vector
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
 class MapScene:
     """What the picture shows, in the world frame [m]: centres (N, 3) of the occupied voxels, the planned route, the
-    flown stretches, and where the drone stopped in front of obstacles."""
+    flown stretches, and where the drone stopped in front of obstacles.
+
+    ended: how the flown path ends. switches: of the mission, in order. troubles: what failed or was lost. standing:
+    what is truly there, which is drawn only if no map was built.
+    """
 
     centres: NDArray[np.float32]
     voxel_size: float
@@ -64,6 +97,11 @@ class MapScene:
     flown: Sequence[Flown]
     obstacles_met: Sequence[Vector] = ()
     home: Vector = (0.0, 0.0, 0.0)
+    ended: str = "end of the flight"
+    fence: Box | None = None
+    switches: Sequence[Happening] = ()
+    troubles: Sequence[Happening] = ()
+    standing: Sequence[Obstacle] = ()
 
     @property
     def was_flown(self) -> bool:
@@ -72,7 +110,10 @@ class MapScene:
     @property
     def caveats(self) -> str:
         """What a reader has to know who sees no map, or no flown path."""
-        lacking = [] if len(self.centres) else ["No map was built: what stands here is not drawn."]
+        lacking = list[str]()
+        if not len(self.centres):
+            drawn = "drawn as the simulator knows it" if self.standing else "not drawn"
+            lacking.append(f"No map was built: what stands here is {drawn}.")
         if not self.was_flown:
             lacking.append("Nothing was flown." if self.flown else "No flown path was recorded.")
         return " ".join(lacking)
@@ -90,7 +131,7 @@ def draw_map(file: Path, scene: MapScene, title: str) -> None:
     grid = figure.add_gridspec(1, 2, width_ratios=(1.0, 1.15))
     above = figure.add_subplot(grid[0, 0])
     _draw_from_above(above, scene, centres, heights, (low, high))
-    above.set_title(scene.caveats, loc="left", fontsize=11, fontweight="bold", color=_INK)
+    above.set_title("\n".join(_sentences(scene)), loc="left", fontsize=11, color=_INK)
     if len(centres):
         scale = ScalarMappable(heights, _HEIGHTS)
         figure.colorbar(scale, ax=above, shrink=0.7, aspect=40, pad=0.02, label="height of what was seen there [m]")
@@ -103,17 +144,29 @@ def draw_map(file: Path, scene: MapScene, title: str) -> None:
 
 
 def _frame(scene: MapScene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The corners (2,) of what is shown: all that was planned and flown, with a margin, in whole voxels.
+    """The corners (2,) of what is shown: all that was planned and flown, with a margin, and the fence, in whole voxels.
 
     Pixels that were not voxels would leave stripes of which nothing seems to be known.
     """
     shown = np.concatenate([np.array([scene.home, *scene.route]), *(stretch.path for stretch in scene.flown)])[:, :2]
     low, high = shown.min(axis=0) - _MARGIN, shown.max(axis=0) + _MARGIN
+    if scene.fence is not None:
+        low = np.minimum(low, np.array(scene.fence.low[:2]) - _BEYOND_FENCE)
+        high = np.maximum(high, np.array(scene.fence.high[:2]) + _BEYOND_FENCE)
     if len(scene.centres):
         border = scene.centres[0, :2].astype(float) - scene.voxel_size / 2
         low = border + np.floor((low - border) / scene.voxel_size) * scene.voxel_size
         high = border + np.ceil((high - border) / scene.voxel_size) * scene.voxel_size
     return low, high
+
+
+def _sentences(scene: MapScene) -> list[str]:
+    """What the reader has to know, what failed or was lost, and the switches by number."""
+    troubles = shorten(", ".join(trouble.text for trouble in scene.troubles), _LETTERS, placeholder=" ...")
+    switches = [f"({number}) {switch.text}" for number, switch in enumerate(scene.switches, 1)]
+    if len(switches) > _MOST_SWITCHES:
+        switches[_MOST_SWITCHES - 1 :] = [f"... and {len(switches) - _MOST_SWITCHES + 1} more switches"]
+    return [sentence for sentence in (scene.caveats, troubles, *switches) if sentence]
 
 
 def _draw_from_above(
@@ -131,6 +184,8 @@ def _draw_from_above(
         unseen = Rectangle((low[0], low[1]), width, height, fc=UNSEEN, ec=_HATCHING, hatch="////", lw=0.0, zorder=-1)
         unseen.set_label("no surface seen: may be anything")
         axes.add_patch(unseen)
+    else:
+        stand_in_plan(axes, scene.standing)
     axes.imshow(roof, cmap=_HEIGHTS, norm=heights, origin="lower", extent=extent, interpolation="nearest")
     for number, piece in enumerate(_pieces(np.array(scene.route).reshape(-1, 3)[:, :2])):
         axes.plot(*piece.T, "--", color=_ROUTE, lw=1.4, label="_" if number else "planned route")
@@ -147,8 +202,26 @@ def _draw_from_above(
         axes.plot(met[:, 0], met[:, 1], "X", ms=12, mfc="#ffb000", mec=_INK, label="stopped for an obstacle", zorder=5)
     axes.plot(*scene.home[:2], "^", ms=12, mfc="white", mec=_INK, mew=1.5, label="home", zorder=5)
     if scene.was_flown:
-        axes.plot(*scene.flown[-1].path[-1, :2], "v", ms=9, mfc=END, mec=_INK, label="end of the flight", zorder=6)
+        axes.plot(*scene.flown[-1].path[-1, :2], "v", ms=9, mfc=END, mec=_INK, label=scene.ended, zorder=6)
+    _draw_happenings(axes, scene)
+    if scene.fence is not None:
+        (west, south, _), (east, north, _) = scene.fence.low, scene.fence.high
+        fence = Rectangle((west, south), east - west, north - south, fill=False, ec=FENCE, ls="-.", lw=1.4)
+        fence.set_label("geofence")
+        axes.add_patch(fence)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="east [m]", ylabel="north [m]", aspect="equal")
+
+
+def _draw_happenings(axes: Axes, scene: MapScene) -> None:
+    for number, trouble in enumerate(scene.troubles):
+        label = "_" if number else "failed or lost here"
+        axes.plot(*trouble.place[:2], "D", ms=9, mfc=TROUBLE, mec=_INK, label=label, ls="none", zorder=7)
+    for number, switch in enumerate(scene.switches, 1):
+        label = "_" if number > 1 else "switch, as in timeline.png"
+        axes.plot(*switch.place[:2], "o", ms=6, mfc=_INK, mec="white", label=label, ls="none", zorder=8)
+        axes.annotate(
+            str(number), switch.place[:2], (-18.0, 16.0), textcoords="offset points", **_BADGE, arrowprops=_POINTER
+        )
 
 
 def _draw_in_perspective(
@@ -161,6 +234,8 @@ def _draw_in_perspective(
     low, high = frame
     drawn = centres[:: max(1, -(-len(centres) // _MOST_CUBES))]
     colours = _HEIGHTS(heights(drawn[:, 2])) if len(drawn) else None
+    if not len(scene.centres):
+        stand_in_perspective(axes, scene.standing, low, high)
     axes.scatter(drawn[:, 0], drawn[:, 1], drawn[:, 2], c=colours, s=15, marker="s", linewidths=0, depthshade=False)
     route = np.array(scene.route).reshape(-1, 3)
     for piece in _pieces(route):
@@ -176,7 +251,14 @@ def _draw_in_perspective(
     if scene.was_flown:
         x, y, z = scene.flown[-1].path[-1]
         axes.scatter([x], [y], [z], marker="v", s=70, c=END, edgecolors=_INK, depthshade=False, zorder=12)
+    for trouble in scene.troubles:
+        x, y, z = trouble.place
+        axes.scatter([x], [y], [z], marker="D", s=60, c=TROUBLE, edgecolors=_INK, depthshade=False, zorder=12)
+    for number, switch in enumerate(scene.switches, 1):
+        axes.text(*switch.place, str(number), **_BADGE, zorder=13)
     up = drawn[:, 2] if len(drawn) else np.concatenate([route[:, 2], *(each.path[:, 2] for each in scene.flown)])
+    if not len(scene.centres):
+        up = np.concatenate([up, [obstacle.height for obstacle in scene.standing]])
     bottom, top = float(up.min(initial=0.0)), float(up.max(initial=0.0))
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(bottom, max(top, bottom + 1.0)))
     axes.set_xlabel("east [m]", labelpad=8.0)
