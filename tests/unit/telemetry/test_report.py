@@ -19,6 +19,7 @@ from skillwing.services.telemetry.report import (
     Coverage,
     ProcessEntry,
     Report,
+    figures,
     make_report,
     read_report,
     summary_table,
@@ -94,6 +95,7 @@ def test_figures_come_from_the_history() -> None:
     report = full_report()
     assert (report.result, report.sim_time_s, report.real_time_factor) == ("success", 36.1, 1.805)
     assert report.min_clearance_m == 2.346
+    assert dict(figures(report))["robot time"] == "36.1 s", "it is not the time in the air"
     assert len(report.skills) == len(history().bars)
 
 

@@ -93,7 +93,7 @@ def make_report(
 ) -> Report:
     """The report of `history`, with what only others know. Times are rounded to milliseconds.
 
-    wall_time_s: until the mission's end, as the flight time is; of one that had none, until the last record.
+    wall_time_s: until the mission's end, as the robot time is; of one that had none, until the last record.
     """
     end = _last_phase(history, mission)
     sim_time = end.t if end is not None and end.after in _RESULTS else history.end
@@ -139,7 +139,7 @@ def figures(report: Report) -> list[tuple[str, str]]:
     """The figures of a run by name, in the order in which one asks for them."""
     rows = [
         ("result", report.result),
-        ("flight time", _seconds(report.sim_time_s)),
+        ("robot time", _seconds(report.sim_time_s)),
         ("wall time", _seconds(report.wall_time_s)),
         ("real-time factor", "not known" if report.real_time_factor is None else f"{report.real_time_factor:.2f}"),
         ("collisions", "not known" if report.collisions is None else str(report.collisions)),
