@@ -60,7 +60,7 @@ PUBLICATIONS = (
     Endpoint(topics.IMU, topics.ImuHeader, array=True),
     Endpoint(topics.LIDAR, topics.LidarHeader, array=True),
     Endpoint(topics.ZED_DEPTH, topics.DepthHeader, array=True),
-    Endpoint(topics.health_key("zed"), topics.Health),
+    *(Endpoint(topics.health_key(sensor), topics.Health) for sensor in ("zed", "lidar", "imu", "range")),
     Endpoint(topics.SLAM_ODOMETRY, topics.Odometry),
     Endpoint(topics.TRUTH, topics.Truth),
     Endpoint(topics.AUTOPILOT_SETPOINT, topics.AutopilotSetpoint),
