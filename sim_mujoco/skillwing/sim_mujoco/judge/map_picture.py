@@ -244,16 +244,13 @@ def _draw_in_perspective(
         colour = BRANCH_COLOURS.get(stretch.branch, _ELSEWHERE)
         line = axes.plot(stretch.path[:, 0], stretch.path[:, 1], stretch.path[:, 2], color=colour, lw=2.2, zorder=10)
         line[0].set_path_effects([withStroke(linewidth=4.0, foreground="white")])
-    for x, y, z in scene.obstacles_met:
-        axes.scatter([x], [y], [z], marker="X", s=110, c="#ffb000", edgecolors=_INK, depthshade=False, zorder=11)
-    x, y, z = scene.home
-    axes.scatter([x], [y], [z], marker="^", s=110, c="white", edgecolors=_INK, depthshade=False, zorder=11)
+    for place in scene.obstacles_met:
+        _mark(axes, place, "X", 110, "#ffb000", 11)
+    _mark(axes, scene.home, "^", 110, "white", 11)
     if scene.was_flown:
-        x, y, z = scene.flown[-1].path[-1]
-        axes.scatter([x], [y], [z], marker="v", s=70, c=END, edgecolors=_INK, depthshade=False, zorder=12)
+        _mark(axes, scene.flown[-1].path[-1], "v", 70, END, 12)
     for trouble in scene.troubles:
-        x, y, z = trouble.place
-        axes.scatter([x], [y], [z], marker="D", s=60, c=TROUBLE, edgecolors=_INK, depthshade=False, zorder=12)
+        _mark(axes, trouble.place, "D", 60, TROUBLE, 12)
     for number, switch in enumerate(scene.switches, 1):
         axes.text(*switch.place, str(number), **_BADGE, zorder=13)
     up = drawn[:, 2] if len(drawn) else np.concatenate([route[:, 2], *(each.path[:, 2] for each in scene.flown)])
@@ -267,6 +264,13 @@ def _draw_in_perspective(
     axes.set_box_aspect((*(high - low), 1.5 * max(top - bottom, 1.0)), zoom=1.05)
     axes.zaxis.set_major_locator(MaxNLocator(3, integer=True))
     axes.view_init(elev=38.0, azim=-58.0)
+
+
+def _mark(
+    axes: Any, place: Sequence[float] | NDArray[np.float64], marker: str, size: int, colour: str, zorder: int
+) -> None:
+    x, y, z = place
+    axes.scatter([x], [y], [z], marker=marker, s=size, c=colour, edgecolors=_INK, depthshade=False, zorder=zorder)
 
 
 def _highest(
