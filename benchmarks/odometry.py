@@ -46,6 +46,8 @@ MAPPING_PAGE = PAGE.with_name("mapping.md")
 DEMAND = 0.3
 """What the drift of a flight should stay within, RMS [m]."""
 NOSES = (("along the track", False), ("across it", True))
+SEEDS, SEEDS_TO_COMPARE = "132:148", "21:24"
+"""If nobody chooses any."""
 LOOKED_AT = range(132)
 """Seeds on which constants were chosen, or that were looked at while mistakes were mended."""
 FAULT_AT, TRIED_FOR = 30.0, 10.0
@@ -333,15 +335,17 @@ def main() -> None:
     options.add_argument(
         "--method", choices=(OURS, GICP), default=OURS, help="what ours is compared with, if it is another"
     )
-    options.add_argument("--seeds", help="first seed and the one after the last; 132:148, or 21:24 to compare methods")
+    options.add_argument(
+        "--seeds", help=f"first seed and the one after the last; {SEEDS}, or {SEEDS_TO_COMPARE} to compare methods"
+    )
     options.add_argument("--jobs", type=int, default=1, help="flights at the same time")
     options.add_argument("--keep", type=Path, help="file that remembers finished flights")
     options.add_argument("--recorded", type=Path, help="folder that remembers what was measured, to compare methods")
     wanted = options.parse_args()
     if wanted.method == OURS:
-        _measure(wanted.seeds or "132:148", wanted.jobs, wanted.keep, write=wanted.write)
+        _measure(wanted.seeds or SEEDS, wanted.jobs, wanted.keep, write=wanted.write)
         return
-    seeds = wanted.seeds or "21:24"
+    seeds = wanted.seeds or SEEDS_TO_COMPARE
     try:
         outcomes = compare(wanted.method, flights(seeds), wanted.recorded, wanted.keep)
     except MissingLibraryError as error:

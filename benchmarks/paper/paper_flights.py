@@ -62,8 +62,8 @@ def camera_fails_at(seed: int) -> float:
 
 def _plan(mission: str, seed: int, policy: Policy) -> FlightPlan:
     """The camera goes black for good, or the link is critical behind the building, as in the demo."""
-    at = camera_fails_at(seed) if mission == MAPPING else None
-    story = tell(mission, seed, fault=policy.fails, fault_at=at if policy.fails else None, scenario=None)
+    at = camera_fails_at(seed) if mission == MAPPING and policy.fails else None
+    story = tell(mission, seed, fault=policy.fails, fault_at=at, scenario=None)
     happens: dict[str, Any] = {name: value for name, value in story.robot.items() if name in ("faults", "link")}
     return FlightPlan(
         mission=mission,
