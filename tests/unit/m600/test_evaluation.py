@@ -7,13 +7,14 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.image import imread
+from recorded_way import BLOCKED, ROUTE, truth
 
 from skillwing.bt_missions.missions.mapping import MappingOptions
 from skillwing.m600.geofence import HOME
 from skillwing.m600.judge.evaluation import MAP_CLOUD, MAP_PICTURE, evaluate
 from skillwing.m600.judge.flight_log import FLIGHT_FILE, MAP_FILE
 from skillwing.m600.robot import ROBOT
-from skillwing.services.protocol import Ending, GoalStatus, Record, RecordKind, State, Terminal
+from skillwing.services.protocol import GoalStatus, Record, RecordKind
 from skillwing.services.telemetry.flight_report import TIMELINE_PICTURE
 from skillwing.services.telemetry.journal import GOALS_FILE, TIMELINE_FILE, JsonLines
 from skillwing.services.telemetry.report import REPORT_FILE, Coverage
@@ -21,19 +22,6 @@ from skillwing.sim_mujoco.topics import Truth
 from skillwing.sim_mujoco.world.world import make_world
 
 SKILLSET = ROBOT.load_skillset()
-ROUTE = ((0.0, 0.0, 4.0), (10.0, 0.0, 4.0))
-
-
-def truth(t: float, *, collisions: int = 0) -> Truth:
-    return Truth(
-        t=t,
-        position=(t, 0.0, 4.0),
-        quaternion=(1.0, 0.0, 0.0, 0.0),
-        velocity=(1.0, 0.0, 0.0),
-        collisions=collisions,
-        clearance=3.0 - 0.1 * t,
-        inside_fence=True,
-    )
 
 
 def depth_map(number: int, t: float, before: str, after: str) -> Record:
@@ -62,13 +50,6 @@ RECORDS = [
         after="SUCCEEDED",
     ),
 ]
-BLOCKED = GoalStatus(
-    goal_id="g",
-    skill="goto",
-    state=State.TERMINATED,
-    t=4.0,
-    terminal=Terminal(ending=Ending.SUCCEEDED, result="BLOCKED", reason="an obstacle is 3 m ahead"),
-)
 
 
 def write_run(run_dir: Path) -> None:

@@ -4,41 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from recorded_way import BLOCKED, ROUTE, truth
 
 from skillwing.m600.judge.flight_log import SavedMap
 from skillwing.m600.judge.flight_map import map_scene
 from skillwing.m600.robot import ROBOT
-from skillwing.services.protocol import Ending, GoalStatus, Record, RecordKind, State, Terminal
+from skillwing.services.protocol import Record, RecordKind
 from skillwing.services.telemetry.history import History
 from skillwing.sim_mujoco.judge.map_picture import MapScene
-from skillwing.sim_mujoco.topics import Truth
 from skillwing.sim_mujoco.world.world import make_world
 
 WORLD = make_world(3)
-ROUTE = ((0.0, 0.0, 4.0), (10.0, 0.0, 4.0))
-BLOCKED = GoalStatus(
-    goal_id="g",
-    skill="goto",
-    state=State.TERMINATED,
-    t=4.0,
-    terminal=Terminal(ending=Ending.SUCCEEDED, result="BLOCKED", reason="an obstacle is 3 m ahead"),
-)
-
-
-def flight(seconds: float = 10.0) -> list[Truth]:
-    """East at a metre a second."""
-    return [
-        Truth(
-            t=t,
-            position=(t, 0.0, 4.0),
-            quaternion=(1.0, 0.0, 0.0, 0.0),
-            velocity=(1.0, 0.0, 0.0),
-            collisions=0,
-            clearance=3.0,
-            inside_fence=True,
-        )
-        for t in np.arange(0.0, seconds, 0.1).tolist()
-    ]
 
 
 def change(
@@ -51,7 +27,8 @@ def change(
 
 def scene_of(*records: Record, seconds: float = 10.0) -> MapScene:
     saved = SavedMap(np.zeros((1, 3), np.float32), 0.4, "")
-    return map_scene(WORLD, ROUTE, History.of(records, [BLOCKED], ROBOT.load_skillset()), flight(seconds), saved)
+    flight = [truth(t) for t in np.arange(0.0, seconds, 0.1).tolist()]
+    return map_scene(WORLD, ROUTE, History.of(records, [BLOCKED], ROBOT.load_skillset()), flight, saved)
 
 
 HANDED_OVER = (

@@ -58,6 +58,13 @@ def ground(network: InProcessNetwork) -> Iterator[Ground]:
     yield ground
 
 
+def take_off(network: InProcessNetwork, ground: Ground, height: float = 2.0, speed: float = 1.0) -> None:
+    """Once its sensors have spoken the drone is told to take off."""
+    network.run_for(1.5)
+    up = topics.GuidanceCommand(goal_id="up", token=1, motion=topics.TakeOff(height=height, speed=speed))
+    assert isinstance(ground.ask(topics.GUIDANCE_COMMAND, up), Answered)
+
+
 def test_every_stream_is_published_at_its_rate_and_can_be_read(network: InProcessNetwork, ground: Ground) -> None:
     network.run_for(2.05)
     counts = {key: len(samples) for key, samples in ground.heard.items()}
@@ -147,9 +154,7 @@ def test_the_simulator_lives_through_the_largest_magnitudes(
     network: InProcessNetwork, ground: Ground, sensor: str, kind: str, sign: float
 ) -> None:
     magnitude = sign * FITTINGS[sensor].largest
-    network.run_for(1.5)
-    up = topics.GuidanceCommand(goal_id="up", token=1, motion=topics.TakeOff(height=2.0, speed=1.0))
-    assert isinstance(ground.ask(topics.GUIDANCE_COMMAND, up), Answered)
+    take_off(network, ground)
     answer = ground.ask(topics.FAULT, topics.SetFault(sensor=sensor, kind=kind, magnitude=magnitude))
     assert isinstance(answer, Answered)
     network.run_for(3.0)
@@ -189,9 +194,7 @@ def test_what_cannot_be_read_is_refused_and_the_node_lives(
 
 
 def test_a_flight_over_the_bus_and_the_pilot_who_ends_it(network: InProcessNetwork, ground: Ground) -> None:
-    network.run_for(1.5)
-    up = topics.GuidanceCommand(goal_id="up", token=1, motion=topics.TakeOff(height=2.0, speed=1.0))
-    assert isinstance(ground.ask(topics.GUIDANCE_COMMAND, up), Answered)
+    take_off(network, ground)
     network.run_for(1.5)
     flight = decode(ground.heard[topics.FLIGHT][-1].payload, topics.FlightState)
     assert (flight.on_ground, flight.authority) == (False, True)
@@ -205,9 +208,7 @@ def test_a_flight_over_the_bus_and_the_pilot_who_ends_it(network: InProcessNetwo
 def test_guidance_hears_of_a_range_finder_that_has_failed_and_comes_down_as_without_one(
     network: InProcessNetwork, ground: Ground
 ) -> None:
-    network.run_for(1.5)
-    up = topics.GuidanceCommand(goal_id="up", token=1, motion=topics.TakeOff(height=8.0, speed=2.0))
-    assert isinstance(ground.ask(topics.GUIDANCE_COMMAND, up), Answered)
+    take_off(network, ground, height=8.0, speed=2.0)
     network.run_for(8.0)
     lower = topics.SetFault(sensor="range", kind="bias", magnitude=15.0)
     assert isinstance(ground.ask(topics.FAULT, lower), Answered)
@@ -279,9 +280,7 @@ def test_a_given_fence_is_the_autopilots_and_the_judges() -> None:
 def test_guidance_that_is_started_anew_in_flight_is_told_what_was_revoked_before(
     network: InProcessNetwork, ground: Ground
 ) -> None:
-    network.run_for(1.5)
-    up = topics.GuidanceCommand(goal_id="up", token=1, motion=topics.TakeOff(height=2.0, speed=1.0))
-    assert isinstance(ground.ask(topics.GUIDANCE_COMMAND, up), Answered)
+    take_off(network, ground)
     network.run_for(4.0)
     revoked = topics.Revoked(goal_id="lost", token=2, record="r")
     ground.bus.advertise(topics.AUTHORITY, events=True).put(encode(revoked))

@@ -15,11 +15,7 @@ from skillwing.services.telemetry.history import History
 from skillwing.services.telemetry.timeline_picture import HEIGHT, MISSION_TIME, ROBOT_TIME, WIDTH, draw_timeline
 
 
-def drawn(history: History, path: Path) -> np.ndarray:
-    return drawn_by(history, path, ROBOT_TIME)
-
-
-def drawn_by(history: History, path: Path, clock: str) -> np.ndarray:
+def drawn(history: History, path: Path, clock: str = ROBOT_TIME) -> np.ndarray:
     draw_timeline(history, path, title="mapping: success", resources=SKILLSET.resources, clock=clock)
     return (imread(path)[:, :, :3] * 255).round().astype(int)
 
@@ -72,7 +68,7 @@ def test_the_axis_says_from_when_its_time_counts(
 
 
 def test_another_clock_is_another_picture(tmp_path: Path) -> None:
-    robot, mission = (drawn_by(History(), tmp_path / f"{clock}.png", clock) for clock in (ROBOT_TIME, MISSION_TIME))
+    robot, mission = (drawn(History(), tmp_path / f"{clock}.png", clock) for clock in (ROBOT_TIME, MISSION_TIME))
     assert (robot != mission).any()
 
 
