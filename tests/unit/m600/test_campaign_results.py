@@ -251,6 +251,21 @@ def test_the_worst_flights_are_named_where_none_broke_a_promise() -> None:
     assert f"The worst of them, failures first and then by their least clearance: {names}." in text
 
 
+@pytest.mark.parametrize(("worlds", "one_in"), [(5, 2), (20, 7), (100, 33)])
+def test_it_is_told_how_rare_a_broken_promise_is_where_none_was_seen(worlds: int, one_in: int) -> None:
+    results = [flown(seed) for seed in range(worlds)]
+    twice = [*results, *results]
+    text = page.section("Mapping", ["skillwing"], twice, outcomes(twice), "abc")
+    assert f"None in {worlds} worlds means, at 95 % confidence, in fewer than one of {one_in} like them." in text
+    # Were it more frequent, fewer than one campaign in 20 would see none.
+    assert (1.0 - 1.0 / one_in) ** worlds < 0.05 < (1.0 - 1.0 / (one_in + 1)) ** worlds
+
+
+def test_few_worlds_tell_nothing_of_how_rare_a_broken_promise_is() -> None:
+    results = [flown(seed) for seed in range(4)]
+    assert "confidence" not in page.section("Mapping", ["skillwing"], results, outcomes(results), "abc")
+
+
 def test_a_section_replaces_the_one_before_and_leaves_the_rest_of_the_page(tmp_path: Path) -> None:
     path = tmp_path / "missions.md"
     path.write_text("# Missions\n\nWords.\n", encoding="utf-8")

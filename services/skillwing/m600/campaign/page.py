@@ -18,6 +18,8 @@ from skillwing.sim_mujoco.world.kinds import KINDS
 
 NAMED = 3
 """So many of the worst flights are named where none broke a promise."""
+CONFIDENCE = 0.95
+"""With which it is told how rare a broken promise is."""
 
 
 def title_of(plans: Sequence[FlightPlan], *, again: bool = False) -> str:
@@ -81,12 +83,26 @@ def section(
     else:
         lines.append(
             "No flight broke a promise: nothing was hit, the fence was kept, every drone stands or was handed over. "
-            "The worst of them, failures first and then by their least clearance: "
+            f"{_surely(results)}The worst of them, failures first and then by their least clearance: "
             f"{', '.join(f'`{result.plan.name}`' for result in worst_of(results, NAMED))}."
         )
     if more:
         lines += ["", *more]
     return "\n".join([*lines, "", f"`{shlex.join(words)}` flies this again and rewrites this section."])
+
+
+def _surely(results: Sequence[FlightResult]) -> str:
+    """How rare broken promises are at least where none was seen; nothing where that tells nothing.
+
+    The exact bound of Clopper and Pearson (1934), of worlds and not of flights: those in one world are much the same
+    flight until something befalls it.
+    """
+    worlds = len({(result.plan.world, result.plan.seed) for result in results})
+    one_in = int(1.0 / (1.0 - (1.0 - CONFIDENCE) ** (1.0 / worlds)))
+    if one_in < 2:
+        return ""
+    surely = f"at {100.0 * CONFIDENCE:.0f} % confidence"
+    return f"None in {worlds} worlds means, {surely}, in fewer than one of {one_in} like them. "
 
 
 def write(page: Path, title: str, text: str) -> None:
