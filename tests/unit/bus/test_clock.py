@@ -77,6 +77,19 @@ def test_as_fast_as_possible_is_followed_tick_by_tick(wall: Wall) -> None:
     assert clock.seconds_until(50.0) == 0.0
 
 
+@pytest.mark.parametrize("factor", [0.0, 1.0])
+def test_a_tick_that_comes_while_a_clock_is_asked_changes_nothing_halfway(factor: float) -> None:
+    # Ticks come on Zenoh's thread, at any moment; whoever looks at the wall clock gives them one.
+    def wall() -> float:
+        clock.tick(51.0, factor, 0.0)
+        return 0.0
+
+    clock = FollowedClock(wall)
+    clock.tick(50.0, factor, 0.0)
+    assert clock.seconds_until(50.5) is None
+    assert clock.seconds_until(50.5) == 0.0
+
+
 def test_the_owners_time_moves_with_its_timers_only(wall: Wall) -> None:
     clock = PacedClock(2.0, wall)
     assert clock.seconds_until(0.02) == pytest.approx(0.01)

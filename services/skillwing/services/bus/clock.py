@@ -34,6 +34,10 @@ class _Tick:
         """Robot time at a later wall time, as everybody reckons it who has heard only this tick."""
         return self.t + min((wall - self.received) * self.factor, LONGEST_EXTRAPOLATION)
 
+    def reaches(self, due: float) -> bool:
+        """Tell whether it comes to `due` for whoever has heard only this tick."""
+        return due <= self.t + (LONGEST_EXTRAPOLATION if self.factor > 0.0 else 0.0)
+
 
 class Clock(Protocol):
     def now(self) -> float:
@@ -103,25 +107,28 @@ class FollowedClock:
     def reaches(self, due: float) -> bool:
         """Tell whether robot time comes to `due` without another tick."""
         tick = self._tick
-        return tick is not None and due <= tick.t + (LONGEST_EXTRAPOLATION if tick.factor > 0.0 else 0.0)
+        return tick is not None and tick.reaches(due)
 
     def now(self) -> float:
-        tick = self._tick
-        if tick is not None:
-            self._latest = max(self._latest, tick.reckoned(self._wall()))
-        return self._latest
+        return self._reckoned(self._tick)
 
     def seconds_until(self, due: float) -> float | None:
+        # One tick for the whole answer: another may come on Zenoh's thread before it is given.
         tick = self._tick
         if tick is None:
             return None
-        missing = due - self.now()
+        missing = due - self._reckoned(tick)
         if missing <= 0.0:
             return 0.0
-        return missing / tick.factor if self.reaches(due) else None
+        return missing / tick.factor if tick.reaches(due) else None
 
     def reach(self, due: float) -> None:
         pass
+
+    def _reckoned(self, tick: _Tick | None) -> float:
+        if tick is not None:
+            self._latest = max(self._latest, tick.reckoned(self._wall()))
+        return self._latest
 
 
 class TickRule:
