@@ -95,7 +95,8 @@ class Jump(SelfTest):
             return
         jump, least = _middle_and_least(change)
         limit = self._LEAST + self._speed * dt
-        quiet = least <= self._QUIET * limit
+        # Where a third stands still, the rest may go on all the same.
+        quiet = least <= self._QUIET * limit and abs(jump) <= limit
         if quiet and self._step:
             self._count(self._step)
         back = jump * self._offset < 0.0 and abs(jump) > 0.5 * abs(self._offset) and not quiet
