@@ -58,7 +58,7 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
 def line_of(result: FlightResult | LostFlight, count: str, left: float) -> Text:
     """One flight, and about how long the others will take [s]."""
     plan = result.plan
-    text = Text(f"{count:>7} {plan.world} {plan.condition} {plan.seed}".ljust(34))
+    text = Text(f"{count:>7} {plan.world} {plan.condition} {plan.seed}".ljust(33) + " ")
     if isinstance(result, LostFlight):
         return text.append(f"lost: {result.why} Fly it again by --resume.", "red")
     clearance = "" if result.clearance is None else f"{result.clearance:.2f} m"
