@@ -163,7 +163,7 @@ class Listener(Witness):
 
     def _on_health(self, health: Health) -> None:
         if health.status is SensorStatus.FAILED:
-            self.alarms.append(f"{health.sensor} at {health.t:.1f} s (mission, seed {self._seed}): {health.reason}")
+            self.alarms.append(_alarm(health.sensor, health.t, f"mission, seed {self._seed}", health.reason))
 
 
 def fly_mission(seed: int) -> Flight:
@@ -178,10 +178,12 @@ def fly_mission(seed: int) -> Flight:
 
 def _false(changes: Sequence[tuple[str, Change]], when: str) -> list[str]:
     return [
-        f"{name} at {change.t:.1f} s ({when}): {change.reason}"
-        for name, change in changes
-        if change.condition is Condition.FAILED
+        _alarm(name, change.t, when, change.reason) for name, change in changes if change.condition is Condition.FAILED
     ]
+
+
+def _alarm(sensor: str, t: float, when: str, reason: str) -> str:
+    return f"{sensor} at {t:.1f} s ({when}): {reason}"
 
 
 def page_section(tried: Sequence[Flight], rounds: Sequence[Flight], missions: Sequence[Flight], seeds: int) -> str:
@@ -198,7 +200,7 @@ def page_section(tried: Sequence[Flight], rounds: Sequence[Flight], missions: Se
         table(heads, rows),
         "",
         table(
-            ("false alarms", "flown, min", "seen", "an hour", f"an hour at most, {CONFIDENCE:.0%} sure"),
+            ("false alarms", "flown, min", "seen", "an hour", f"an hour at most, {100 * CONFIDENCE:.0f} % sure"),
             [
                 ("on rounds with nothing wrong", *_alarms(rounds)),
                 (f"on {len(missions)} mapping missions with nothing wrong", *_alarms(missions)),
