@@ -109,7 +109,7 @@ CAMPAIGN_DIR ?= docs/campaigns
 CAMPAIGN_ARGS ?=
 CAMPAIGN := $(BIN)/skillwing campaign
 CAMPAIGN_PAGE = --resume --write docs/missions.md $(CAMPAIGN_ARGS) -o $(CAMPAIGN_DIR)
-CAMPAIGNS := campaign-mapping campaign-returns campaign-instruments campaign-worlds campaign-inspection campaign-unwatched campaign-zenoh
+CAMPAIGNS := campaign-mapping campaign-returns campaign-instruments campaign-worlds campaign-inspection campaign-unwatched campaign-again campaign-zenoh
 .PHONY: $(CAMPAIGNS)
 campaign: setup
 	$(MAKE) --keep-going --jobs=1 $(CAMPAIGNS)
@@ -135,6 +135,10 @@ campaign-inspection: setup
 # What obstacle detection is worth: that drones collide here is no failure.
 campaign-unwatched: setup
 	$(CAMPAIGN) mapping --seeds 0:20 --faults none --without-obstacles $(CAMPAIGN_PAGE)/unwatched || test $$? -eq 1
+
+# Whether flights are the same by the code of today.
+campaign-again: setup
+	$(CAMPAIGN) mapping --sample-of $(CAMPAIGN_DIR)/mapping --sample 70 $(CAMPAIGN_PAGE)/again
 
 # Whether flights with real processes end as those in one process did.
 campaign-zenoh: setup

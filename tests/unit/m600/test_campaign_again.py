@@ -95,6 +95,13 @@ def test_the_same_flight_is_told_to_be_the_same_bit_by_bit() -> None:
     assert verdict(sample, [flown(1), flown(2)]).endswith("; 2 are the same flight bit by bit.")
 
 
+def test_only_flights_that_are_not_the_same_bit_by_bit_are_told_one_by_one() -> None:
+    sample = Sample(Path("runs/first"), [flown(1), flown(2)], CODE)
+    assert len(comparison(sample, [flown(1), flown(2)])) == 1
+    rows = comparison(sample, [flown(1), replace(flown(2), digest="another")])[4:]
+    assert [row.split(" | ")[:3] for row in rows] == [["| courtyard 2, none", "landed at home, succeeded", "the same"]]
+
+
 def test_a_sample_of_a_campaign_is_planned_for_another_network(tmp_path: Path) -> None:
     folder = campaign_in(tmp_path / "first", [flown(seed) for seed in range(5)])
     plans = take_sample(folder, "mapping", 2).plans(Network.ZENOH)

@@ -20,7 +20,9 @@ from skillwing.m600.campaign.result import End, FlightResult
 
 ROOT = Path(__file__).parents[3]
 PAGE, CAMPAIGNS = ROOT / "docs" / "missions.md", ROOT / "docs" / "campaigns"
-MAPPING, UNWATCHED, ZENOH = CAMPAIGNS / "mapping", CAMPAIGNS / "unwatched", CAMPAIGNS / "zenoh"
+MAPPING, UNWATCHED = CAMPAIGNS / "mapping", CAMPAIGNS / "unwatched"
+SAMPLES = "again", "zenoh"
+"""Folders of flights that repeat some of `MAPPING`."""
 TITLE = re.compile(r"^<!-- campaign: (.+) -->$", re.MULTILINE)
 MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
 RECIPE = re.compile(r"^campaign-(\w+): setup\n\t\$\(CAMPAIGN\) (.+) \$\(CAMPAIGN_PAGE\)/(\w+)\b", re.MULTILINE)
@@ -40,11 +42,11 @@ def flights_in(folder: Path) -> list[FlightResult]:
 
 def title_of(folder: Path) -> str:
     plans = [result.plan for result in read_results(folder / LEDGER_FILE)]
-    return page.title_of(plans, again=folder.name == ZENOH.name)
+    return page.title_of(plans, again=folder.name in SAMPLES)
 
 
 def plans_of_make() -> dict[str, list[FlightPlan]]:
-    """What `make campaign` flies into each folder, but for the sample, which follows from what was flown before."""
+    """What `make campaign` flies into each folder, but for samples, which follow from what was flown before."""
     flown: dict[str, list[FlightPlan]] = {}
     for _, arguments, folder in RECIPE.findall(MAKEFILE):
         mission, *words = arguments.split()
@@ -107,7 +109,7 @@ def test_make_campaign_flies_every_campaign_and_publishes_it_under_its_name() ->
     assert flown
     assert flown[1].split() == [f"campaign-{target}" for target, _, _ in RECIPE.findall(MAKEFILE)]
     assert all(target == folder for target, _, folder in RECIPE.findall(MAKEFILE))
-    assert set(plans_of_make()) == {target for target, _, _ in RECIPE.findall(MAKEFILE)} - {ZENOH.name}
+    assert set(plans_of_make()) == {target for target, _, _ in RECIPE.findall(MAKEFILE)} - set(SAMPLES)
 
 
 def test_make_campaign_lets_everything_happen_in_courtyards_that_a_mission_notices() -> None:
@@ -119,7 +121,7 @@ def test_make_campaign_lets_everything_happen_in_courtyards_that_a_mission_notic
 
 @pytest.mark.parametrize("folder", published(CAMPAIGNS), ids=lambda folder: folder.name)
 def test_what_is_published_is_what_make_campaign_flies(folder: Path) -> None:
-    if folder.name != ZENOH.name:
+    if folder.name not in SAMPLES:
         assert title_of(folder) == page.title_of(plans_of_make()[folder.name])
 
 
@@ -131,9 +133,10 @@ def test_drones_collide_where_nobody_looks_ahead_and_not_where_obstacle_detectio
     assert not any(watched[seed].collisions for seed in collided)
 
 
-def test_the_sample_with_real_processes_is_told_beside_the_flights_it_repeats() -> None:
-    results = flights_in(ZENOH)
-    told = page.read(PAGE, title_of(ZENOH)).splitlines()
+@pytest.mark.parametrize("name", SAMPLES)
+def test_a_sample_is_told_beside_the_flights_it_repeats(name: str) -> None:
+    results = flights_in(CAMPAIGNS / name)
+    told = page.read(PAGE, title_of(CAMPAIGNS / name)).splitlines()
     assert set(comparison(Sample(MAPPING, flights_in(MAPPING), read_code(MAPPING)), results)) <= set(told)
 
 

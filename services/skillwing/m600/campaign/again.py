@@ -90,13 +90,17 @@ def verdict(sample: Sample, results: Sequence[FlightResult]) -> str:
 
 
 def comparison(sample: Sample, results: Sequence[FlightResult]) -> list[str]:
-    """Lines of Markdown: the verdict, and each flight beside what it was."""
+    """Lines of Markdown: the verdict, and each flight that is not the same bit by bit beside what it was."""
+    other = [(flight, again) for flight, again in sample.pairs(results) if flight.digest != again.digest]
+    then = f"{verdict(sample, results)} Code {sample.code.digest} flew them then. Its conditions in turn, seeds spread"
+    if not other:
+        return [f"{then}."]
     return [
-        f"{verdict(sample, results)} Code {sample.code.digest} flew them then. Its conditions in turn, seeds spread:",
+        f"{then}:",
         "",
         "| " + " | ".join(HEADINGS) + " |",
         "|---|---|---|" + "---:|" * (len(HEADINGS) - 3),
-        *("| " + " | ".join(_cells(flight, again)) + " |" for flight, again in sample.pairs(results)),
+        *("| " + " | ".join(_cells(flight, again)) + " |" for flight, again in other),
     ]
 
 
