@@ -61,7 +61,7 @@ bench: setup
 # How well the simulated drone flies, over seeds: figures and pictures in docs/flight.md. FLIGHT_ARGS=rotors for a part.
 FLIGHT_ARGS ?=
 flight-tests: setup
-	$(BIN)/python benchmarks/flight_tests.py --write $(FLIGHT_ARGS)
+	$(BIN)/python benchmarks/flight_tests.py --seeds 5 --write $(FLIGHT_ARGS)
 
 # What follows from the code in docs/errors/: headings, the output under each example, the index.
 errors: setup

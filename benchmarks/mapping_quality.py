@@ -1,11 +1,11 @@
-"""How good and how fast the map and the view of the way ahead are, at best.
+"""How good and how fast the map and the view of the way ahead are, with true poses.
 
     python benchmarks/mapping_quality.py [--seeds 4] [--no-times] [--write]
 
 Flies the sensors (without physics) along the planned route of some worlds, from which what stands on the route was
 taken away, once with the nose along the track and once across it, and judges each map. Poses are the true ones: this
-is the best that the grid can do. What it does with the poses of odometry is in benchmarks/odometry.py. `--write` puts
-the figures into docs/mapping.md.
+is what the planned way alone shows. What it does with the poses of odometry is in benchmarks/odometry.py.
+`--write` puts the figures into docs/mapping.md.
 """
 
 from __future__ import annotations
@@ -210,8 +210,9 @@ def maps_told(flown: dict[str, list[Mapped]]) -> str:
     }
     count = len(next(iter(flown.values())))
     return f"""Sensors flown without physics, with true poses, along the routes of {count} courtyards (seeds from 1 on)
-from which what stands on the route was taken away: the best that the grid can do. Medians, the least and the largest in
-brackets. {machine()}.
+from which what stands on the route was taken away. They fly level, and begin turned as they fly: flights turn and lean,
+which shows them more across the track. Medians, the least and the largest in brackets.
+{machine()}.
 
 {table(["", *JUDGED.values(), "worst misfit", "diverged"], maps)}
 
