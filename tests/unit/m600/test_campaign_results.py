@@ -236,7 +236,8 @@ def test_each_row_tells_how_many_flights_met_their_condition_before_the_drone_wa
         ("all", 7, 3),
     ]
     text = page.section("Mapping", ["skillwing"], [*results, flown(2)], rows, "abc")
-    assert "both of it, in 3 flights, 40 to 60 s after the start; in 3 it was down before." in text
+    assert "Met: in 3 of 6 flights what was to go wrong did before the drone was down" in text
+    assert "with two sensors both of it, 40 to 60 s after the start." in text
     assert "| courtyard | both | 3 | 1 |" in text
     assert "No flight broke a promise" in text
     assert "least clearance: `mapping-courtyard-camera-1`," in text
@@ -256,7 +257,8 @@ def test_it_is_told_how_rare_a_broken_promise_is_where_none_was_seen(worlds: int
     results = [flown(seed) for seed in range(worlds)]
     twice = [*results, *results]
     text = page.section("Mapping", ["skillwing"], twice, outcomes(twice), "abc")
-    assert f"None in {worlds} worlds means, at 95 % confidence, in fewer than one of {one_in} like them." in text
+    expected = f"a broken promise is to be expected in fewer than one of {one_in} like them (95 % confidence)."
+    assert f"With none in {worlds} worlds, {expected}" in text
     # Were it more frequent, fewer than one campaign in 20 would see none.
     assert (1.0 - 1.0 / one_in) ** worlds < 0.05 < (1.0 - 1.0 / (one_in + 1)) ** worlds
 

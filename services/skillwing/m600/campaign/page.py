@@ -101,8 +101,8 @@ def _surely(results: Sequence[FlightResult]) -> str:
     one_in = int(1.0 / (1.0 - (1.0 - CONFIDENCE) ** (1.0 / worlds)))
     if one_in < 2:
         return ""
-    surely = f"at {100.0 * CONFIDENCE:.0f} % confidence"
-    return f"None in {worlds} worlds means, {surely}, in fewer than one of {one_in} like them. "
+    expected = f"a broken promise is to be expected in fewer than one of {one_in} like them"
+    return f"With none in {worlds} worlds, {expected} ({100.0 * CONFIDENCE:.0f} % confidence). "
 
 
 def write(page: Path, title: str, text: str) -> None:
@@ -132,8 +132,8 @@ def _beginnings(results: Sequence[FlightResult]) -> list[str]:
     times = sorted(t for t, met in drawn if met)
     when = f", {times[0]:.0f} to {times[-1]:.0f} s after the start" if times else ""
     return [
-        f"Met: what was to befall the drone did, with two sensors both of it, in {len(times)} flights{when}; "
-        f"in {len(drawn) - len(times)} it was down before.",
+        f"Met: in {len(times)} of {len(drawn)} flights what was to go wrong did before the drone was down, "
+        f"with two sensors both of it{when}.",
         "",
     ]
 
