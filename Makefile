@@ -130,7 +130,7 @@ campaign-worlds: setup
 	$(CAMPAIGN) mapping --seeds 0:5 --worlds street,village,industrial --faults none,camera,both,gust $(CAMPAIGN_PAGE)/worlds
 
 campaign-inspection: setup
-	$(CAMPAIGN) inspection --seeds 0:10 --faults all $(CAMPAIGN_PAGE)/inspection
+	$(CAMPAIGN) inspection --seeds 0:5 --faults all $(CAMPAIGN_PAGE)/inspection
 
 # What obstacle detection is worth: that drones collide here is no failure.
 campaign-unwatched: setup
