@@ -12,7 +12,7 @@ import numpy as np
 
 from skillwing.sim_mujoco.slam import so3
 from skillwing.sim_mujoco.slam.so3 import Floats
-from skillwing.sim_mujoco.slam.state import ATTITUDE, POSITION, SIZE, VELOCITY, State
+from skillwing.sim_mujoco.slam.state import ATTITUDE, POSITION, VELOCITY, State
 from skillwing.sim_mujoco.topics import Navigation
 
 VALID: Final = 0.2
@@ -38,7 +38,7 @@ class NavigationBridge:
         self._left = (t, latest) if latest is not None and _tells(latest, t) else None
 
     def over(self, state: State, covariance: Floats, end: float) -> tuple[State, Floats] | None:
-        """State and covariance (18, 18) at `end`, where they were these at the last `reached`; None while navigation
+        """State and covariance (N, N) at `end`, where they were these at the last `reached`; None while navigation
         does not know either end."""
         latest = self._latest
         if self._left is None or latest is None or not _tells(latest, end):
@@ -52,9 +52,10 @@ class NavigationBridge:
             state.gyro_bias,
             state.accel_bias,
             state.gravity,
+            state.keyframes,
         )
         # Errors of the attitude are in body axes, which have turned.
-        turned = np.eye(SIZE)
+        turned = np.eye(len(covariance))
         turned[ATTITUDE, ATTITUDE] = rotation.T
         spread = turned @ covariance @ turned.T
         spread[VELOCITY, :] = spread[:, VELOCITY] = 0.0

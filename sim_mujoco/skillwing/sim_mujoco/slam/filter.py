@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from skillwing.sim_mujoco.slam.so3 import Floats
-from skillwing.sim_mujoco.slam.state import ATTITUDE, POSE, POSITION, State
+from skillwing.sim_mujoco.slam.state import ATTITUDE, POSITION, State
 
 MOST_ITERATIONS = 4
 _SMALL_MOVE, _SMALL_TURN = 1e-3, 1e-4
@@ -22,8 +22,8 @@ _SMALL_MOVE, _SMALL_TURN = 1e-3, 1e-4
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """What a scan says about the pose, linearised there: the information matrix (6, 6) of the pose's error, and the
-    gradient (6,) that pulls towards the map."""
+    """What a scan says, linearised at a state: the information matrix (M, M) of the state's first errors, and the
+    gradient (M,) that pulls towards the map. The first six errors are those of the pose."""
 
     information: Floats
     gradient: Floats
@@ -31,7 +31,7 @@ class Evidence:
 
 @dataclass(frozen=True, slots=True)
 class Posterior:
-    """The state after a scan and the covariance (18, 18) of its error. `step` (18,) is what the scan changed."""
+    """The state after a scan and the covariance (N, N) of its error. `step` (N,) is what the scan changed."""
 
     state: State
     covariance: Floats
@@ -50,9 +50,10 @@ def update(
     for iteration in range(iterations):
         evidence = look(state, iteration)
         information = prior_information.copy()
-        information[POSE, POSE] += evidence.information
+        told = slice(0, len(evidence.gradient))
+        information[told, told] += evidence.information
         pull = -prior_information @ state.minus(prior)
-        pull[POSE] += evidence.gradient
+        pull[told] += evidence.gradient
         step = np.asarray(np.linalg.solve(information, pull), dtype=np.float64)
         state = state.plus(step)
         if np.linalg.norm(step[POSITION]) < _SMALL_MOVE and np.linalg.norm(step[ATTITUDE]) < _SMALL_TURN:

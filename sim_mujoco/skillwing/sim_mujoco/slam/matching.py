@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -50,7 +50,7 @@ MakeMatcher = Callable[[Vector, Vector], Matcher]
 
 def unchanged(predicted: Prediction) -> Posterior:
     """What is known without a scan."""
-    return Posterior(predicted.state, predicted.covariance, np.zeros(SIZE))
+    return Posterior(predicted.state, predicted.covariance, np.zeros(len(predicted.covariance)))
 
 
 class PlaneMatcher:
@@ -65,9 +65,10 @@ class PlaneMatcher:
         registration = Registration(thinned(points, _MATCHED_CELL).astype(np.float64), scan.sensor, self._map)
         match = self._weigh(predicted, registration)
         if match.believed:
+            match = replace(match, posterior=_with_keyframe(match.posterior))
             state = match.posterior.state
             self._map.confirm(registration.met, registration.close)
-            self._map.insert(state.placed(points), state.to_world(scan.sensor))
+            self._map.insert(state.placed(points), state.to_world(scan.sensor), state.keyframes.newest)
             self._empty = False
         return match
 
@@ -77,3 +78,12 @@ class PlaneMatcher:
         posterior = update(predicted.state, predicted.covariance, registration)
         judgement = judge(registration.agreement, predicted.covariance, posterior)
         return Match(unchanged(predicted) if judgement.doubt else posterior, registration.agreement, judgement)
+
+
+def _with_keyframe(posterior: Posterior) -> Posterior:
+    """The same with another keyframe if one is due. What the scan changed does not count it."""
+    state, covariance = posterior.state, posterior.covariance
+    if not state.keyframes.is_due(state.position, state.turn):
+        return posterior
+    keyframes, spread = state.keyframes.with_one_more(state.position, state.turn, covariance, SIZE)
+    return Posterior(replace(state, keyframes=keyframes), spread, posterior.step)

@@ -34,7 +34,7 @@ KEPT: Final = 2.0 * PATIENCE
 LARGEST_GAP: Final = 0.1
 """Where inertial measurements are missing for longer, navigation has to say how the drone has moved [s]."""
 
-DRIFT: Final = 0.003
+DRIFT: Final = 0.0015
 """Standard deviation of the drift along each axis, as a share of the way: see docs/mapping.md."""
 
 
@@ -47,7 +47,7 @@ class Phase(StrEnum):
 
 @dataclass(frozen=True)
 class Fix:
-    """What a scan made known: the state at `t` in the frame of the planes, the covariance (18, 18) of its error, how
+    """What a scan made known: the state at `t` in the frame of the planes, the covariance (N, N) of its error, how
     the scan agrees with the map, and its returns. `believed`: the scan was used; `origin` (3,): where odometry began;
     `way`: how far the drone has come since [m]."""
 
@@ -73,8 +73,8 @@ class Fix:
     def position_sigma(self) -> Floats:
         """Standard deviation (3,) of the levelled position [m].
 
-        The filter takes its map for true, so that its own uncertainty is that against the map. The map drifts with the
-        drone, by a share of the way that was measured on flights, and leans by what gravity may be wrong.
+        The filter takes what was laid before the last keyframes for true. That part of the map has drifted, by a share
+        of the way that was measured on flights, and leans by what gravity may be wrong.
         """
         variances = np.diag(self.covariance)
         lean_x, lean_y, _ = variances[GRAVITY] / G**2

@@ -45,7 +45,7 @@ class Matches:
     """Points that lie in voxels with a plane: their numbers (N,), the planes (N,) and their unit normals (N, 3), the
     points' distances from the planes (N,) [m], the planes' roughness (N,) as variances [m2], and the variances (N,) of
     the planes themselves at the points [m2], which grow outward from where a plane was seen. `lately` (N,): whether the
-    plane was confirmed within the last scans.
+    plane was confirmed within the last scans; `keyframes` (N,): the numbers of those that the planes were laid from.
 
     A plane's normal is least sure along the way in which its points spread least: `loose` (N, 3) are these unit
     vectors, `tilts` (N,) the variances of the normal along them [rad2], `levers` (N,) how far along them the points
@@ -59,6 +59,7 @@ class Matches:
     roughness: Floats
     doubt: Floats
     lately: NDArray[np.bool_]
+    keyframes: NDArray[np.int64]
     loose: Floats
     tilts: Floats
     levers: Floats
@@ -87,6 +88,10 @@ class PlaneMap:
         """How many were taken in."""
         self._confirmed = np.zeros(_ROOM, dtype=np.int64)
         """Which of them, counted from 1, confirmed the plane last; 0 if none has."""
+        self._laying = np.zeros(_ROOM)
+        """Over each face's points: the numbers of the keyframes that they were laid from."""
+        self._keyframes = np.zeros(_ROOM, dtype=np.int64)
+        """The one that the plane was laid from, on the average of its points."""
         self._planes = np.zeros((_ROOM, 12))
         """Normal, towards where it was seen from; centre; the way in which it was seen least far; roughness; and
         variances of offset and tilt."""
@@ -108,7 +113,8 @@ class PlaneMap:
         loose, tilts = planes[:, _LOOSE], planes[:, _TILT]
         doubt = planes[:, _OFFSET] + tilts * np.einsum("ij,ij->i", ways, ways)
         levers = np.einsum("ij,ij->i", loose, ways)
-        return Matches(numbers, matched, normals, distances, planes[:, _ROUGHNESS], doubt, lately, loose, tilts, levers)
+        keyframes, roughness = self._keyframes[matched], planes[:, _ROUGHNESS]
+        return Matches(numbers, matched, normals, distances, roughness, doubt, lately, keyframes, loose, tilts, levers)
 
     def confirm(self, planes: NDArray[np.int32], close: NDArray[np.bool_]) -> None:
         """Points of the scan that is taken in next met these planes (N,), and were close to them or not (N,).
@@ -118,8 +124,9 @@ class PlaneMap:
         votes = np.bincount(planes, np.where(close, 1.0, -1.0))
         self._confirmed[np.flatnonzero(votes > 0.0)] = self._scans + 1
 
-    def insert(self, points: Floats, sensor: Floats) -> None:
-        """Take in points (N, 3) that were seen from `sensor` (3,), all in the world frame."""
+    def insert(self, points: Floats, sensor: Floats, keyframe: int = -1) -> None:
+        """Take in points (N, 3) that were seen from `sensor` (3,), all in the world frame, and laid from the `keyframe`
+        of this number."""
         self._scans += 1
         faces, inside = self._faces_at(points, sensor)
         faces = faces[inside]
@@ -127,7 +134,7 @@ class PlaneMap:
         rows = self._rows[faces]
         wanting = np.flatnonzero(self._sums[rows, 0] < _MOST)
         if len(wanting):
-            self._accumulate(points.take(np.flatnonzero(inside)[wanting], axis=0), rows[wanting], sensor)
+            self._accumulate(points.take(np.flatnonzero(inside)[wanting], axis=0), rows[wanting], sensor, keyframe)
 
     def _faces_at(self, points: Floats, sensor: Floats) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
         """The faces that points seen from `sensor` belong to, and whether they lie in the box."""
@@ -146,11 +153,12 @@ class PlaneMap:
             self._corners, self._sums, self._planes = map(_doubled, (self._corners, self._sums, self._planes))
             self._fitted, self._is_plane = _doubled(self._fitted), _doubled(self._is_plane)
             self._confirmed = _doubled(self._confirmed)
+            self._laying, self._keyframes = _doubled(self._laying), _doubled(self._keyframes)
         self._rows[new] = np.arange(first, self._used)
         cells = np.stack(np.unravel_index(new % self._count, tuple(self._shape)), axis=-1)
         self._corners[first : self._used] = self._low + cells * self._size
 
-    def _accumulate(self, points: Floats, rows: NDArray[np.int32], sensor: Floats) -> None:
+    def _accumulate(self, points: Floats, rows: NDArray[np.int32], sensor: Floats, keyframe: int) -> None:
         touched = np.flatnonzero(np.bincount(rows))
         number = len(touched)
         places = np.empty(self._used, dtype=np.int64)
@@ -160,6 +168,7 @@ class PlaneMap:
         local = points - self._corners[rows]
         terms = [None, *local.T, *(local[:, a] * local[:, b] for a, b in _PAIRS)]
         self._sums[touched] += np.stack([np.bincount(place, term, number) for term in terms], axis=1)
+        self._laying[touched] += keyframe * np.bincount(place, None, number)
         counts = self._sums[touched, 0]
         self._fit(touched[(counts >= _FEWEST) & (counts >= _REFIT * self._fitted[touched])], sensor)
 
@@ -181,6 +190,7 @@ class PlaneMap:
         normals = axes[:, :, 0]
         normals *= np.copysign(1.0, np.einsum("ij,ij->i", normals, sensor - centres))[:, None]
         self._planes[rows] = np.column_stack([normals, centres, axes[:, :, 1], thin, offsets, tilts])
+        self._keyframes[rows] = np.rint(self._laying[rows] / counts)
         self._fitted[rows] = counts
 
     def _voxels_at(self, points: Floats) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:

@@ -6,7 +6,7 @@ Kalman filter" (2017), sections 5.4 and 5.5.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -62,7 +62,7 @@ class Track:
 
 @dataclass(frozen=True, slots=True)
 class Prediction:
-    """The path that inertial measurements tell, the state at its end, and the covariance (18, 18) of its error."""
+    """The path that inertial measurements tell, the state at its end, and the covariance (N, N) of its error."""
 
     track: Track
     state: State
@@ -91,10 +91,18 @@ def predict(
         duration = float(times[last] - times[first])
         mean_force, mean_rate = forces[first:last].mean(axis=0), rates[first:last].mean(axis=0)
         step = _transition(turns[first], mean_force, mean_rate, duration)
-        covariance = step @ covariance @ step.T
+        covariance = _moved_on(covariance, step)
         covariance[np.diag_indices(SIZE)] += noise.growth(duration)
-    end_state = State(positions[-1], turns[-1], velocities[-1], state.gyro_bias, state.accel_bias, state.gravity)
+    end_state = replace(state, position=positions[-1], turn=turns[-1], velocity=velocities[-1])
     return Prediction(Track(times, positions, turns), end_state, covariance)
+
+
+def _moved_on(covariance: Floats, step: Floats) -> Floats:
+    """The covariance after this step (18, 18) of the drone's own errors. Keyframes stay where they were."""
+    moved = covariance.copy()
+    moved[:SIZE] = step @ moved[:SIZE]
+    moved[:, :SIZE] = moved[:, :SIZE] @ step.T
+    return moved
 
 
 def _between(samples: Floats) -> Floats:
@@ -111,7 +119,7 @@ def _chained(first: Floats, increments: Floats) -> Floats:
 
 
 def _transition(turn: Floats, force: Floats, rate: Floats, duration: float) -> Floats:
-    """What becomes of the error (18,) within `duration`."""
+    """What becomes of the drone's own error (18,) within `duration`."""
     step = np.eye(SIZE)
     identity = np.eye(3)
     by_attitude = -turn @ so3.skew(force)

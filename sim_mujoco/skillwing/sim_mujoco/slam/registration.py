@@ -4,6 +4,8 @@ The planes' normals err as well. One that leans by chance seems to hold the dron
 and draws it back to where the plane was seen from: a ring across the track would follow its own traces. What normals of
 these variances feign on average, of information and of pull, is known, and is taken away, as in bias-compensated least
 squares (Stoica and Soderstrom, "Bias correction in least-squares identification", 1982).
+
+A plane tells where the drone is as seen from the keyframe that the plane was laid from (`keyframes.py`).
 """
 
 from __future__ import annotations
@@ -17,11 +19,11 @@ from skillwing.sim_mujoco.slam import so3
 from skillwing.sim_mujoco.slam.filter import Evidence
 from skillwing.sim_mujoco.slam.plane_map import PlaneMap
 from skillwing.sim_mujoco.slam.so3 import Floats
-from skillwing.sim_mujoco.slam.state import State
+from skillwing.sim_mujoco.slam.state import POSE, SIZE, State
 
 RANGE_SIGMA = 0.05
 """Of a point about its plane [m]: the sensor's noise and what the world has of unevenness."""
-WEIGHT = 0.25
+WEIGHT = 0.05
 """Of a scan's evidence. Points of one scan err together (a plane wrong by a centimetre is so for all of its points), so
 that they say less than as many independent ones."""
 _ARM = 5.0
@@ -71,20 +73,49 @@ class Registration:
         matched = np.count_nonzero(self.close | matches.lately)
         self.agreement = Agreement(len(self._points), int(matched), int(np.count_nonzero(self.close)))
         near = beyond < _GATES[min(iteration, len(_GATES) - 1)]
-        distances = matches.distances[near]
+        points = self._points[matches.points[near]]
+        slopes = _slopes(matches.normals[near], points, state)
+        views = state.keyframes.seen_from(state.position, state.turn)
+        rows = state.keyframes.rows(matches.keyframes[near])
+        distances = matches.distances[near] - _shifts(slopes, rows, views, state)
         variances = (RANGE_SIGMA**2 + matches.roughness + matches.doubt)[near]
         # Cauchy's weights: what does not lie on its plane counts less.
         weights = WEIGHT / (variances + 0.25 * distances**2)
-        points = self._points[matches.points[near]]
-        slopes = _slopes(matches.normals[near], points, state)
         weighted = slopes * weights[:, None]
         feigned = _slopes(matches.loose[near], points, state)
         doubted = feigned * (weights * matches.tilts[near])[:, None]
-        return _unfeigned(
-            weighted.T @ slopes,
-            doubted.T @ feigned,
-            -(weighted.T @ distances) + doubted.T @ matches.levers[near],
-        )
+        real = _real(weighted.T @ slopes, doubted.T @ feigned)
+        levers = matches.levers[near]
+        size = SIZE + views.size // 6
+        evidence = Evidence(np.zeros((size, size)), np.zeros(size))
+        for row in np.unique(rows):
+            chosen = rows == row
+            pull = doubted[chosen].T @ levers[chosen] - weighted[chosen].T @ distances[chosen]
+            information = real @ (weighted[chosen].T @ slopes[chosen]) @ real.T
+            _add(evidence, row, views, information, real @ pull)
+        return evidence
+
+
+def _shifts(slopes: Floats, rows: NDArray[np.int64], views: Floats, state: State) -> Floats:
+    """How far (N,) the planes of points with these slopes (N, 6) lie off, as the keyframes know by now [m]."""
+    moves = np.einsum("kij,kj->ki", views, state.keyframes.shifts)
+    # What was laid before the first keyframe, with row -1, is where it is.
+    return np.einsum("ij,ij->i", slopes, np.vstack([moves, np.zeros(6)])[rows])
+
+
+def _add(evidence: Evidence, row: int, views: Floats, information: Floats, pull: Floats) -> None:
+    """Add what planes of one keyframe tell: information (6, 6) and pull (6,), of where the drone is *from there*."""
+    if row < 0:
+        evidence.information[POSE, POSE] += information
+        evidence.gradient[POSE] += pull
+        return
+    view, there = views[row], slice(SIZE + 6 * row, SIZE + 6 * row + 6)
+    evidence.information[POSE, POSE] += information
+    evidence.information[POSE, there] -= information @ view
+    evidence.information[there, POSE] -= view.T @ information
+    evidence.information[there, there] += view.T @ information @ view
+    evidence.gradient[POSE] += pull
+    evidence.gradient[there] -= view.T @ pull
 
 
 def _slopes(directions: Floats, points: Floats, state: State) -> Floats:
@@ -92,11 +123,12 @@ def _slopes(directions: Floats, points: Floats, state: State) -> Floats:
     return np.column_stack([directions, *so3.crossed(points.T, (directions @ state.turn).T)])
 
 
-def _unfeigned(seeming: Floats, feigned: Floats, gradient: Floats) -> Evidence:
-    """The evidence of points that seem to hold so much information (6, 6), of which so much is feigned.
+def _real(seeming: Floats, feigned: Floats) -> Floats:
+    """What is real (6, 6) of what points pull, where they seem to hold so much information (6, 6), of which so much is
+    feigned. A pull times this, and information times this from both sides, are what is left of them.
 
-    gradient (6,): towards where what is left of it pulls. The noise in it is that of all points, so that where most is
-    feigned, what is left tells less than its amount, and nothing where less than nothing is left.
+    The noise in a pull is that of all points, so that where most is feigned, what is left tells less than its amount,
+    and nothing where less than nothing is left.
     """
     units = np.array([1.0, 1.0, 1.0, _ARM, _ARM, _ARM])
     scale = np.outer(units, units)
@@ -105,4 +137,4 @@ def _unfeigned(seeming: Floats, feigned: Floats, gradient: Floats) -> Evidence:
     whole = seeming / scale
     whole[np.diag_indices_from(whole)] += _LEAST * (1.0 + np.trace(whole))
     share = np.asarray(np.linalg.solve(whole, left).T, dtype=np.float64)
-    return Evidence(share @ left * scale, share @ (gradient / units) * units)
+    return share * np.outer(units, 1.0 / units)

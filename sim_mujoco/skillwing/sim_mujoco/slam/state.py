@@ -1,9 +1,9 @@
 """What the filter estimates, and how small errors of it add and subtract.
 
 Errors are vectors of 18: position [m], attitude [rad], velocity [m/s], bias of the gyroscopes [rad/s], bias of the
-accelerometers [m/s2], gravity [m/s2]. Gravity is a part of the state, as in FAST-LIO (Xu and Zhang, 2021): the frame is
-fixed by the first pose, which may lean by some tenths of a degree, and the map holds on to it ever after. An attitude
-error is a small rotation in body axes that follows the estimated attitude.
+accelerometers [m/s2], gravity [m/s2]; and of six more for each of K keyframes. Gravity is a part of the state, as in
+FAST-LIO (Xu and Zhang, 2021): the frame is fixed by the first pose, which may lean by some tenths of a degree, and the
+map holds on to it ever after. An attitude error is a small rotation in body axes that follows the estimated attitude.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skillwing.sim_mujoco.slam import so3
+from skillwing.sim_mujoco.slam.keyframes import Keyframes
 from skillwing.sim_mujoco.slam.so3 import Floats
 
 POSITION: Final = slice(0, 3)
@@ -25,6 +26,7 @@ GYRO_BIAS: Final = slice(9, 12)
 ACCEL_BIAS: Final = slice(12, 15)
 GRAVITY: Final = slice(15, 18)
 SIZE: Final = 18
+"""Errors without those of the keyframes, which come after them."""
 G: Final = 9.81
 """Strength of gravity [m/s2]."""
 
@@ -40,6 +42,7 @@ class State:
     gyro_bias: Floats
     accel_bias: Floats
     gravity: Floats = field(default_factory=lambda: np.array([0.0, 0.0, -G]))
+    keyframes: Keyframes = field(default_factory=Keyframes)
 
     def to_world(self, point: Floats) -> Floats:
         """A point (3,) in body axes put into the world frame."""
@@ -59,10 +62,11 @@ class State:
             self.gyro_bias,
             self.accel_bias,
             turn @ self.gravity,
+            self.keyframes,
         )
 
     def plus(self, error: Floats) -> State:
-        """The state that differs by this error (18,) from this one."""
+        """The state that differs by this error (18 + 6 K,) from this one."""
         return State(
             self.position + error[POSITION],
             self.turn @ so3.exp(error[ATTITUDE]),
@@ -70,10 +74,11 @@ class State:
             self.gyro_bias + error[GYRO_BIAS],
             self.accel_bias + error[ACCEL_BIAS],
             self.gravity + error[GRAVITY],
+            self.keyframes.plus(error[SIZE:]),
         )
 
     def minus(self, other: State) -> Floats:
-        """The error (18,) by which this state differs from the other: `other.plus(self.minus(other))` is `self`."""
+        """The error (18 + 6 K,) by which this state differs from the other; `other.plus` of it is this one."""
         return np.concatenate(
             [
                 self.position - other.position,
@@ -82,5 +87,6 @@ class State:
                 self.gyro_bias - other.gyro_bias,
                 self.accel_bias - other.accel_bias,
                 self.gravity - other.gravity,
+                self.keyframes.minus(other.keyframes),
             ]
         )

@@ -43,7 +43,7 @@ class Judgement:
 
 
 def judge(agreement: Agreement, predicted: Floats, posterior: Posterior, least_close: float = LEAST_CLOSE) -> Judgement:
-    """Judge what a scan would change about a prediction of this covariance (18, 18).
+    """Judge what a scan would change about a prediction of this covariance (N, N).
 
     least_close: as LEAST_CLOSE, for another kind of map.
     """
