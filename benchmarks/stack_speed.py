@@ -27,6 +27,8 @@ from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.processes.run_options import AS_FAST_AS_POSSIBLE
 from skillwing.sim_mujoco.topics import TRUTH, Truth
+from skillwing.sim_mujoco.world.terrain import Terrain
+from skillwing.sim_mujoco.world.world import make_world
 
 FLOOR = 1.0
 """The ratio to real time that the whole stack is to keep."""
@@ -38,8 +40,8 @@ BLOCK = 10.0
 class Stopwatch(Witness):
     """A witness who looks at the clock on the wall whenever `BLOCK` seconds of robot time are over."""
 
-    def __init__(self) -> None:
-        super().__init__(ROBOT.skillset.stem)
+    def __init__(self, terrain: Terrain) -> None:
+        super().__init__(ROBOT.skillset.stem, terrain)
         self.moments: list[tuple[float, float]] = []
         """Robot time and wall time [s], from the first sight of the drone on."""
 
@@ -64,7 +66,7 @@ def main() -> None:
     plan = FlightPlan(
         mission="mapping", world=options.world, seed=options.seed, condition=Condition.NONE, network=Network.ZENOH
     )
-    watch = Stopwatch()
+    watch = Stopwatch(make_world(plan.seed, plan.world).terrain)
     specs = processes(plan, plan.robot_options() | {"speed": AS_FAST_AS_POSSIBLE})
     course = over_zenoh(watch, specs, options.seconds, None)
     if course.end is End.BROKE_OFF:
