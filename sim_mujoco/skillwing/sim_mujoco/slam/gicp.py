@@ -32,6 +32,8 @@ _FARTHEST = 0.5
 _LEAST_CLOSE = 0.3
 """Of all points this share has to find a voxel. Unlike ours, small_gicp does not tell what contradicts the map from
 what is new: on a sound flight half of the points were new for some scans in a row."""
+_LARGEST_SURPRISE = 100.0
+"""Of one scan by itself, which weighs more than one of ours: 45 was seen on a sound flight."""
 _KEPT_SCANS, _CLEARING = 1_000_000, 1000
 """small_gicp forgets voxels that so many scans have not seen, when it clears up. Ours forgets none."""
 
@@ -87,7 +89,9 @@ class GicpMatcher:
             prior, covariance, lambda state, _: Evidence(information, information @ seen.minus(state)[POSE])
         )
         agreement = Agreement(cloud.size(), cloud.size(), registered.num_inliers)
-        judgement = judge(agreement, covariance, posterior, _LEAST_CLOSE)
+        judgement = judge(
+            agreement, covariance, posterior, least_close=_LEAST_CLOSE, largest_surprise=_LARGEST_SURPRISE
+        )
         return Match(unchanged(predicted) if judgement.doubt else posterior, agreement, judgement)
 
 

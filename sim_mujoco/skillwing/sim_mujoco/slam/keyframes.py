@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from skillwing.sim_mujoco.slam import so3
 from skillwing.sim_mujoco.slam.so3 import Floats
 
-MOST: Final = 6
+MOST: Final = 10
 """Keyframes that are kept."""
-STEP, TURN = 0.5, 0.2
+STEP, TURN = 0.5, 0.3
 """A new one is made once the drone has moved [m] or turned [rad] so far since the last."""
 LAYING: Final = np.array([1e-3] * 3 + [1e-4] * 3)
 """What errs between a keyframe and the planes that are laid from it [m, rad], for numbers' sake: an exact copy would

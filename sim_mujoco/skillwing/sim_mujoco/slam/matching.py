@@ -59,6 +59,7 @@ class PlaneMatcher:
     def __init__(self, low: Vector, high: Vector) -> None:
         self._map = PlaneMap(low, high, VOXEL)
         self._empty = True
+        self._surprise = 0.0
 
     def match(self, predicted: Prediction, scan: StillScan) -> Match:
         points = thinned(scan.points, _INSERTED_CELL)
@@ -76,7 +77,8 @@ class PlaneMatcher:
         if self._empty:
             return Match(unchanged(predicted), registration.agreement, None)
         posterior = update(predicted.state, predicted.covariance, registration)
-        judgement = judge(registration.agreement, predicted.covariance, posterior)
+        judgement = judge(registration.agreement, predicted.covariance, posterior, self._surprise)
+        self._surprise = judgement.surprise
         return Match(unchanged(predicted) if judgement.doubt else posterior, registration.agreement, judgement)
 
 
