@@ -29,11 +29,12 @@ def covariance_of(size: int, rng: np.random.Generator) -> np.ndarray:
 
 
 def strung(count: int, rng: np.random.Generator) -> tuple[Keyframes, np.ndarray]:
-    """So many keyframes along a random path, and a covariance of all errors."""
+    """So many keyframes along a random path, shifted anyhow, and a covariance of all errors."""
     keyframes, covariance = Keyframes(), covariance_of(SIZE, rng)
     for _ in range(count):
         turn = so3.exp(rng.uniform(-1.0, 1.0, 3))
         keyframes, covariance = keyframes.with_one_more(rng.uniform(-9.0, 9.0, 3), turn, covariance, SIZE)
+        keyframes = keyframes.plus(rng.standard_normal(6 * keyframes.kept))
     return keyframes, covariance
 
 
@@ -44,21 +45,21 @@ def test_a_new_keyframe_errs_as_the_drone_does_and_the_oldest_goes(count: int, s
     keyframes, before = strung(count, rng)
     position, turn = rng.uniform(-9.0, 9.0, 3), so3.exp(rng.uniform(-1.0, 1.0, 3))
     more, after = keyframes.with_one_more(position, turn, before, SIZE)
-    assert len(more) == min(count + 1, MOST)
-    assert (more.laid, more.newest) == (count + 1, count)
-    assert after.shape == (SIZE + 6 * len(more),) * 2
-    assert np.allclose(after[:SIZE, :SIZE], before[:SIZE, :SIZE])
+    assert more.kept == min(count + 1, MOST)
+    assert (more.newest, more.oldest) == (count, max(count + 1 - MOST, 0))
+    assert after.shape == (SIZE + 6 * more.kept,) * 2
+    # Whatever stays, stays as it was: the drone's own errors, and those of all keyframes that are kept still.
+    left = 6 * (more.kept - 1)
+    stay = np.r_[0:SIZE, len(before) - left : len(before)]
+    assert np.allclose(after[:-6, :-6], before[np.ix_(stay, stay)])
+    assert np.allclose(more.places, np.vstack([keyframes.places, position]))
+    assert np.allclose(more.shifts, np.vstack([keyframes.shifts, np.zeros(6)]))
     # Seen from the drone, which has not moved since, it errs as the drone: nothing is unknown between the two.
     between = np.zeros((6, len(after)))
-    between[:, POSE], between[:, -6:] = np.eye(6), -more.seen_from(position, turn)[-1]
+    between[:, POSE], between[:, -6:] = np.eye(6), -more.seen_from(position, turn, np.array([count]))[0]
     assert np.allclose(between @ after @ between.T, np.diag(LAYING**2), atol=1e-9)
-    # Numbers go on, whatever was dropped.
-    numbers = np.arange(count + 1)
-    rows = more.rows(numbers)
-    assert np.all(rows[numbers <= count - MOST] == -1)
-    assert rows[-1] == len(more) - 1
-    kept = numbers[rows >= 0]
-    assert np.allclose(more.places[rows[kept[:-1]]], keyframes.places[keyframes.rows(kept[:-1])])
+    assert more.errors_of(more.newest) == slice(6 * more.kept - 6, 6 * more.kept)
+    assert more.errors_of(more.oldest) == slice(0, 6)
 
 
 @given(vectors, vectors, vectors, vectors, vectors, vectors)
@@ -66,22 +67,36 @@ def test_a_shift_moves_the_world_as_the_error_that_it_is_seen_as(
     place: np.ndarray, position: np.ndarray, turn: np.ndarray, move: np.ndarray, about: np.ndarray, point: np.ndarray
 ) -> None:
     """To first order, what a shift does to a point is what an error of the pose does to a point that is seen there."""
-    keyframes = Keyframes(place[None], np.eye(3), np.zeros((1, 6)), 1)
+    keyframes = Keyframes(place[None], np.eye(3), np.zeros((1, 6)))
     attitude = so3.exp(turn)
-    error = keyframes.seen_from(position, attitude)[0] @ np.concatenate([move, about])
+    error = keyframes.seen_from(position, attitude, np.array([0]))[0] @ np.concatenate([move, about])
     shifted = move + np.cross(about, point - place)
     seen = error[:3] + np.cross(attitude @ error[3:], point - position)
     assert np.allclose(shifted, seen, atol=1e-9)
 
 
-@given(st.integers(1, MOST), seeds)
+@given(st.integers(1, 2 * MOST), seeds)
 @settings(max_examples=20, deadline=None)
 def test_errors_of_keyframes_add_and_subtract(count: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
     keyframes, _ = strung(count, rng)
     state = State(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3), keyframes=keyframes)
-    error = 0.3 * rng.standard_normal(SIZE + 6 * count)
-    assert np.allclose(state.plus(error).minus(state), error)
+    error = 0.3 * rng.standard_normal(SIZE + 6 * keyframes.kept)
+    moved = state.plus(error)
+    assert np.allclose(moved.minus(state), error)
+    # What is not kept any more stays where it was last known to be.
+    assert np.array_equal(moved.keyframes.shifts[: keyframes.oldest], keyframes.shifts[: keyframes.oldest])
+
+
+@given(vectors, vectors, vectors, st.floats(-0.2, 0.2), seeds)
+@settings(max_examples=20, deadline=None)
+def test_what_is_laid_from_a_shifted_keyframe_lies_right_with_its_shift(
+    place: np.ndarray, move: np.ndarray, axis: np.ndarray, turned: float, seed: int
+) -> None:
+    points = np.random.default_rng(seed).uniform(-9.0, 9.0, (20, 3))
+    shift = np.concatenate([move, turned * axis])
+    laid = Keyframes(place[None], np.eye(3), shift[None]).laid(points)
+    assert np.allclose(place + move + (laid - place) @ so3.exp(shift[3:]).T, points, atol=1e-9)
 
 
 def test_one_is_due_after_half_a_metre_or_a_turn() -> None:
@@ -93,19 +108,92 @@ def test_one_is_due_after_half_a_metre_or_a_turn() -> None:
     assert keyframes.is_due(np.ones(3), so3.exp(1.01 * TURN * east))
 
 
+def mapped(keyframe: int, shift: np.ndarray | None = None) -> tuple[PlaneMap, Registration]:
+    """The walls of a room as a drone in its middle lays them from a keyframe, and its next scan.
+
+    shift (6,): by so much the keyframe is wrong, and with it the map.
+    """
+    room = Room(lidar_noise=0.01)
+    times = np.linspace(1.0, 1.1, 26)
+    still = Track(times, np.zeros((26, 3)), np.broadcast_to(np.eye(3), (26, 3, 3)))
+    planes = PlaneMap((-20.0, -20.0, -10.0), (20.0, 20.0, 20.0), 1.0)
+    *earlier, last = (deskew(room.scan(1.0, 1.1), still, 60.0) for _ in range(5))
+    wrong = Keyframes(np.zeros((1, 3)), np.eye(3), (np.zeros(6) if shift is None else shift)[None])
+    for scan in earlier:
+        laid = wrong.laid(np.vstack([scan.points.astype(np.float64), scan.sensor]))
+        planes.insert(laid[:-1], laid[-1], keyframe)
+    return planes, Registration(last.points.astype(np.float64), last.sensor, planes)
+
+
+def in_the_middle(keyframes: Keyframes) -> State:
+    return State(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3), keyframes=keyframes)
+
+
+@given(st.tuples(*[st.floats(-0.25, 0.25)] * 3).map(np.array), st.sampled_from([1, MOST + 3]))
+@settings(max_examples=8, deadline=None)
+def test_a_shift_that_is_known_makes_good_what_is_wrong_with_the_map(move: np.ndarray, count: int) -> None:
+    """Laid from the first keyframe, which is kept or was dropped long ago: with its shift the scan fits where it is."""
+    shift = np.concatenate([move, np.zeros(3)])
+    shifts = np.zeros((count, 6))
+    shifts[0] = shift
+    _, look = mapped(0, shift)
+    state = in_the_middle(Keyframes(np.zeros((count, 3)), np.eye(3), shifts))
+    evidence = look(state, 3)
+    assert look.agreement.close > 0.95 * look.agreement.matched
+    pulled = np.linalg.solve(evidence.information[POSE, POSE], evidence.gradient[POSE])
+    assert np.abs(pulled).max() < 0.02
+    # Without it, the map seems to be somewhere else.
+    without = in_the_middle(Keyframes(np.zeros((count, 3)), np.eye(3), np.zeros((count, 6))))
+    blind = look(without, 0)
+    if np.abs(move).max() > 0.1:
+        pulled = np.linalg.solve(blind.information[POSE, POSE], blind.gradient[POSE])
+        assert np.linalg.norm(pulled[:3] + move) < 0.5 * np.linalg.norm(move)
+
+
+def test_a_keyframe_is_pulled_the_other_way_and_one_that_was_dropped_not_at_all() -> None:
+    _, look = mapped(0)
+    error = np.zeros(SIZE + 6)
+    error[0] = 0.1
+    kept = in_the_middle(Keyframes(np.zeros((1, 3)), np.eye(3), np.zeros((1, 6)))).plus(error)
+    evidence = look(kept, 3)
+    assert evidence.gradient[0] < 0.0
+    assert np.allclose(evidence.gradient[SIZE : SIZE + 3], -evidence.gradient[:3])
+    # Drone and keyframe moved and turned alike change nothing, wherever the keyframe is.
+    away = Keyframes(np.array([[3.0, -2.0, 1.0]]), np.eye(3), np.zeros((1, 6)))
+    turned = replace(in_the_middle(away), turn=so3.exp(np.array([0.02, -0.01, 0.03])))
+    seen = look(turned, 3).information
+    shift = np.array([0.3, -0.2, 0.1, 0.4, -0.5, 0.6])
+    alike = np.zeros(SIZE + 6)
+    alike[POSE] = away.seen_from(turned.position, turned.turn, np.array([0]))[0] @ shift
+    alike[SIZE:] = shift
+    assert np.abs(seen @ alike).max() < 1e-6 * np.abs(seen).max()
+    count = MOST + 1
+    dropped = in_the_middle(Keyframes(np.zeros((count, 3)), np.eye(3), np.zeros((count, 6))))
+    evidence = look(dropped.plus(np.r_[error[:SIZE], np.zeros(6 * MOST)]), 3)
+    assert evidence.gradient[0] < 0.0
+    assert np.allclose(evidence.gradient[SIZE:], 0.0)
+
+
+def test_a_plane_takes_in_nothing_that_was_laid_much_later() -> None:
+    planes, look = mapped(5)
+    state = in_the_middle(Keyframes(np.zeros((99, 3)), np.eye(3), np.zeros((99, 6))))
+    scan = state.placed(look._points)  # pyright: ignore[reportPrivateUsage]
+    before = planes.match(scan, np.zeros(3))
+    for _ in range(20):
+        planes.insert(scan + 0.05, np.zeros(3), 5 + MOST + 1)
+    after = planes.match(scan, np.zeros(3))
+    same = np.isin(after.planes, before.planes)
+    assert np.array_equal(after.distances[same], before.distances)
+    assert np.all(after.keyframes[same] == 5)
+
+
 PLACE, SPEED = 0.2, 0.1
 """How much is not known of the keyframe's place [m] and of the speed since [m/s]."""
 
 
 def after_a_second(error: float) -> Posterior:
     """A second after a keyframe, of whose place nothing better is known, at a speed that is wrong by `error`."""
-    room = Room(lidar_noise=0.01)
-    times = np.linspace(1.0, 1.1, 26)
-    still = Track(times, np.zeros((26, 3)), np.broadcast_to(np.eye(3), (26, 3, 3)))
-    planes = PlaneMap((-20.0, -20.0, -10.0), (20.0, 20.0, 20.0), 1.0)
-    *earlier, last = (deskew(room.scan(1.0, 1.1), still, 60.0) for _ in range(5))
-    for scan in earlier:
-        planes.insert(scan.points.astype(np.float64), scan.sensor, 0)
+    _, look = mapped(0)
     there = State(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3))
     covariance = np.diag(np.full(SIZE, 1e-6))
     covariance[POSITION, POSITION] = PLACE**2 * np.eye(3)
@@ -115,7 +203,6 @@ def after_a_second(error: float) -> Posterior:
     gone[POSITION, VELOCITY] = np.eye(3)
     east = np.eye(3)[0]
     prior = replace(there, position=error * east, velocity=error * east, keyframes=keyframes)
-    look = Registration(last.points.astype(np.float64), last.sensor, planes)
     return update(prior, gone @ covariance @ gone.T, look, iterations=8)
 
 

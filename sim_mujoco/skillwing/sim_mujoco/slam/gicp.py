@@ -1,9 +1,10 @@
 """small_gicp (Koide, JOSS 2024) in the place of our own registration, to compare with.
 
 Each scan is registered with all scans before it as VGICP does (Koide et al., 2021): points with the spread of their
-neighbours, against voxels with the spread of the points in them. All else is as with our planes: registration begins at
-the pose that inertial measurements predict, scans are deskewed by them, and the filter weighs the registered pose by
-what its Hessian says, so that a direction in which nothing holds the drone is left to the inertial measurements.
+neighbours, against voxels with the spread of the points in them. Its map is taken for true: there are no keyframes. All
+else is as with our planes: registration begins at the pose that inertial measurements predict, scans are deskewed by
+them, and the filter weighs the registered pose by what its Hessian says, so that a direction in which nothing holds the
+drone is left to the inertial measurements.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from skillwing.sim_mujoco.slam.deskew import StillScan
 from skillwing.sim_mujoco.slam.filter import Evidence, update
 from skillwing.sim_mujoco.slam.matching import MakeMatcher, Match, unchanged
 from skillwing.sim_mujoco.slam.propagation import Prediction
-from skillwing.sim_mujoco.slam.registration import WEIGHT, Agreement
+from skillwing.sim_mujoco.slam.registration import Agreement
 from skillwing.sim_mujoco.slam.so3 import Floats
 from skillwing.sim_mujoco.slam.state import ATTITUDE, POSE, POSITION, State
 from skillwing.sim_mujoco.slam.vigil import judge
@@ -32,6 +33,8 @@ _FARTHEST = 0.5
 _LEAST_CLOSE = 0.3
 """Of all points this share has to find a voxel. Unlike ours, small_gicp does not tell what contradicts the map from
 what is new: on a sound flight half of the points were new for some scans in a row."""
+_WEIGHT = 0.25
+"""Of a scan's evidence: its points err together."""
 _LARGEST_SURPRISE = 100.0
 """Of one scan by itself, which weighs more than one of ours: 45 was seen on a sound flight."""
 _KEPT_SCANS, _CLEARING = 1_000_000, 1000
@@ -84,7 +87,7 @@ class GicpMatcher:
             self._map, cloud, _transform(prior), max_correspondence_distance=_FARTHEST, num_threads=1
         )
         seen = _moved(prior, registered.T_target_source)
-        information = WEIGHT * _information(registered.H, seen.turn)
+        information = _WEIGHT * _information(registered.H, seen.turn)
         posterior = update(
             prior, covariance, lambda state, _: Evidence(information, information @ seen.minus(state)[POSE])
         )

@@ -69,7 +69,8 @@ class PlaneMatcher:
             match = replace(match, posterior=_with_keyframe(match.posterior))
             state = match.posterior.state
             self._map.confirm(registration.met, registration.close)
-            self._map.insert(state.placed(points), state.to_world(scan.sensor), state.keyframes.newest)
+            laid = state.keyframes.laid(np.vstack([state.placed(points), state.to_world(scan.sensor)]))
+            self._map.insert(laid[:-1], laid[-1], state.keyframes.newest)
             self._empty = False
         return match
 

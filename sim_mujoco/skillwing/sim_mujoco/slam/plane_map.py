@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skillwing.sim_mujoco.frames.vectors import Vector
+from skillwing.sim_mujoco.slam.keyframes import MOST as KEYFRAMES
 from skillwing.sim_mujoco.slam.so3 import Floats
 
 T = TypeVar("T", bound=np.generic)
@@ -132,7 +133,9 @@ class PlaneMap:
         faces = faces[inside]
         self._open(faces)
         rows = self._rows[faces]
-        wanting = np.flatnonzero(self._sums[rows, 0] < _MOST)
+        # What is seen again much later was laid from elsewhere, and would blur where the plane was laid from.
+        late = self._is_plane[rows] & (self._keyframes[rows] < keyframe - KEYFRAMES)
+        wanting = np.flatnonzero((self._sums[rows, 0] < _MOST) & ~late)
         if len(wanting):
             self._accumulate(points.take(np.flatnonzero(inside)[wanting], axis=0), rows[wanting], sensor, keyframe)
 

@@ -68,53 +68,57 @@ class Registration:
     def __call__(self, state: State, iteration: int) -> Evidence:
         """The evidence at a state; `agreement` tells afterwards how good it is."""
         matches = self._planes.match(state.placed(self._points), state.to_world(self._sensor))
-        beyond = np.abs(matches.distances) - 3.0 * np.sqrt(matches.roughness)
+        points = self._points[matches.points]
+        slopes, feigned = (_slopes(ways, points, state) for ways in (matches.normals, matches.loose))
+        shifts = _shifts(state, matches.keyframes)
+        distances = matches.distances - np.einsum("ij,ij->i", slopes, shifts)
+        levers = matches.levers - np.einsum("ij,ij->i", feigned, shifts)
+        beyond = np.abs(distances) - 3.0 * np.sqrt(matches.roughness)
         self.met, self.close = matches.planes, beyond < _CLOSE
         matched = np.count_nonzero(self.close | matches.lately)
         self.agreement = Agreement(len(self._points), int(matched), int(np.count_nonzero(self.close)))
+        # Cauchy's weights: what does not lie on its plane counts less, and what is far from it not at all.
+        variances = RANGE_SIGMA**2 + matches.roughness + matches.doubt
         near = beyond < _GATES[min(iteration, len(_GATES) - 1)]
-        points = self._points[matches.points[near]]
-        slopes = _slopes(matches.normals[near], points, state)
-        views = state.keyframes.seen_from(state.position, state.turn)
-        rows = state.keyframes.rows(matches.keyframes[near])
-        distances = matches.distances[near] - _shifts(slopes, rows, views, state)
-        variances = (RANGE_SIGMA**2 + matches.roughness + matches.doubt)[near]
-        # Cauchy's weights: what does not lie on its plane counts less.
-        weights = WEIGHT / (variances + 0.25 * distances**2)
-        weighted = slopes * weights[:, None]
-        feigned = _slopes(matches.loose[near], points, state)
-        doubted = feigned * (weights * matches.tilts[near])[:, None]
+        weights = near * WEIGHT / (variances + 0.25 * distances**2)
+        weighted, doubted = slopes * weights[:, None], feigned * (weights * matches.tilts)[:, None]
         real = _real(weighted.T @ slopes, doubted.T @ feigned)
-        levers = matches.levers[near]
-        size = SIZE + views.size // 6
+        pulls = doubted * levers[:, None] - weighted * distances[:, None]
+        keyframes = state.keyframes
+        size = SIZE + 6 * keyframes.kept
         evidence = Evidence(np.zeros((size, size)), np.zeros(size))
-        for row in np.unique(rows):
-            chosen = rows == row
-            pull = doubted[chosen].T @ levers[chosen] - weighted[chosen].T @ distances[chosen]
+        # All that was laid before the oldest that is kept is alike.
+        laid_from = np.maximum(matches.keyframes, keyframes.oldest - 1)
+        for number in np.unique(laid_from):
+            chosen = laid_from == number
             information = real @ (weighted[chosen].T @ slopes[chosen]) @ real.T
-            _add(evidence, row, views, information, real @ pull)
+            _add(evidence, state, number, information, real @ pulls[chosen].sum(axis=0))
         return evidence
 
 
-def _shifts(slopes: Floats, rows: NDArray[np.int64], views: Floats, state: State) -> Floats:
-    """How far (N,) the planes of points with these slopes (N, 6) lie off, as the keyframes know by now [m]."""
-    moves = np.einsum("kij,kj->ki", views, state.keyframes.shifts)
-    # What was laid before the first keyframe, with row -1, is where it is.
-    return np.einsum("ij,ij->i", slopes, np.vstack([moves, np.zeros(6)])[rows])
+def _shifts(state: State, numbers: NDArray[np.int64]) -> Floats:
+    """By how much (N, 6) planes lie wrong that were laid from the keyframes of these numbers (N,), as errors of the
+    pose; 0 for those that were laid from none, with number -1."""
+    which, places = np.unique(numbers, return_inverse=True)
+    moves = np.zeros((len(which), 6))
+    known = which >= 0
+    views = state.keyframes.seen_from(state.position, state.turn, which[known])
+    moves[known] = np.einsum("kij,kj->ki", views, state.keyframes.shifts[which[known]])
+    return moves[places]
 
 
-def _add(evidence: Evidence, row: int, views: Floats, information: Floats, pull: Floats) -> None:
+def _add(evidence: Evidence, state: State, number: int, information: Floats, pull: Floats) -> None:
     """Add what planes of one keyframe tell: information (6, 6) and pull (6,), of where the drone is *from there*."""
-    if row < 0:
-        evidence.information[POSE, POSE] += information
-        evidence.gradient[POSE] += pull
-        return
-    view, there = views[row], slice(SIZE + 6 * row, SIZE + 6 * row + 6)
     evidence.information[POSE, POSE] += information
+    evidence.gradient[POSE] += pull
+    if number < state.keyframes.oldest:
+        return
+    errors = state.keyframes.errors_of(number)
+    there = slice(SIZE + errors.start, SIZE + errors.stop)
+    view = state.keyframes.seen_from(state.position, state.turn, np.array([number]))[0]
     evidence.information[POSE, there] -= information @ view
     evidence.information[there, POSE] -= view.T @ information
     evidence.information[there, there] += view.T @ information @ view
-    evidence.gradient[POSE] += pull
     evidence.gradient[there] -= view.T @ pull
 
 
@@ -125,7 +129,8 @@ def _slopes(directions: Floats, points: Floats, state: State) -> Floats:
 
 def _real(seeming: Floats, feigned: Floats) -> Floats:
     """What is real (6, 6) of what points pull, where they seem to hold so much information (6, 6), of which so much is
-    feigned. A pull times this, and information times this from both sides, are what is left of them.
+    feigned. A pull times this, and information times this from both sides, are what is left of them: that is known of
+    all points together, and taken for those of each keyframe.
 
     The noise in a pull is that of all points, so that where most is feigned, what is left tells less than its amount,
     and nothing where less than nothing is left.

@@ -18,9 +18,9 @@ from skillwing.sim_mujoco.slam.state import POSITION
 
 LEAST_CLOSE: Final = 0.9
 """Of the points that have a plane this share has to be close to it. In sound flights it never fell below 0.94."""
-LARGEST_SURPRISE: Final = 10.0
+LARGEST_SURPRISE: Final = 8.0
 """Squared Mahalanobis length of what a scan may change about the prediction, summed over the scans before it, each of
-which counts nine tenths of the next. The most on 49 sound flights was 7.4, for a scan weighs little. A frozen sensor
+which counts nine tenths of the next. The most on 49 sound flights was 4.9, for a scan weighs little. A frozen sensor
 contradicts the other one a little with each scan, and would be believed in the end."""
 REMEMBERED: Final = 0.9
 FEWEST_MATCHES: Final = 30
@@ -29,7 +29,7 @@ fewest were 48."""
 DOUBTS: Final = 5
 """So many doubted scans more than believed ones, counted from the last time they were even, end the belief."""
 LARGEST_SIGMA: Final = 0.5
-"""Position uncertainty of the filter beyond which the drone is lost [m]: nothing around holds it in some direction."""
+"""Position uncertainty of the filter beyond which the drone is lost [m]: nothing around has held it in some direction."""
 LARGEST_GYRO_BIAS, LARGEST_ACCEL_BIAS = 0.05, 0.6
 """No sound IMU has larger ones [rad/s, m/s2]."""
 
@@ -57,9 +57,9 @@ def judge(
     """
     # Of all errors: about the pose alone much may be unknown, of which next to nothing is about the way since the last
     # keyframe.
+    changed = float(posterior.step @ np.linalg.solve(predicted, posterior.step))
     # No more is remembered than one sound scan makes up for.
-    surprise = REMEMBERED * min(before, largest_surprise)
-    surprise += float(posterior.step @ np.linalg.solve(predicted, posterior.step))
+    surprise = REMEMBERED * min(before, largest_surprise) + changed
     if agreement.matched < FEWEST_MATCHES:
         return Judgement(f"only {agreement.matched} points lie on known planes", surprise)
     if agreement.close < least_close * agreement.matched:
