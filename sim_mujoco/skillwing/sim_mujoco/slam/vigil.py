@@ -29,7 +29,7 @@ fewest were 48."""
 DOUBTS: Final = 5
 """So many doubted scans more than believed ones, counted from the last time they were even, end the belief."""
 LARGEST_SIGMA: Final = 0.5
-"""Position uncertainty of the filter beyond which the drone is lost [m]: nothing around has held it in some direction."""
+"""With a place that is so uncertain the drone is lost [m]: nothing around has held it in some direction."""
 LARGEST_GYRO_BIAS, LARGEST_ACCEL_BIAS = 0.05, 0.6
 """No sound IMU has larger ones [rad/s, m/s2]."""
 
