@@ -180,11 +180,27 @@ def test_a_plane_takes_in_nothing_that_was_laid_much_later() -> None:
     scan = state.placed(look._points)  # pyright: ignore[reportPrivateUsage]
     before = planes.match(scan, np.zeros(3))
     for _ in range(20):
-        planes.insert(scan + 0.05, np.zeros(3), 5 + MOST + 1)
+        planes.insert(scan + 0.05, np.zeros(3), 5 + MOST)
     after = planes.match(scan, np.zeros(3))
     same = np.isin(after.planes, before.planes)
     assert np.array_equal(after.distances[same], before.distances)
     assert np.all(after.keyframes[same] == 5)
+
+
+@given(st.integers(1, 7), st.integers(MOST, 300))
+@settings(max_examples=10, deadline=None)
+def test_a_plane_is_laid_from_where_its_points_were_seen(few: int, later: int) -> None:
+    """A few points of long ago, too few for a plane, do not make it one that was laid in between."""
+    rng, sensor = np.random.default_rng(few), np.array([0.5, 0.5, 4.0])
+    floor = np.column_stack([rng.uniform(0.05, 0.95, (400, 2)), rng.normal(0.5, 0.01, 400)])
+    planes = PlaneMap((0.0, 0.0, 0.0), (1.0, 1.0, 1.0), 1.0)
+    planes.insert(floor[:few], sensor, 0)
+    for k in range(10):
+        planes.insert(floor[few + 30 * k : few + 30 * k + 30], sensor, later)
+    matches = planes.match(floor, sensor)
+    assert len(matches.points) == len(floor)
+    assert np.all(matches.keyframes == later)
+    assert matches.doubt.max() < 0.02**2
 
 
 PLACE, SPEED = 0.2, 0.1

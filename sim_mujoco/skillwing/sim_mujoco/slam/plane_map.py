@@ -133,8 +133,10 @@ class PlaneMap:
         faces = faces[inside]
         self._open(faces)
         rows = self._rows[faces]
-        # What is seen again much later was laid from elsewhere, and would blur where the plane was laid from.
-        late = self._is_plane[rows] & (self._keyframes[rows] < keyframe - KEYFRAMES)
+        # What is seen again much later is laid from elsewhere, and would blur where the plane was laid from. Of points
+        # that have made no plane by then, nothing is left.
+        self._forget(rows[~self._is_plane[rows] & (self._laying[rows] <= (keyframe - KEYFRAMES) * self._sums[rows, 0])])
+        late = self._is_plane[rows] & (self._keyframes[rows] <= keyframe - KEYFRAMES)
         wanting = np.flatnonzero((self._sums[rows, 0] < _MOST) & ~late)
         if len(wanting):
             self._accumulate(points.take(np.flatnonzero(inside)[wanting], axis=0), rows[wanting], sensor, keyframe)
@@ -160,6 +162,11 @@ class PlaneMap:
         self._rows[new] = np.arange(first, self._used)
         cells = np.stack(np.unravel_index(new % self._count, tuple(self._shape)), axis=-1)
         self._corners[first : self._used] = self._low + cells * self._size
+
+    def _forget(self, rows: NDArray[np.int32]) -> None:
+        """Begin these faces anew."""
+        for table in (self._sums, self._laying, self._fitted):
+            table[rows] = 0.0
 
     def _accumulate(self, points: Floats, rows: NDArray[np.int32], sensor: Floats, keyframe: int) -> None:
         touched = np.flatnonzero(np.bincount(rows))
