@@ -15,7 +15,7 @@ from skillwing.sim_mujoco.slam.plane_map import PlaneMap
 from skillwing.sim_mujoco.slam.propagation import Prediction
 from skillwing.sim_mujoco.slam.registration import Agreement, Registration
 from skillwing.sim_mujoco.slam.state import SIZE
-from skillwing.sim_mujoco.slam.vigil import Judgement, judge
+from skillwing.sim_mujoco.slam.vigil import REMEMBERED, Judgement, judge
 
 VOXEL = 1.0
 """Side of the voxels that hold a plane each [m]."""
@@ -79,7 +79,8 @@ class PlaneMatcher:
             return Match(unchanged(predicted), registration.agreement, None)
         posterior = update(predicted.state, predicted.covariance, registration)
         judgement = judge(registration.agreement, predicted.covariance, posterior, self._surprise)
-        self._surprise = judgement.surprise
+        # What a scan would have changed that is not believed, the next one would change again.
+        self._surprise = REMEMBERED * self._surprise if judgement.doubt else judgement.surprise
         return Match(unchanged(predicted) if judgement.doubt else posterior, registration.agreement, judgement)
 
 

@@ -18,9 +18,9 @@ from skillwing.sim_mujoco.slam.state import POSITION
 
 LEAST_CLOSE: Final = 0.9
 """Of the points that have a plane this share has to be close to it. In sound flights it never fell below 0.94."""
-LARGEST_SURPRISE: Final = 8.0
+LARGEST_SURPRISE: Final = 15.0
 """Squared Mahalanobis length of what a scan may change about the prediction, summed over the scans before it, each of
-which counts nine tenths of the next. The most on 49 sound flights was 5.5, for a scan weighs little. A frozen sensor
+which counts nine tenths of the next. The most on sound flights was 9.6, for a scan weighs little. A frozen sensor
 contradicts the other one a little with each scan, and would be believed in the end."""
 REMEMBERED: Final = 0.9
 FEWEST_MATCHES: Final = 30
