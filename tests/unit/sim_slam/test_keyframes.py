@@ -33,7 +33,7 @@ def strung(count: int, rng: np.random.Generator) -> tuple[Keyframes, np.ndarray]
     keyframes, covariance = Keyframes(), covariance_of(SIZE, rng)
     for _ in range(count):
         turn = so3.exp(rng.uniform(-1.0, 1.0, 3))
-        keyframes, covariance = keyframes.with_one_more(rng.uniform(-9.0, 9.0, 3), turn, covariance, SIZE)
+        keyframes, covariance = keyframes.with_one_more(rng.uniform(-9.0, 9.0, 3), turn, covariance)
         keyframes = keyframes.plus(rng.standard_normal(6 * keyframes.kept))
     return keyframes, covariance
 
@@ -44,7 +44,7 @@ def test_a_new_keyframe_errs_as_the_drone_does_and_the_oldest_goes(count: int, s
     rng = np.random.default_rng(seed)
     keyframes, before = strung(count, rng)
     position, turn = rng.uniform(-9.0, 9.0, 3), so3.exp(rng.uniform(-1.0, 1.0, 3))
-    more, after = keyframes.with_one_more(position, turn, before, SIZE)
+    more, after = keyframes.with_one_more(position, turn, before)
     assert more.kept == min(count + 1, MOST)
     assert (more.newest, more.oldest) == (count, max(count + 1 - MOST, 0))
     assert after.shape == (SIZE + 6 * more.kept,) * 2
@@ -101,7 +101,7 @@ def test_what_is_laid_from_a_shifted_keyframe_lies_right_with_its_shift(
 
 def test_one_is_due_after_half_a_metre_or_a_turn() -> None:
     assert Keyframes().is_due(np.zeros(3), np.eye(3))
-    keyframes, _ = Keyframes().with_one_more(np.ones(3), np.eye(3), np.eye(SIZE), SIZE)
+    keyframes, _ = Keyframes().with_one_more(np.ones(3), np.eye(3), np.eye(SIZE))
     east = np.eye(3)[0]
     assert not keyframes.is_due(np.ones(3) + 0.99 * STEP * east, so3.exp(0.99 * TURN * east))
     assert keyframes.is_due(np.ones(3) + 1.01 * STEP * east, np.eye(3))
@@ -214,7 +214,7 @@ def after_a_second(error: float) -> Posterior:
     covariance = np.diag(np.full(SIZE, 1e-6))
     covariance[POSITION, POSITION] = PLACE**2 * np.eye(3)
     covariance[VELOCITY, VELOCITY] = SPEED**2 * np.eye(3)
-    keyframes, covariance = Keyframes().with_one_more(there.position, there.turn, covariance, SIZE)
+    keyframes, covariance = Keyframes().with_one_more(there.position, there.turn, covariance)
     gone = np.eye(len(covariance))
     gone[POSITION, VELOCITY] = np.eye(3)
     east = np.eye(3)[0]

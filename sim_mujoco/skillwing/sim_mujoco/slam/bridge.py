@@ -6,6 +6,7 @@ taken over, which is good to some centimetres in a second or two. The scans that
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -45,14 +46,11 @@ class NavigationBridge:
             return None
         left, landed = _pose(self._left[1], self._left[0]), _pose(latest, end)
         rotation = left[1].T @ landed[1]
-        moved = State(
-            state.position + landed[0] - left[0],
-            state.turn @ rotation,
-            np.array(latest.velocity),
-            state.gyro_bias,
-            state.accel_bias,
-            state.gravity,
-            state.keyframes,
+        moved = replace(
+            state,
+            position=state.position + landed[0] - left[0],
+            turn=state.turn @ rotation,
+            velocity=np.array(latest.velocity),
         )
         # Errors of the attitude are in body axes, which have turned.
         turned = np.eye(len(covariance))

@@ -10,6 +10,7 @@ drone is left to the inertial measurements.
 from __future__ import annotations
 
 import importlib
+from dataclasses import replace
 from types import ModuleType
 from typing import Any, Final
 
@@ -108,7 +109,7 @@ def _transform(state: State) -> Floats:
 def _moved(state: State, transform: Floats) -> State:
     """The same with another pose."""
     turn, position = transform[:3, :3], transform[:3, 3]
-    return State(position, turn, state.velocity, state.gyro_bias, state.accel_bias, state.gravity)
+    return replace(state, position=position, turn=turn)
 
 
 def _information(hessian: Floats, turn: Floats) -> Floats:

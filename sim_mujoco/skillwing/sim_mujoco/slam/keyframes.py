@@ -70,12 +70,10 @@ class Keyframes:
         far = np.linalg.norm(position - self.places[-1]) > STEP
         return bool(far or np.linalg.norm(so3.log(self.turn.T @ turn)) > TURN)
 
-    def with_one_more(self, position: Floats, turn: Floats, covariance: Floats, own: int) -> tuple[Keyframes, Floats]:
+    def with_one_more(self, position: Floats, turn: Floats, covariance: Floats) -> tuple[Keyframes, Floats]:
         """These and the present pose; and the covariance of the errors, without those of the oldest if there were
-        enough.
-
-        `own`: how many errors (of which the pose's are the first six) come before those of the keyframes.
-        """
+        enough. The first six errors are those of the pose, the last those of keyframes."""
+        own = len(covariance) - _SIZE * self.kept
         dropped = 1 if self.kept == MOST else 0
         left = _SIZE * (self.kept - dropped)
         change = np.zeros((own + left + _SIZE, len(covariance)))

@@ -14,7 +14,6 @@ from skillwing.sim_mujoco.slam.filter import Posterior, update
 from skillwing.sim_mujoco.slam.plane_map import PlaneMap
 from skillwing.sim_mujoco.slam.propagation import Prediction
 from skillwing.sim_mujoco.slam.registration import Agreement, Registration
-from skillwing.sim_mujoco.slam.state import SIZE
 from skillwing.sim_mujoco.slam.vigil import REMEMBERED, Judgement, judge
 
 VOXEL = 1.0
@@ -89,5 +88,5 @@ def _with_keyframe(posterior: Posterior) -> Posterior:
     state, covariance = posterior.state, posterior.covariance
     if not state.keyframes.is_due(state.position, state.turn):
         return posterior
-    keyframes, spread = state.keyframes.with_one_more(state.position, state.turn, covariance, SIZE)
+    keyframes, spread = state.keyframes.with_one_more(state.position, state.turn, covariance)
     return Posterior(replace(state, keyframes=keyframes), spread, posterior.step)
