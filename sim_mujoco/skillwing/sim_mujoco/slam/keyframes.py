@@ -58,11 +58,6 @@ class Keyframes:
         """The number of the first one whose errors are in the filter."""
         return len(self.places) - self.kept
 
-    def errors_of(self, number: int) -> slice:
-        """Which of the errors of keyframes are those of one that is kept."""
-        first = _SIZE * (number - self.oldest)
-        return slice(first, first + _SIZE)
-
     def is_due(self, position: Floats, turn: Floats) -> bool:
         """Whether the drone is so far from the last one that it needs another."""
         if self.newest < 0:
@@ -90,8 +85,7 @@ class Keyframes:
         """What shifts of these keyframes (N,) are for a drone at this pose: maps (N, 6, 6) to errors of its pose."""
         seen = np.zeros((len(numbers), _SIZE, _SIZE))
         seen[:, :3, :3], seen[:, 3:, 3:] = np.eye(3), turn.T
-        for k, number in enumerate(numbers):
-            seen[k, :3, 3:] = -so3.skew(position - self.places[number])
+        seen[:, :3, 3:] = -so3.skew(position - self.places[numbers])
         return seen
 
     def laid(self, points: Floats) -> Floats:

@@ -19,7 +19,7 @@ from skillwing.sim_mujoco.slam import so3
 from skillwing.sim_mujoco.slam.filter import Evidence
 from skillwing.sim_mujoco.slam.plane_map import PlaneMap
 from skillwing.sim_mujoco.slam.so3 import Floats
-from skillwing.sim_mujoco.slam.state import POSE, SIZE, State
+from skillwing.sim_mujoco.slam.state import State
 
 RANGE_SIGMA = 0.05
 """Of a point about its plane [m]: the sensor's noise and what the world has of unevenness."""
@@ -84,16 +84,17 @@ class Registration:
         weighted, doubted = slopes * weights[:, None], feigned * (weights * matches.tilts)[:, None]
         real = _real(weighted.T @ slopes, doubted.T @ feigned)
         pulls = doubted * levers[:, None] - weighted * distances[:, None]
-        keyframes = state.keyframes
-        size = SIZE + 6 * keyframes.kept
-        evidence = Evidence(np.zeros((size, size)), np.zeros(size))
-        # All that was laid before the oldest that is kept is alike.
-        laid_from = np.maximum(matches.keyframes, keyframes.oldest - 1)
-        for number in np.unique(laid_from):
-            chosen = laid_from == number
-            information = real @ (weighted[chosen].T @ slopes[chosen]) @ real.T
-            _add(evidence, state, number, information, real @ pulls[chosen].sum(axis=0))
-        return evidence
+        # Keyframe by keyframe; all that was laid before the oldest that is kept is alike.
+        laid_from = np.maximum(matches.keyframes - state.keyframes.oldest, -1)
+        order = np.argsort(laid_from, kind="stable")
+        ends = np.searchsorted(laid_from[order], np.arange(state.keyframes.kept))
+        parts = [np.split(rows[order], ends) for rows in (weighted, slopes, pulls)]
+        information = real @ np.stack([some.T @ along for some, along in zip(parts[0], parts[1], strict=True)]) @ real.T
+        ways = state.ways_from_keyframes()
+        size = ways.shape[2]
+        told = ways.transpose(2, 0, 1).reshape(size, -1)
+        pull = np.stack([part.sum(axis=0) for part in parts[2]]) @ real.T
+        return Evidence(told @ (information @ ways).reshape(-1, size), told @ pull.ravel())
 
 
 def _shifts(state: State, numbers: NDArray[np.int64]) -> Floats:
@@ -105,21 +106,6 @@ def _shifts(state: State, numbers: NDArray[np.int64]) -> Floats:
     views = state.keyframes.seen_from(state.position, state.turn, which[known])
     moves[known] = np.einsum("kij,kj->ki", views, state.keyframes.shifts[which[known]])
     return moves[places]
-
-
-def _add(evidence: Evidence, state: State, number: int, information: Floats, pull: Floats) -> None:
-    """Add what planes of one keyframe tell: information (6, 6) and pull (6,), of where the drone is *from there*."""
-    evidence.information[POSE, POSE] += information
-    evidence.gradient[POSE] += pull
-    if number < state.keyframes.oldest:
-        return
-    errors = state.keyframes.errors_of(number)
-    there = slice(SIZE + errors.start, SIZE + errors.stop)
-    view = state.keyframes.seen_from(state.position, state.turn, np.array([number]))[0]
-    evidence.information[POSE, there] -= information @ view
-    evidence.information[there, POSE] -= view.T @ information
-    evidence.information[there, there] += view.T @ information @ view
-    evidence.gradient[there] -= view.T @ pull
 
 
 def _slopes(directions: Floats, points: Floats, state: State) -> Floats:

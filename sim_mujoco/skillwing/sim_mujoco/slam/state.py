@@ -65,6 +65,15 @@ class State:
             self.keyframes,
         )
 
+    def ways_from_keyframes(self) -> Floats:
+        """How far the drone is from where planes expect it, (1 + K, 6, 18 + 6 K): for each error of this state, by the
+        planes that were laid before all K keyframes, and by those of each."""
+        keyframes, own = self.keyframes, np.zeros((1 + self.keyframes.kept, 6, SIZE))
+        own[:, :, POSE] = np.eye(6)
+        theirs, kept = np.zeros((len(own), 6, keyframes.kept, 6)), np.arange(keyframes.kept)
+        theirs[1 + kept, :, kept] = -keyframes.seen_from(self.position, self.turn, keyframes.oldest + kept)
+        return np.concatenate([own, theirs.reshape(len(own), 6, -1)], axis=2)
+
     def plus(self, error: Floats) -> State:
         """The state that differs by this error (18 + 6 K,) from this one."""
         return State(
