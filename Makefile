@@ -24,7 +24,8 @@ demo: setup
 # One worker a core; what starts processes stays with two of them (tests/scheduling.py), and begins first: files of few long
 # flights would come last if they were sorted by how many tests they have, and keep one worker while others are idle.
 # What Python has compiled is kept, also where the environment says otherwise: hundreds of processes start twice as fast.
-PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses auto --dist loadfile --no-loadscope-reorder
+# Each worker has its core for itself: threads of the libraries below numpy would take the others' (single_threaded.py).
+PYTEST := PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist loadfile --no-loadscope-reorder
 test: lint
 	$(PYTEST) $(PYTEST_ARGS)
 

@@ -12,15 +12,14 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
-from multiprocessing import get_context
 from pathlib import Path
 from statistics import median
 
 import numpy as np
 from performance_page import machine, table, tell
 from scipy.stats import chi2
+from workers import workers
 
 from skillwing.m600.campaign.conditions import Condition as Befalls
 from skillwing.m600.campaign.course import in_process
@@ -246,7 +245,7 @@ def main() -> None:
     options.add_argument("--write", action="store_true", help="put the figures into docs/sensors.md")
     wanted = options.parse_args()
     seeds = range(wanted.seeds)
-    with ProcessPoolExecutor(wanted.jobs, mp_context=get_context("spawn")) as pool:
+    with workers(wanted.jobs) as pool:
         tried = [pool.submit(try_faults, seed, fitted) for seed in seeds for fitted in TOGETHER]
         flown = [pool.submit(fly_well, seed, wanted.minutes) for seed in seeds]
         missions = [pool.submit(fly_mission, seed) for seed in range(wanted.missions)]

@@ -10,16 +10,16 @@ from __future__ import annotations
 
 import argparse
 import json
-import multiprocessing
 import sys
 from collections.abc import Iterable, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from statistics import median
 
 from obstacle_course import COURSES, Flown, fly, make_course
 from performance_page import machine, make_parser, table, tell
+from workers import workers
 
 from skillwing.sim_mujoco.topics import ObstacleSource
 
@@ -92,7 +92,7 @@ class Kept:
 
 def fly_all(wanted: Iterable[Trial], kept: Kept, jobs: int) -> None:
     missing = [trial for trial in wanted if trial not in kept.flights]
-    with ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn")) as pool:
+    with workers(jobs) as pool:
         futures = {pool.submit(flown, trial): trial for trial in missing}
         for future in as_completed(futures):
             kept.add(futures[future], future.result())

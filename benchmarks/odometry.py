@@ -14,11 +14,9 @@ the folder that `--recorded` names, and not flown again.
 from __future__ import annotations
 
 import copy
-import multiprocessing
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from statistics import median
 
@@ -30,6 +28,7 @@ from odometry_compared import report as report_comparison
 from odometry_on_flight import TruePath, as_scan, drifts, give, make_odometry, off, rms, turned
 from performance_page import PAGE, machine, make_parser, spread, spread_said, table, tell
 from recorded_flight import flights
+from workers import workers
 
 from skillwing.sim_mujoco.frames.motion import Motion
 from skillwing.sim_mujoco.judge.coverage import Judge
@@ -318,8 +317,7 @@ def remembered(file: Path | None) -> list[Result]:
 
 
 def flown(jobs: Iterable[tuple[int, bool]], processes: int, keep: Path | None) -> Iterator[Result]:
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(processes, mp_context=context) as pool:
+    with workers(processes) as pool:
         for result in pool.map(fly, jobs):
             line = f"seed {result.seed}, across: {result.across}, drift {result.drift:.3f}, ENU {result.rms:.3f} m"
             sys.stdout.write(line + "\n")

@@ -18,6 +18,7 @@ import msgspec
 
 from skillwing.m600.campaign.plan import FlightPlan
 from skillwing.m600.campaign.result import FlightResult
+from skillwing.services.processes.single_threaded import SINGLE_THREADED
 
 LONGEST = 3600.0
 """Wall seconds after which a flight's process is taken for hung and killed."""
@@ -25,8 +26,6 @@ LOOK_PERIOD = 0.2
 """Wall seconds between two looks whether the campaign is called off."""
 WORKER = (sys.executable, "-m", "skillwing.m600.campaign.worker")
 """The command of a flight's process; plan and run directory come behind it."""
-SINGLE_THREADED = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-"""Cores are shared out among flights, not within one."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import signal
 import subprocess
@@ -15,6 +16,7 @@ from pathlib import Path
 from skillwing.services.processes.lifetime import EXIT_CONFIGURATION
 from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.restart_policy import Restart, RestartPolicy
+from skillwing.services.processes.single_threaded import SINGLE_THREADED
 
 LOG_LINES = 8
 RESTARTED = "--- restarted"
@@ -96,6 +98,7 @@ class Child:
                 stdin=subprocess.PIPE,
                 stdout=file if stdout is None else stdout,
                 stderr=file,
+                env=SINGLE_THREADED | os.environ,
                 start_new_session=True,
             )
         self._lives += 1
