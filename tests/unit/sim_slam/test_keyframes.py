@@ -172,6 +172,28 @@ def test_a_keyframe_is_pulled_the_other_way_and_one_that_was_dropped_not_at_all(
     assert np.allclose(evidence.gradient[SIZE:], 0.0)
 
 
+def test_each_keyframe_is_pulled_by_its_own_planes_only() -> None:
+    """Walls to the east were laid from the third, those to the west from the first, none from the second."""
+    _, look = mapped(0)
+    scan = look._points  # pyright: ignore[reportPrivateUsage]
+    planes, east = PlaneMap((-20.0, -20.0, -10.0), (20.0, 20.0, 20.0), 1.0), scan[:, 0] > 0.0
+    for side, keyframe in ((east, 2), (~east, 0)):
+        planes.insert(scan[side], np.zeros(3), keyframe)
+    look = Registration(scan, np.zeros(3), planes)
+    state = in_the_middle(Keyframes(np.arange(9.0).reshape(3, 3), np.eye(3), np.zeros((3, 6))))
+    evidence = look(state.plus(np.r_[[0.1, 0.05, -0.1], np.zeros(SIZE + 15)]), 3)
+    first, second, third = (slice(start, start + 6) for start in (SIZE, SIZE + 6, SIZE + 12))
+    assert np.all(evidence.information[second] == 0.0)
+    assert np.all(evidence.gradient[second] == 0.0)
+    assert np.all(evidence.information[first, third] == 0.0)
+    assert np.allclose(evidence.information, evidence.information.T)
+    # Both together know as much of the drone as all the planes of a map that is taken for true.
+    own = evidence.information[:3, :3]
+    assert np.allclose(own, evidence.information[first, first][:3, :3] + evidence.information[third, third][:3, :3])
+    assert np.allclose(evidence.gradient[:3], -evidence.gradient[first][:3] - evidence.gradient[third][:3])
+    assert min(evidence.information[some, some][:3, :3].trace() for some in (first, third)) > 0.1 * own.trace()
+
+
 def test_a_plane_takes_in_nothing_that_was_laid_much_later() -> None:
     planes, look = mapped(5)
     state = in_the_middle(Keyframes(np.zeros((99, 3)), np.eye(3), np.zeros((99, 6))))
