@@ -23,7 +23,7 @@ from skillwing.sim_mujoco.slam.propagation import Prediction
 from skillwing.sim_mujoco.slam.registration import Agreement
 from skillwing.sim_mujoco.slam.so3 import Floats
 from skillwing.sim_mujoco.slam.state import ATTITUDE, POSE, POSITION, State
-from skillwing.sim_mujoco.slam.vigil import judge
+from skillwing.sim_mujoco.slam.vigil import Judge
 
 VOXEL: Final = 0.35
 """Side of the voxels of the map [m]."""
@@ -69,6 +69,7 @@ class GicpMatcher:
         self._library = library
         self._map: Any = library.GaussianVoxelMap(VOXEL)
         self._map.set_lru(_KEPT_SCANS, _CLEARING)
+        self._judge = Judge(_LEAST_CLOSE, _LARGEST_SURPRISE, remembered=0.0)
         self._empty = True
 
     def match(self, predicted: Prediction, scan: StillScan) -> Match:
@@ -93,9 +94,7 @@ class GicpMatcher:
             prior, covariance, lambda state, _: Evidence(information, information @ seen.minus(state)[POSE])
         )
         agreement = Agreement(cloud.size(), cloud.size(), registered.num_inliers)
-        judgement = judge(
-            agreement, covariance, posterior, least_close=_LEAST_CLOSE, largest_surprise=_LARGEST_SURPRISE
-        )
+        judgement = self._judge(agreement, covariance, posterior)
         return Match(unchanged(predicted) if judgement.doubt else posterior, agreement, judgement)
 
 

@@ -14,7 +14,7 @@ from skillwing.sim_mujoco.slam.filter import Posterior, update
 from skillwing.sim_mujoco.slam.plane_map import PlaneMap
 from skillwing.sim_mujoco.slam.propagation import Prediction
 from skillwing.sim_mujoco.slam.registration import Agreement, Registration
-from skillwing.sim_mujoco.slam.vigil import REMEMBERED, Judgement, judge
+from skillwing.sim_mujoco.slam.vigil import Judge, Judgement
 
 VOXEL = 1.0
 """Side of the voxels that hold a plane each [m]."""
@@ -58,7 +58,7 @@ class PlaneMatcher:
     def __init__(self, low: Vector, high: Vector) -> None:
         self._map = PlaneMap(low, high, VOXEL)
         self._empty = True
-        self._surprise = 0.0
+        self._judge = Judge()
 
     def match(self, predicted: Prediction, scan: StillScan) -> Match:
         points = thinned(scan.points, _INSERTED_CELL)
@@ -77,9 +77,7 @@ class PlaneMatcher:
         if self._empty:
             return Match(unchanged(predicted), registration.agreement, None)
         posterior = update(predicted.state, predicted.covariance, registration)
-        judgement = judge(registration.agreement, predicted.covariance, posterior, self._surprise)
-        # What a scan would have changed that is not believed, the next one would change again.
-        self._surprise = REMEMBERED * self._surprise if judgement.doubt else judgement.surprise
+        judgement = self._judge(registration.agreement, predicted.covariance, posterior)
         return Match(unchanged(predicted) if judgement.doubt else posterior, registration.agreement, judgement)
 
 

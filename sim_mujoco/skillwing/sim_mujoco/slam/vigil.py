@@ -43,31 +43,39 @@ class Judgement:
     surprise: float
 
 
-def judge(
-    agreement: Agreement,
-    predicted: Floats,
-    posterior: Posterior,
-    before: float = 0.0,
-    least_close: float = LEAST_CLOSE,
-    largest_surprise: float = LARGEST_SURPRISE,
-) -> Judgement:
-    """Judge what a scan would change about a prediction of this covariance (N, N).
+class Judge:
+    """Judges scan after scan what each would change about its prediction, and remembers what the last ones would have.
 
-    before: the surprise of the scan before. least_close, largest_surprise: as the constants, for another kind of map.
+    least_close, largest_surprise, remembered: as the constants, for another kind of map.
     """
-    # Of all errors: about the pose alone much may be unknown, of which next to nothing is about the way since the last
-    # keyframe.
-    changed = float(posterior.step @ np.linalg.solve(predicted, posterior.step))
-    # No more is remembered than one sound scan makes up for.
-    surprise = REMEMBERED * min(before, largest_surprise) + changed
-    if agreement.matched < FEWEST_MATCHES:
-        return Judgement(f"only {agreement.matched} points lie on known planes", surprise)
-    if agreement.close < least_close * agreement.matched:
-        share = 100 * agreement.close / agreement.matched
-        return Judgement(f"only {share:.0f} % of the points fit the planes of the map", surprise)
-    if surprise > largest_surprise:
-        return Judgement("the scan contradicts the inertial measurements", surprise)
-    return Judgement("", surprise)
+
+    def __init__(
+        self,
+        least_close: float = LEAST_CLOSE,
+        largest_surprise: float = LARGEST_SURPRISE,
+        remembered: float = REMEMBERED,
+    ) -> None:
+        self._least_close, self._largest_surprise, self._remembered = least_close, largest_surprise, remembered
+        self._surprise = 0.0
+
+    def __call__(self, agreement: Agreement, predicted: Floats, posterior: Posterior) -> Judgement:
+        """Of a scan that agrees so with the map, and of what came of it and a prediction of this covariance (N, N)."""
+        # Of all errors: about the pose alone much may be unknown, of which next to nothing is about the way since the
+        # last keyframe.
+        changed = float(posterior.step @ np.linalg.solve(predicted, posterior.step))
+        before = self._remembered * self._surprise
+        judgement = Judgement(self._doubt(agreement, before + changed), before + changed)
+        # What a scan would have changed that is not believed, the next one would change again.
+        self._surprise = before if judgement.doubt else judgement.surprise
+        return judgement
+
+    def _doubt(self, agreement: Agreement, surprise: float) -> str:
+        if agreement.matched < FEWEST_MATCHES:
+            return f"only {agreement.matched} points lie on known planes"
+        if agreement.close < self._least_close * agreement.matched:
+            share = 100 * agreement.close / agreement.matched
+            return f"only {share:.0f} % of the points fit the planes of the map"
+        return "the scan contradicts the inertial measurements" if surprise > self._largest_surprise else ""
 
 
 class Vigil:
