@@ -84,17 +84,23 @@ class Registration:
         weighted, doubted = slopes * weights[:, None], feigned * (weights * matches.tilts)[:, None]
         real = _real(weighted.T @ slopes, doubted.T @ feigned)
         pulls = doubted * levers[:, None] - weighted * distances[:, None]
-        # Keyframe by keyframe; all that was laid before the oldest that is kept is alike.
+        # All that was laid before the oldest that is kept is alike.
         laid_from = np.maximum(matches.keyframes - state.keyframes.oldest, -1)
         order = np.argsort(laid_from, kind="stable")
         ends = np.searchsorted(laid_from[order], np.arange(state.keyframes.kept))
-        parts = [np.split(rows[order], ends) for rows in (weighted, slopes, pulls)]
-        information = real @ np.stack([some.T @ along for some, along in zip(parts[0], parts[1], strict=True)]) @ real.T
-        ways = state.ways_from_keyframes()
-        size = ways.shape[2]
-        told = ways.transpose(2, 0, 1).reshape(size, -1)
-        pull = np.stack([part.sum(axis=0) for part in parts[2]]) @ real.T
-        return Evidence(told @ (information @ ways).reshape(-1, size), told @ pull.ravel())
+        parts = zip(*(np.split(rows[order], ends) for rows in (weighted, slopes, pulls)), strict=True)
+        told = [(some.T @ along, pull.sum(axis=0)) for some, along, pull in parts]
+        information, pull = (np.stack(part) for part in zip(*told, strict=True))
+        return _evidence(state, real @ information @ real.T, pull @ real.T)
+
+
+def _evidence(state: State, information: Floats, pulls: Floats) -> Evidence:
+    """What planes tell of a state, information (1 + K, 6, 6) and pulls (1 + K, 6) of where the drone is as seen from
+    what was laid before the K keyframes that are kept, and from each of these."""
+    ways = state.ways_from_keyframes()
+    size = ways.shape[2]
+    across = ways.transpose(2, 0, 1).reshape(size, -1)
+    return Evidence(across @ (information @ ways).reshape(-1, size), across @ pulls.ravel())
 
 
 def _shifts(state: State, numbers: NDArray[np.int64]) -> Floats:
