@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from skillwing.sim_mujoco.slam import so3
 from skillwing.sim_mujoco.slam.deskew import deskew, thinned
 from skillwing.sim_mujoco.slam.filter import Evidence, update
 from skillwing.sim_mujoco.slam.inertial import Inertial, InertialMemory
+from skillwing.sim_mujoco.slam.keyframes import Keyframes
 from skillwing.sim_mujoco.slam.plane_map import LATELY, PlaneMap
 from skillwing.sim_mujoco.slam.propagation import ImuNoise, Track, predict
 from skillwing.sim_mujoco.slam.registration import Registration
@@ -24,6 +26,9 @@ from skillwing.sim_mujoco.slam.vigil import LEAST_CLOSE
 from skillwing.sim_mujoco.topics import ImuHeader
 
 vectors = st.tuples(*[st.floats(-1.8, 1.8)] * 3).map(np.array)
+half_turns = vectors.filter(lambda axis: np.linalg.norm(axis) > 0.01).map(
+    lambda axis: math.pi * axis / np.linalg.norm(axis)
+)
 errors = st.lists(st.floats(-0.5, 0.5), min_size=SIZE, max_size=SIZE).map(np.array)
 
 
@@ -39,9 +44,11 @@ def test_exponential_and_logarithm_undo_each_other(vector: np.ndarray) -> None:
         assert np.allclose(so3.log(turn), vector, atol=1e-9)
 
 
-@given(vectors)
+@given(vectors | half_turns)
 def test_a_quaternion_and_its_matrix_are_the_same_rotation(vector: np.ndarray) -> None:
+    """Half a turn as well, and what is next to it."""
     turn = so3.exp(vector)
+    assert so3.quaternion(turn)[0] >= 0.0
     assert np.allclose(so3.matrix(np.array(so3.quaternion(turn))), turn, atol=1e-9)
     assert np.allclose(so3.matrix(-3.0 * np.array(so3.quaternion(turn))), turn, atol=1e-9)
 
@@ -58,13 +65,16 @@ def test_errors_add_and_subtract(first: np.ndarray, second: np.ndarray) -> None:
 @given(errors, vectors)
 def test_levelling_turns_gravity_down_and_changes_no_distance(error: np.ndarray, origin: np.ndarray) -> None:
     state = State(np.zeros(3), np.eye(3), np.ones(3), np.zeros(3), np.zeros(3)).plus(error)
-    levelled = state.levelled(origin)
+    keyframes, _ = Keyframes().with_one_more(state.position, state.turn, np.eye(SIZE))
+    levelled = replace(state, keyframes=keyframes).levelled(origin)
     assert np.allclose(levelled.gravity, [0.0, 0.0, -float(np.linalg.norm(state.gravity))], atol=1e-9)
     assert np.allclose(levelled.turn @ levelled.turn.T, np.eye(3), atol=1e-9)
     assert np.linalg.norm(levelled.position - origin) == pytest.approx(float(np.linalg.norm(state.position - origin)))
     # Seen from the drone nothing changes.
     assert np.allclose(levelled.turn.T @ levelled.gravity, state.turn.T @ state.gravity, atol=1e-9)
     assert np.allclose(levelled.turn.T @ levelled.velocity, state.turn.T @ state.velocity, atol=1e-9)
+    # Planes keep their lean, and so do the places that they were laid from.
+    assert levelled.keyframes.kept == 0
 
 
 def test_inertial_measurements_without_noise_lead_along_the_true_path() -> None:

@@ -53,11 +53,20 @@ def between(start: Floats, end: Floats) -> Floats:
 
 
 def quaternion(turn: Floats) -> tuple[float, float, float, float]:
-    """The unit quaternion (w, x, y, z), w >= 0, of a rotation matrix (3, 3)."""
-    vector = log(turn)
-    angle = float(np.linalg.norm(vector))
-    x, y, z = (0.5 * np.sinc(angle / (2.0 * np.pi)) * vector).tolist()
-    return math.cos(0.5 * angle), x, y, z
+    """The unit quaternion (w, x, y, z), w >= 0, of a rotation matrix (3, 3), by Shepperd's method (1978)."""
+    (a, b, c), (d, e, f), (g, h, i) = turn.tolist()
+    # Four times the products of each two of its numbers. Any row has the right ratios, the largest the fewest errors.
+    products = np.array(
+        [
+            [1.0 + a + e + i, h - f, c - g, d - b],
+            [h - f, 1.0 + a - e - i, b + d, c + g],
+            [c - g, b + d, 1.0 - a + e - i, f + h],
+            [d - b, c + g, f + h, 1.0 - a - e + i],
+        ]
+    )
+    row = products[int(np.argmax(np.diag(products)))]
+    w, x, y, z = (row / math.copysign(float(np.linalg.norm(row)), row[0])).tolist()
+    return w, x, y, z
 
 
 def matrix(wxyz: Floats) -> Floats:

@@ -8,7 +8,7 @@ map holds on to it ever after. An attitude error is a small rotation in body axe
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
@@ -53,16 +53,16 @@ class State:
         return (self.turn @ points.T + self.position[:, None]).T
 
     def levelled(self, origin: Floats) -> State:
-        """The same in a frame turned about `origin` (3,) so that its z axis is up, as far as gravity is known."""
+        """The same in a frame turned about `origin` (3,) so that its z axis is up, as far as gravity is known; without
+        keyframes, for planes are not turned."""
         turn = so3.between(self.gravity, np.array([0.0, 0.0, -1.0]))
-        return State(
-            origin + turn @ (self.position - origin),
-            turn @ self.turn,
-            turn @ self.velocity,
-            self.gyro_bias,
-            self.accel_bias,
-            turn @ self.gravity,
-            self.keyframes,
+        return replace(
+            self,
+            position=origin + turn @ (self.position - origin),
+            turn=turn @ self.turn,
+            velocity=turn @ self.velocity,
+            gravity=turn @ self.gravity,
+            keyframes=Keyframes(),
         )
 
     def ways_from_keyframes(self) -> Floats:
