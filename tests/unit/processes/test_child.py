@@ -52,3 +52,15 @@ def test_a_full_disk_keeps_nobody_from_being_started_again() -> None:
     child.start(1.0)
     assert child.state().restarts == 1
     child.kill()
+
+
+def test_it_keeps_to_one_core_for_its_matrices(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = "import os\nprint(*(os.environ[name] for name in ('OMP_NUM_THREADS', 'OPENBLAS_NUM_THREADS')))\n"
+    (tmp_path / "refill.py").write_text(text, encoding="utf-8")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.setenv("OMP_NUM_THREADS", "8")
+    child = Child("skill/refill", ["refill"], tmp_path / "log", restart="never")
+    child.start(0.0)
+    child.process.wait()
+    child.kill()
+    assert (tmp_path / "log").read_text(encoding="utf-8") == "1 1\n"

@@ -98,7 +98,7 @@ class Child:
                 stdin=subprocess.PIPE,
                 stdout=file if stdout is None else stdout,
                 stderr=file,
-                env=SINGLE_THREADED | os.environ,
+                env=os.environ | SINGLE_THREADED,
                 start_new_session=True,
             )
         self._lives += 1
