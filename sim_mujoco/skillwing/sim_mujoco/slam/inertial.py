@@ -19,7 +19,7 @@ _JITTER, _ANOTHER_TIME = 1e-3, 1.0
 @dataclass(frozen=True, slots=True)
 class Inertial:
     """Samples in the order of time: `times` (N,), specific `forces` (N, 3) [m/s2] and angular `rates` (N, 3) [rad/s]
-    in body axes. Each holds until the next one."""
+    in body axes."""
 
     times: Floats
     forces: Floats

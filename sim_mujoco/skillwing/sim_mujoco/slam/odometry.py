@@ -35,7 +35,8 @@ LARGEST_GAP: Final = 0.1
 """Where inertial measurements are missing for longer, navigation has to say how the drone has moved [s]."""
 
 DRIFT: Final = 0.0015
-"""Standard deviation of the drift along each axis, as a share of the way: see docs/mapping.md."""
+"""Standard deviation of the drift along each axis, as a share of the way. About twice what sound flights drift, to be
+on the safe side: docs/mapping.md has errors in units of it."""
 
 
 class Phase(StrEnum):
@@ -48,14 +49,16 @@ class Phase(StrEnum):
 @dataclass(frozen=True)
 class Fix:
     """What a scan made known: the state at `t` in the frame of the planes, the covariance (N, N) of its error, how
-    the scan agrees with the map, and its returns. `believed`: the scan was used; `origin` (3,): where odometry began;
-    `way`: how far the drone has come since [m]."""
+    the scan agrees with the map, and its returns. `believed`: the scan was used; `surprise`: how much it and those
+    before it contradict what was predicted (`vigil.py`); `origin` (3,): where odometry began; `way`: how far the drone
+    has come since [m]."""
 
     t: float
     state: State
     covariance: Floats
     agreement: Agreement
     believed: bool
+    surprise: float
     origin: Floats
     way: float
     scan: StillScan
@@ -191,7 +194,9 @@ class Odometry:
         still = deskew(scan, predicted.track, REACH)
         match = self._matcher.match(predicted, still)
         posterior = match.posterior
+        surprise = 0.0
         if match.judgement is not None:
+            surprise = match.judgement.surprise
             self._vigil.observe(match.judgement, posterior)
         self._go_to(end, posterior.state, posterior.covariance)
         self._fixed_at = end
@@ -199,8 +204,17 @@ class Odometry:
             self._lose(self._vigil.verdict)
         else:
             self.phase, self.text = (Phase.DOUBTING if self._vigil.doubting else Phase.TRACKING), ""
-        covariance = posterior.covariance
-        return Fix(end, posterior.state, covariance, match.agreement, match.believed, self._origin, self._way, still)
+        return Fix(
+            end,
+            posterior.state,
+            posterior.covariance,
+            match.agreement,
+            match.believed,
+            surprise,
+            self._origin,
+            self._way,
+            still,
+        )
 
     def _cross(self, state: State, end: float, gap: float) -> None:
         """Go on at `end`, from where the next scan is followed again; or at a later scan, if navigation is late.
