@@ -135,15 +135,15 @@ campaign-inspection: setup
 
 # What obstacle detection is worth: that drones collide here is no failure.
 campaign-unwatched: setup
-	$(CAMPAIGN) mapping --seeds 0:20 --faults none --without-obstacles $(CAMPAIGN_PAGE)/unwatched || test $$? -eq 1
+	$(CAMPAIGN) mapping --seeds 0:100 --faults none --without-obstacles $(CAMPAIGN_PAGE)/unwatched || test $$? -eq 1
 
 # Whether flights are the same by the code of today.
 campaign-again: setup
 	$(CAMPAIGN) mapping --sample-of $(CAMPAIGN_DIR)/mapping --sample 70 $(CAMPAIGN_PAGE)/again
 
-# Whether flights with real processes end as those in one process did.
+# Whether flights with real processes end as those in one process did, by the same code.
 campaign-zenoh: setup
-	$(CAMPAIGN) mapping --sample-of $(CAMPAIGN_DIR)/mapping --sample 20 --on zenoh $(CAMPAIGN_PAGE)/zenoh
+	$(CAMPAIGN) mapping --sample-of $(CAMPAIGN_DIR)/again --sample 20 --on zenoh $(CAMPAIGN_PAGE)/zenoh
 
 # Both scenarios of the paper, nominal and failing, into docs/results.md: an hour of one core, and it goes on where it
 # was interrupted. PAPER_ARGS="--seeds 0:20 --jobs 2" for more flights.

@@ -21,8 +21,8 @@ from skillwing.m600.campaign.result import End, FlightResult
 ROOT = Path(__file__).parents[3]
 PAGE, CAMPAIGNS = ROOT / "docs" / "missions.md", ROOT / "docs" / "campaigns"
 MAPPING, UNWATCHED = CAMPAIGNS / "mapping", CAMPAIGNS / "unwatched"
-SAMPLES = "again", "zenoh"
-"""Folders of flights that repeat some of `MAPPING`."""
+SAMPLES = {"again": MAPPING, "zenoh": CAMPAIGNS / "again"}
+"""Folders of flights that repeat some of those in another one."""
 TITLE = re.compile(r"^<!-- campaign: (.+) -->$", re.MULTILINE)
 MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
 RECIPE = re.compile(r"^campaign-(\w+): setup\n\t\$\(CAMPAIGN\) (.+) \$\(CAMPAIGN_PAGE\)/(\w+)\b", re.MULTILINE)
@@ -34,9 +34,7 @@ def published(campaigns: Path) -> list[Path]:
 
 
 def flights_in(folder: Path) -> list[FlightResult]:
-    """Those that are published there; the test is skipped where none are."""
-    if not (folder / LEDGER_FILE).exists():
-        pytest.skip(f"No flights are published in {folder}.")
+    """Those that are published there."""
     return read_results(folder / LEDGER_FILE)
 
 
@@ -110,6 +108,9 @@ def test_make_campaign_flies_every_campaign_and_publishes_it_under_its_name() ->
     assert flown[1].split() == [f"campaign-{target}" for target, _, _ in RECIPE.findall(MAKEFILE)]
     assert all(target == folder for target, _, folder in RECIPE.findall(MAKEFILE))
     assert set(plans_of_make()) == {target for target, _, _ in RECIPE.findall(MAKEFILE)} - set(SAMPLES)
+    assert {folder.name for folder in published(CAMPAIGNS)} == {target for target, _, _ in RECIPE.findall(MAKEFILE)}
+    assert f"--sample-of $(CAMPAIGN_DIR)/{SAMPLES['again'].name} " in MAKEFILE
+    assert f"--sample-of $(CAMPAIGN_DIR)/{SAMPLES['zenoh'].name} " in MAKEFILE
 
 
 def test_make_campaign_lets_everything_happen_in_courtyards_that_a_mission_notices() -> None:
@@ -129,15 +130,21 @@ def test_drones_collide_where_nobody_looks_ahead_and_not_where_obstacle_detectio
     """Which is what makes it mean something that drones hit nothing."""
     collided = {each.plan.seed for each in flights_in(UNWATCHED) if each.collisions}
     watched = {each.plan.seed: each for each in flights_in(MAPPING) if each.plan.condition is Condition.NONE}
-    assert collided
-    assert not any(watched[seed].collisions for seed in collided)
+    assert set(watched) == {each.plan.seed for each in flights_in(UNWATCHED)}
+    assert len(collided) > 0.9 * len(watched)
+    assert not any(each.collisions for each in watched.values())
 
 
 @pytest.mark.parametrize("name", SAMPLES)
 def test_a_sample_is_told_beside_the_flights_it_repeats(name: str) -> None:
-    results = flights_in(CAMPAIGNS / name)
+    results, repeated = flights_in(CAMPAIGNS / name), SAMPLES[name]
     told = page.read(PAGE, title_of(CAMPAIGNS / name)).splitlines()
-    assert set(comparison(Sample(MAPPING, flights_in(MAPPING), read_code(MAPPING)), results)) <= set(told)
+    assert set(comparison(Sample(repeated, flights_in(repeated), read_code(repeated)), results)) <= set(told)
+
+
+def test_flights_over_zenoh_repeat_flights_of_the_same_code() -> None:
+    """So that where they end otherwise, it is for the processes and the network."""
+    assert read_code(CAMPAIGNS / "zenoh").digest == read_code(SAMPLES["zenoh"]).digest
 
 
 def test_the_first_example_flies_what_make_campaign_does() -> None:
