@@ -70,7 +70,7 @@ errors: setup
 
 # Every fault of every sensor: noticed or not, and how soon.
 fault-detection: setup
-	$(BIN)/python benchmarks/fault_detection.py --write
+	$(BIN)/python benchmarks/fault_detection.py --seeds 20 --minutes 2 --missions 30 --write
 
 # The pictures in README.md, from flights of this very code. Those of the dashboard need a Vulkan driver, no screen.
 pictures: setup
