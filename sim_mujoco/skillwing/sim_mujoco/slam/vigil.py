@@ -1,7 +1,8 @@
 """Whether odometry can still be believed: what it notices about itself, without knowing the truth.
 
 A scan is doubted when it contradicts the map or the inertial measurements. Doubted scans change nothing; several in a
-row mean that odometry has diverged, whoever is wrong: the scans, the inertial measurements, or the map.
+row mean that odometry has diverged, whoever is wrong: the scans, the inertial measurements, or the map. How near sound
+flights come to being doubted is measured (`benchmarks/odometry.py`, docs/mapping.md).
 """
 
 from __future__ import annotations
@@ -17,15 +18,15 @@ from skillwing.sim_mujoco.slam.so3 import Floats
 from skillwing.sim_mujoco.slam.state import POSITION
 
 LEAST_CLOSE: Final = 0.9
-"""Of the points that have a plane this share has to be close to it. In sound flights it never fell below 0.94."""
+"""Of the points that have a plane this share has to be close to it."""
 LARGEST_SURPRISE: Final = 15.0
 """Squared Mahalanobis length of what a scan may change about the prediction, summed over the scans before it, each of
-which counts nine tenths of the next. The most on sound flights was 9.6, for a scan weighs little. A frozen sensor
-contradicts the other one a little with each scan, and would be believed in the end."""
+which counts nine tenths of the next. A frozen sensor contradicts the other one a little with each scan, and would be
+believed in the end. A drone that hovers for long comes nearest to it of all that is sound: at 8, one mission of 70 was
+lost."""
 REMEMBERED: Final = 0.9
 FEWEST_MATCHES: Final = 30
-"""Points on planes without which a scan says nothing. On the pads of 100 courtyards and in the climb from there the
-fewest were 48."""
+"""Points on planes without which a scan says nothing."""
 DOUBTS: Final = 5
 """So many doubted scans more than believed ones, counted from the last time they were even, end the belief."""
 LARGEST_SIGMA: Final = 0.5
