@@ -100,6 +100,19 @@ def test_a_step_beside_which_most_of_the_view_moves_as_well_is_no_jump(turned: b
         assert test.problem(k / 15.0, told.copy()) is None
 
 
+@pytest.mark.parametrize("unseen", [0, 1, 5])
+def test_a_step_beside_which_too_little_was_in_view_is_no_jump(unseen: int) -> None:
+    """Seen in flight, high over open ground: the nose came down, and brought the ground into the camera's reach. Where
+    hardly anything was in view of one picture and the next, nobody knows that the view stood still."""
+    near, nearer, dark = (8.0,) * 2, (7.2,) * 3, (0.0,) * unseen
+    for distances in ((*near, *dark, 8.0, *nearer), (*near, 7.2, *dark, *nearer)):
+        test, told = Jump(lambda picture: picture, speed=5.0), None
+        for k, distance in enumerate(distances):
+            unlike = 1e-3 * k * (distance > 0.0)  # or else it would be a frozen one
+            told = test.problem(k / 15.0, np.full((20, 30), distance + unlike, dtype=np.float32))
+        assert (told is None) is (unseen > 0)
+
+
 def test_the_end_of_a_freeze_is_no_jump(recorded) -> None:
     stream = [(t, recorded[LIDAR][3][1] if 3 <= k < 13 else data) for k, (t, data) in enumerate(recorded[LIDAR])]
     assert complaints(LIDAR, stream, Jump) == [None] * len(stream)

@@ -63,10 +63,10 @@ class Roughness(SelfTest):
 class Jump(SelfTest):
     """The world does not come nearer everywhere at once: a step in all directions is one of the sensor.
 
-    Two thirds of the directions have to change the same way: motion moves edges both ways, so does far noise, and much
-    of the rest stays quiet. A drone that pitches over open ground changes them all as well, but never in one
-    measurement alone: a step has quiet before and after it. The jump counts until there is one back. `speed` is how
-    fast so many may come nearer [m/s]: a wall ahead does.
+    Two thirds of the directions have to change the same way: motion moves edges both ways, so does far noise, and
+    much of the rest stays quiet. A drone that pitches over open ground changes them all as well, but never in one
+    measurement alone: a step has quiet right before and right after it, and enough in view to tell. The jump counts
+    until there is one back. `speed` is how fast so many may come nearer [m/s]: a wall ahead does.
     """
 
     _LEAST = 0.15
@@ -92,6 +92,7 @@ class Jump(SelfTest):
     def _compare(self, dt: float, before: Data, now: Data) -> None:
         change = (now - before)[(now > 0.0) & (before > 0.0)]
         if len(change) < _ENOUGH:
+            self._was_quiet, self._step = False, 0.0
             return
         jump, least = _middle_and_least(change)
         limit = self._LEAST + self._speed * dt
