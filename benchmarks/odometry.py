@@ -356,7 +356,7 @@ def main() -> None:
         return
     seeds = wanted.seeds or SEEDS_TO_COMPARE
     try:
-        outcomes = compare(wanted.method, flights(seeds), wanted.recorded, wanted.keep)
+        outcomes = compare(wanted.method, flights(seeds), wanted.jobs, wanted.recorded, wanted.keep)
     except MissingLibraryError as error:
         raise SystemExit(str(error)) from error
     body, variant = report_comparison(outcomes, wanted.method, seeds), f"--method {wanted.method}"

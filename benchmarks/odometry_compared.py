@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import msgspec
@@ -12,6 +12,7 @@ from mapping_flight import Moment, as_navigation
 from odometry_on_flight import TruePath, drifts, give, make_odometry, off, rms, turned
 from performance_page import machine, spread, spread_said, table
 from recorded_flight import moments
+from workers import workers
 
 from skillwing.sim_mujoco.frames.motion import Motion
 from skillwing.sim_mujoco.geofence import Box
@@ -106,27 +107,33 @@ def _matcher(method: str) -> MakeMatcher:
     return PlaneMatcher if method == OURS else gicp_matcher()
 
 
-def compare(method: str, flights: Iterable[tuple[int, bool]], folder: Path | None, keep: Path | None) -> list[Outcome]:
-    """What became of ours and of `method` on each flight.
+def compare(
+    method: str, flights: Sequence[tuple[int, bool]], processes: int, folder: Path | None, keep: Path | None
+) -> list[Outcome]:
+    """What became of ours and of `method` on each flight, so many of which are followed at once.
 
-    Measurements come from `folder`, or are kept there; what is in the file `keep` is not worked out again.
+    Measurements come from `folder`, or are kept there; what is in the file `keep` is not worked out again. Raises
+    MissingLibraryError.
     """
+    _matcher(method)
     known = {(o.method, o.seed, o.across): o for o in _remembered(keep)}
-    outcomes: list[Outcome] = []
-    for seed, across in flights:
-        wanted = [each for each in (OURS, method) if (each, seed, across) not in known]
-        for outcome in _followed(wanted, seed, across=across, folder=folder):
-            known[outcome.method, seed, across] = outcome
-            if keep is not None:
-                with keep.open("ab") as file:
-                    file.write(msgspec.json.encode(outcome) + b"\n")
-        outcomes += [known[each, seed, across] for each in (OURS, method)]
-    return outcomes
+    missing = [
+        ([each for each in (OURS, method) if (each, seed, across) not in known], seed, across, folder)
+        for seed, across in flights
+    ]
+    with workers(processes) as pool:
+        for outcomes in pool.map(_followed, [each for each in missing if each[0]]):
+            for outcome in outcomes:
+                known[outcome.method, outcome.seed, outcome.across] = outcome
+                if keep is not None:
+                    with keep.open("ab") as file:
+                        file.write(msgspec.json.encode(outcome) + b"\n")
+    return [known[each, seed, across] for seed, across in flights for each in (OURS, method)]
 
 
-def _followed(methods: Sequence[str], seed: int, *, across: bool, folder: Path | None) -> list[Outcome]:
-    if not methods:
-        return []
+def _followed(wanted: tuple[Sequence[str], int, bool, Path | None]) -> list[Outcome]:
+    """By these methods, the flight of a seed, with the nose across the track or not, recorded in a folder."""
+    methods, seed, across, folder = wanted
     followers = [Follower(each, MappingOptions().box) for each in methods]
     for moment in moments(seed, across=across, folder=folder):
         for follower in followers:
