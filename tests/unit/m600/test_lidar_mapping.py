@@ -50,6 +50,18 @@ def test_a_mapping_node_that_falls_silent_fails_it(drone: Drone) -> None:
     goal.assert_ended("ERROR", within=6.0, reason="has not reported")
 
 
+def test_a_mapping_node_that_was_started_again_fails_it(drone: Drone) -> None:
+    """It knows nothing of the goal, and maps nothing. What it had mapped is lost."""
+    goal = drone.start()
+    drone.run(5.0)
+    drone.layer.mapping = False
+    goal.assert_ended("ERROR", within=2.0, reason="has lost the map")
+    drone.assert_states(slam_status="IDLE")
+    again = drone.start()
+    drone.run(5.0)
+    again.assert_running()
+
+
 def test_a_mapping_node_that_refuses_fails_it(drone: Drone) -> None:
     drone.layer.refusal = "the map is full"
     drone.start().assert_ended("ERROR", reason="The map is full.")

@@ -15,6 +15,8 @@ from skillwing.sim_mujoco.topics import MAPPING_COMMAND, MAPPING_STATUS, Control
 
 PATIENCE = 4.0
 """Without a status for this long the mapping node is gone [s]."""
+UNDER_WAY = 1.0
+"""Until so long after the node was switched on, a status may still be one from before [s]."""
 
 
 class LidarMappingManager(AbstractLidarMappingManager):
@@ -45,11 +47,16 @@ class LidarMappingManager(AbstractLidarMappingManager):
         self.mapping.release(goal)
 
     def _on_status(self, status: MappingStatus) -> None:
-        goal = self.current
-        if goal is not None and status.running and status.diverged and goal.id != self._given_up:
+        goal, on_since = self.current, self.mapping.on_since
+        if goal is None or goal.id == self._given_up:
+            return
+        if status.running and status.diverged:
             self._given_up = goal.id
             why = self._timeline.record(RecordKind.HEALTH, "map", None, "DIVERGED", text=status.text)
             self.terminated_DIVERGED(goal.id, cause=why)
+        elif not status.running and on_since is not None and status.t > on_since + UNDER_WAY:
+            self._given_up = goal.id
+            self.failed(goal.id, "The mapping node was started again, and has lost the map. Start the skill anew.")
 
     def _watch(self, goal: Goal[LidarMappingInputs], dispatched_at: float) -> None:
         if self.bus.now() - dispatched_at >= PATIENCE and not self.status.is_fresh(PATIENCE):

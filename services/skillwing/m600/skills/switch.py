@@ -28,14 +28,18 @@ class Switch:
         self._hooks, self._key, self._message, self._node = hooks, key, message, node
         self._goal: Goal[Any] | None = None
         self._command: Command | None = None
+        self.on_since: float | None = None
+        """Since when the node runs for the goal, by its own account; None while it does not have to."""
 
     def on(self, goal: Goal[Any]) -> None:
         """Switch the node on for the goal."""
         self._goal = goal
-        self._send(goal, on=True, on_taken=lambda: None)
+        self.on_since = None
+        self._send(goal, on=True, on_taken=self._is_on)
 
     def off(self, goal: Goal[Any]) -> None:
         """Switch the node off, and confirm the goal's interruption once it is."""
+        self.on_since = None
         self._send(goal, on=False, on_taken=lambda: self._confirm(goal))
 
     def release(self, goal: Goal[Any]) -> None:
@@ -43,8 +47,11 @@ class Switch:
         if self._command is not None:
             self._command.cancel()
         if self._goal is not None and self._goal.id == goal.id:
-            self._goal = None
+            self._goal, self.on_since = None, None
             Command(self._hooks.bus, self._key, self._message(goal, False))
+
+    def _is_on(self) -> None:
+        self.on_since = self._hooks.bus.now()
 
     def _confirm(self, goal: Goal[Any]) -> None:
         self._goal = None
