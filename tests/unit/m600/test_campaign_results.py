@@ -7,6 +7,7 @@ import fcntl
 from io import StringIO
 from pathlib import Path
 
+import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -208,7 +209,7 @@ def test_the_title_tells_what_is_flown() -> None:
 
 def test_a_file_that_is_no_ledger_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / LEDGER_FILE).write_text("shopping list\n", encoding="utf-8")
-    with pytest.raises(InvalidOptionError, match="is not a campaign's"):
+    with pytest.raises(InvalidOptionError, match=r"Line 1 of .* is no flight"):
         Ledger(tmp_path, resume=True)
     assert (tmp_path / LEDGER_FILE).read_text(encoding="utf-8") == "shopping list\n"
 
@@ -281,3 +282,18 @@ def test_a_section_replaces_the_one_before_and_leaves_the_rest_of_the_page(tmp_p
     )
     assert text.count("## Mapping") == text.count("## Other") == 1
     assert "| mapping-courtyard-none-4 | 1 collision |" in text
+
+
+@pytest.mark.parametrize("wrong", [b"", b'{"plan": ', b"no flight"])
+def test_a_line_that_is_no_flight_is_told_by_its_number(tmp_path: Path, wrong: bytes) -> None:
+    lines = [msgspec.json.encode(flown(seed)) for seed in range(3)]
+    (tmp_path / LEDGER_FILE).write_bytes(b"\n".join([*lines[:2], wrong, lines[2], b""]))
+    with pytest.raises(InvalidOptionError, match=r"Line 3 of .* is no flight: .*Take this line out"):
+        Ledger(tmp_path, resume=True)
+
+
+def test_a_flight_counts_once(tmp_path: Path) -> None:
+    lines = [msgspec.json.encode(flown(seed)) for seed in (0, 1, 0)]
+    (tmp_path / LEDGER_FILE).write_bytes(b"\n".join([*lines, b""]))
+    with pytest.raises(InvalidOptionError, match=r"Line 3 of .* an earlier line is, too"):
+        Ledger(tmp_path, resume=True)

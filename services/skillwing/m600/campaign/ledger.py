@@ -72,14 +72,24 @@ class Ledger:
 def read_results(path: Path) -> list[FlightResult]:
     """Every result in a ledger's file but one that its writer could not finish.
 
-    Raises InvalidOptionError for a file that is no ledger.
+    Raises InvalidOptionError for a line that is no flight, and for one that is there twice.
     """
     *lines, _ = path.read_bytes().split(b"\n")
-    try:
-        return [msgspec.json.decode(line, type=FlightResult) for line in lines]
-    except msgspec.DecodeError as error:
-        text = f"{path} is not a campaign's: {error}. Choose another folder."
-        raise InvalidOptionError("output", text) from error
+    results: dict[str, FlightResult] = {}
+    for number, line in enumerate(lines, start=1):
+        try:
+            result = msgspec.json.decode(line, type=FlightResult)
+        except msgspec.DecodeError as error:
+            raise _unreadable(path, number, f"is no flight: {error}.") from error
+        if result.plan.name in results:
+            raise _unreadable(path, number, f"is {result.plan.name}, which an earlier line is, too.")
+        results[result.plan.name] = result
+    return list(results.values())
+
+
+def _unreadable(path: Path, number: int, why: str) -> InvalidOptionError:
+    advice = "Take this line out, and by --resume what is missing is flown; or choose another folder."
+    return InvalidOptionError("output", f"Line {number} of {path} {why} {advice}")
 
 
 def _reserve(file: BinaryIO, folder: Path) -> None:
