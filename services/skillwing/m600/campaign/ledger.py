@@ -75,15 +75,16 @@ def read_results(path: Path) -> list[FlightResult]:
     Raises InvalidOptionError for a line that is no flight, and for one that is there twice.
     """
     *lines, _ = path.read_bytes().split(b"\n")
-    results: dict[str, FlightResult] = {}
+    results: dict[bytes, FlightResult] = {}
     for number, line in enumerate(lines, start=1):
         try:
             result = msgspec.json.decode(line, type=FlightResult)
         except msgspec.DecodeError as error:
             raise _unreadable(path, number, f"is no flight: {error}.") from error
-        if result.plan.name in results:
+        plan = msgspec.json.encode(result.plan)  # by whatever it was flown: a tree of that name may have changed
+        if plan in results:
             raise _unreadable(path, number, f"is {result.plan.name}, which an earlier line is, too.")
-        results[result.plan.name] = result
+        results[plan] = result
     return list(results.values())
 
 
