@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -35,9 +34,6 @@ from skillwing.sim_mujoco import topics
 ANSWER_WITHIN = 10.0
 """Wall seconds; a question that nobody has answered by then is counted as silence."""
 MANAGERS = ("data_manager", "resource_manager", "skill/takeoff")
-
-MUCH, DIGESTION = 40.0, 30.0
-"""A process that has grown by so much [MB] may go on digesting what was thrown at it for so long [s]."""
 
 
 def managers_and_guidance() -> tuple[ProcessSpec, ...]:
@@ -152,17 +148,9 @@ class Thrower:
             for name, pid in self._pids.items()
             if self._launcher.pids[name] != pid or not self._launcher.running(name)
         )
-        out.memory = self._grown()
-        # Large messages that still wait in a busy process are not what it remembers.
-        deadline = time.monotonic() + DIGESTION
-        while out.growth > MUCH and time.monotonic() < deadline:
-            time.sleep(0.2)
-            out.memory = self._grown()
-        return out
-
-    def _grown(self) -> dict[str, tuple[float, float]]:
         after = self._memory()
-        return {name: (before, after.get(name, 0.0)) for name, before in self._before.items()}
+        out.memory = {name: (before, after.get(name, 0.0)) for name, before in self._before.items()}
+        return out
 
     def _memory(self) -> dict[str, float]:
         """Resident memory of each process in MB."""
