@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 from skillwing.dsl.checking.analysis import analyse
 from skillwing.dsl.checking.collector import paused_collector
-from skillwing.dsl.checking.damage import remainder
-from skillwing.dsl.checking.places import Places
+from skillwing.dsl.checking.partial_model import remainder
 from skillwing.dsl.checking.resolver import resolve
 from skillwing.dsl.checking.results import report_unmarked_results
+from skillwing.dsl.checking.source_locations import Places
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic, has_errors, in_file_order
 from skillwing.dsl.diagnostics.report import Report
 from skillwing.dsl.model import Skillset

@@ -24,8 +24,8 @@ class Glossary:
 
 
 _BY_GRAMMAR = {
-    "skillset.lark": Glossary(SKILLSET_KEYWORDS, SKILLSET_TYPES, {"owner_lost": OWNER_POLICIES}),
-    "rl.lark": Glossary(RL_KEYWORDS, {}, {}),
+    "skillset/skillset.lark": Glossary(SKILLSET_KEYWORDS, SKILLSET_TYPES, {"owner_lost": OWNER_POLICIES}),
+    "rl/rl.lark": Glossary(RL_KEYWORDS, {}, {}),
 }
 
 

@@ -10,9 +10,9 @@ from typing import cast
 from lark import Lark
 from lark.lexer import TerminalDef
 
-from skillwing.dsl.reading.scanner import Scanner
-from skillwing.dsl.reading.tables import Tables, tables
-from skillwing.dsl.reading.terminals import Vocabulary
+from skillwing.dsl.reading.lalr.scanner import Scanner
+from skillwing.dsl.reading.lalr.tables import Tables, tables
+from skillwing.dsl.reading.vocabulary import Vocabulary
 
 
 @dataclass(frozen=True)

@@ -14,15 +14,15 @@ def dialect_of(file: str) -> Dialect:
 
 @cache
 def _skillset() -> Dialect:
-    from skillwing.dsl.reading.skillset_builder import SkillsetBuilder  # noqa: PLC0415 - each dialect when first read
-    from skillwing.dsl.reading.skillset_words import SKILLSET_WORDS  # noqa: PLC0415
+    from skillwing.dsl.reading.skillset.builder import SkillsetBuilder  # noqa: PLC0415 - each dialect when first read
+    from skillwing.dsl.reading.skillset.dialect import SKILLSET_WORDS  # noqa: PLC0415
 
-    return Dialect("skillset.lark", SkillsetBuilder(), SKILLSET_WORDS)
+    return Dialect("skillset/skillset.lark", SkillsetBuilder(), SKILLSET_WORDS)
 
 
 @cache
 def _rl() -> Dialect:
-    from skillwing.dsl.reading.rl_builder import RlBuilder  # noqa: PLC0415
-    from skillwing.dsl.reading.rl_words import RL_WORDS  # noqa: PLC0415
+    from skillwing.dsl.reading.rl.builder import RlBuilder  # noqa: PLC0415
+    from skillwing.dsl.reading.rl.dialect import RL_WORDS  # noqa: PLC0415
 
-    return Dialect("rl.lark", RlBuilder(), RL_WORDS)
+    return Dialect("rl/rl.lark", RlBuilder(), RL_WORDS)

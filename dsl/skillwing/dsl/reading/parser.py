@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic
 from skillwing.dsl.reading import syntax
-from skillwing.dsl.reading.broken_text import BrokenText
 from skillwing.dsl.reading.dialects import dialect_of
 from skillwing.dsl.reading.lexemes import COMMENT, Source
-from skillwing.dsl.reading.losses import Losses
-from skillwing.dsl.reading.recovery import Recovery
+from skillwing.dsl.reading.recovery.broken_text import BrokenText
+from skillwing.dsl.reading.recovery.recovery_report import Losses
+from skillwing.dsl.reading.recovery.repairs import Recovery
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from skillwing.dsl.reading.terminals import Vocabulary
+from skillwing.dsl.reading.vocabulary import Vocabulary
 
 RL_WORDS = Vocabulary(
     signs={

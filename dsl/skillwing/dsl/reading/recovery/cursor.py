@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 from skillwing.dsl.reading.dialect import Dialect
 from skillwing.dsl.reading.extents import spans
+from skillwing.dsl.reading.lalr.machine import Machine, Outlook
+from skillwing.dsl.reading.lalr.tables import END, Tables
 from skillwing.dsl.reading.lexemes import Lexeme
-from skillwing.dsl.reading.machine import Machine, Outlook
-from skillwing.dsl.reading.tables import END, Tables
-from skillwing.dsl.reading.terminals import BROKEN, CLOSERS
+from skillwing.dsl.reading.vocabulary import BROKEN, CLOSERS
 
 _LOOKAHEAD = 3  # words behind a repair that the parser has to be able to read
 

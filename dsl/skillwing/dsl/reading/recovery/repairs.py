@@ -12,14 +12,14 @@ from __future__ import annotations
 from itertools import groupby, islice
 from operator import itemgetter
 
-from skillwing.dsl.reading.broken_text import BEHIND_A_NAME, BrokenText
-from skillwing.dsl.reading.cursor import Block
-from skillwing.dsl.reading.layout import behind_what_belongs, unclosed_by_layout
+from skillwing.dsl.reading.lalr.machine import Outlook
+from skillwing.dsl.reading.lalr.tables import END
 from skillwing.dsl.reading.lexemes import Lexeme
-from skillwing.dsl.reading.machine import Outlook
-from skillwing.dsl.reading.slips import mend_slips
-from skillwing.dsl.reading.tables import END
-from skillwing.dsl.reading.terminals import BROKEN, capitalised
+from skillwing.dsl.reading.recovery.broken_text import BEHIND_A_NAME, BrokenText
+from skillwing.dsl.reading.recovery.cursor import Block
+from skillwing.dsl.reading.recovery.layout import behind_what_belongs, unclosed_by_layout
+from skillwing.dsl.reading.recovery.lexical_errors import mend_slips
+from skillwing.dsl.reading.vocabulary import BROKEN, capitalised
 from skillwing.dsl.suggest import closest
 
 _MOST_PROBLEMS = 100

@@ -10,8 +10,8 @@ from typing import TypeVar
 from skillwing.dsl.diagnostics.report import Report
 from skillwing.dsl.expressions import And, Expression, depth, references
 from skillwing.dsl.reading import syntax
-from skillwing.dsl.reading.rl_effects import InlineEffects
-from skillwing.dsl.reading.rl_syntax import (
+from skillwing.dsl.reading.rl.effects import InlineEffects
+from skillwing.dsl.reading.rl.syntax import (
     ChecksNode,
     IncludeNode,
     InterruptNode,
@@ -26,8 +26,8 @@ from skillwing.dsl.reading.rl_syntax import (
     StartNode,
     TypesNode,
 )
-from skillwing.dsl.reading.rl_transitions import divided
-from skillwing.dsl.reading.rl_types import RlTypes
+from skillwing.dsl.reading.rl.transitions import divided
+from skillwing.dsl.reading.rl.types import RlTypes
 from skillwing.dsl.reading.syntax import CoinedWord, Word
 
 _Kind = TypeVar("_Kind")

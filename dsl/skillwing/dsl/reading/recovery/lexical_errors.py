@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic
 from skillwing.dsl.expressions import literal_text
 from skillwing.dsl.reading.lexemes import Lexeme
-from skillwing.dsl.reading.terminals import Vocabulary
+from skillwing.dsl.reading.vocabulary import Vocabulary
 from skillwing.dsl.spans import Span
 
 # What other languages write, with the terminal and the text that stand for it here.

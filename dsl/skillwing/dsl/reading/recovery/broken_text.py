@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic
-from skillwing.dsl.reading.cursor import Block, Cursor
 from skillwing.dsl.reading.dialect import Dialect
+from skillwing.dsl.reading.lalr.tables import END
 from skillwing.dsl.reading.lexemes import Lexeme, Source
-from skillwing.dsl.reading.losses import Losses
-from skillwing.dsl.reading.tables import END
-from skillwing.dsl.reading.terminals import BROKEN, capitalised, either
+from skillwing.dsl.reading.recovery.cursor import Block, Cursor
+from skillwing.dsl.reading.recovery.recovery_report import Losses
+from skillwing.dsl.reading.vocabulary import BROKEN, capitalised, either
 from skillwing.dsl.spans import Span
 
 BEHIND_A_NAME = ("COLON", "OPEN")

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
-from skillwing.dsl.checking.places import Places
+from skillwing.dsl.checking.source_locations import Places
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic
 from skillwing.dsl.expressions import names_used
 from skillwing.dsl.model import Event, Skill, Skillset

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from skillwing.dsl.reading.terminals import Vocabulary
+from skillwing.dsl.reading.vocabulary import Vocabulary
 
 _ELEMENTS = frozenset({"SKILL", "RESOURCE", "DATA", "TYPE", "ENUM", "EVENT"})
 
