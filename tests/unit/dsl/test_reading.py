@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from skillwing.dsl.checking.checker import check
+from skillwing.dsl.reading.dialect import lex
 from skillwing.dsl.reading.lexemes import COMMENT
-from skillwing.dsl.reading.lexer import lex
 from skillwing.dsl.reading.parser import parse_file
 from skillwing.dsl.reading.recovery.layout import unclosed_by_layout
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from skillwing.dsl.editor.rl_glossary import RL_KEYWORDS
 from skillwing.dsl.editor.skillset_glossary import OWNER_POLICIES, SKILLSET_KEYWORDS, SKILLSET_TYPES
-from skillwing.dsl.reading.dialects import dialect_of
+from skillwing.dsl.reading.dialect import dialect_of
 
 
 @dataclass(frozen=True, slots=True)

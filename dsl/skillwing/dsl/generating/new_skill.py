@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from skillwing.dsl.generating.skeletons import skill_file
 from skillwing.dsl.model import Skill
 from skillwing.dsl.naming import class_name, manager_class
-from skillwing.dsl.reading.lexer import lex
+from skillwing.dsl.reading.dialect import lex
 
 _BLOCK = """\
     // Say here in a sentence what `{skill}` does.

@@ -77,7 +77,7 @@ class PartByPart:
 
 def _may_be_played(part: StateSpace, movers: int) -> bool:
     combinations = prod(len(resource.states) for resource in part.skillset.resources)
-    return movers <= MOST_SKILLS and combinations <= MOST_STATES and part.unruly.isdisjoint(part.names)
+    return movers <= MOST_SKILLS and combinations <= MOST_STATES and part.unconstrained.isdisjoint(part.names)
 
 
 def _parts(space: StateSpace) -> Iterator[StateSpace]:
