@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 
 from skillwing.dsl.checking.source_locations import SourceLocations
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic
-from skillwing.dsl.expressions import names_used
-from skillwing.dsl.model import Event, Skill, Skillset
+from skillwing.dsl.model import Skill, Skillset
+from skillwing.dsl.queries import named_by
 from skillwing.dsl.reading import syntax
 from skillwing.dsl.spans import Span
 
@@ -51,7 +51,7 @@ def partial_model(
     gone = {element.name.text for element in hurt if isinstance(element, syntax.ResourceSyntax)}
     named = {element.name.text for element in hurt if isinstance(element, syntax.SkillSyntax)}
     silent = {element.name.text for element in hurt if isinstance(element, syntax.EventSyntax)}
-    sound = [skill for skill in skillset.skills if skill.name not in named and gone.isdisjoint(_speaks_of(skill))]
+    sound = [skill for skill in skillset.skills if skill.name not in named and gone.isdisjoint(named_by(skill))]
     damaged = {skill.name for skill in skillset.skills} - {skill.name for skill in sound}
     resources = tuple(resource for resource in skillset.resources if resource.name not in gone)
     if misread or any(item.code in _LEAVES_RESOURCES_OPEN for item in wrong):
@@ -60,23 +60,9 @@ def partial_model(
         unconstrained = {
             name for skill in skillset.skills if skill.name in damaged for name in _may_move(skill, locations)
         }
-    events = tuple(
-        event for event in skillset.events if event.name not in silent and gone.isdisjoint(_event_speaks_of(event))
-    )
+    events = tuple(event for event in skillset.events if event.name not in silent and gone.isdisjoint(named_by(event)))
     left = replace(skillset, resources=resources, events=events, skills=tuple(sound))
     return PartialModel(left, frozenset(unconstrained))
-
-
-def _speaks_of(skill: Skill) -> set[str]:
-    guards = [item.expression for item in (*skill.preconditions.checks, *skill.invariants)]
-    guards += [result.post for result in skill.results if result.post is not None]
-    names = {name for guard in guards for name in names_used(guard, "resource")}
-    return names.union(name for effect in skill.effects for name, _ in effect.transitions)
-
-
-def _event_speaks_of(event: Event) -> set[str]:
-    guarded = names_used(event.guard, "resource") if event.guard is not None else ()
-    return {*guarded, *(name for name, _ in event.effect.transitions)}
 
 
 def _may_move(skill: Skill, locations: SourceLocations) -> Iterator[str]:
