@@ -1,4 +1,4 @@
-"""Leaks: a skill ends, a resource it took stays taken, and nothing in the skillset can ever bring it back."""
+"""Resource leaks: a skill ends, a resource that it took stays taken, and no transition can ever bring it back."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from skillwing.dsl.model import Skill
 
 
 def report_leaks(skill: Skill, startable: Situations, knowledge: Knowledge, space: StateSpace, report: Report) -> None:
-    """Warn of every resource that a skill takes at its start and can leave for good where nobody can take it again.
+    """Warn of each resource that a skill takes at its start and may never give back.
 
-    startable: the situations from which the skill can start. A resource whose own transitions lead nowhere back, such
-    as a parachute, is meant to be used once.
+    startable: the situations in which the skill can start. A resource without a way back by its own transitions, such
+    as a parachute, is for single use and no leak.
     """
     for name, taken in skill.transitions(skill.preconditions.success):
         origins = startable.states(name) - {taken}

@@ -1,8 +1,7 @@
-"""Predicates on numbers that can never hold: outside a declared range, or at odds with themselves.
+"""Predicates on numbers that never hold: outside a declared range, or contradictory.
 
-Data and inputs may be anything that their types admit, so only this is looked at: what a conjunction of comparisons of
-one name with numbers leaves of its range. The inputs have one, declared or that of their integer type; a datum may be
-any number.
+Data and inputs may have any value of their types. The check therefore considers only conjunctions of comparisons of one
+name with numbers. An input has a range, declared or that of its integer type. A datum may be any number.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ _MIRRORED: Mapping[str, Operator] = {"<": ">", "<=": ">=", ">": "<", ">=": "<=",
 
 @dataclass(slots=True)
 class _Interval:
-    """The numbers from low to high. open: the bound itself is left out."""
+    """The numbers from low to high. open: the bound itself is excluded."""
 
     low: float = -math.inf
     high: float = math.inf
@@ -36,7 +35,7 @@ class _Interval:
             self.high, self.high_open = value, operator == "<"
 
     def is_empty(self, whole: bool) -> bool:
-        """whole: only whole numbers count."""
+        """True if the interval contains no number. whole: only whole numbers count."""
         if self.low > self.high or (self.low == self.high and (self.low_open or self.high_open)):
             return True
         if not whole or math.isinf(self.low) or math.isinf(self.high):
@@ -74,7 +73,7 @@ def _judge(code: str, expression: Expression, subject: str, inputs: Mapping[str,
 
 
 def _impossible(expression: Expression, inputs: Mapping[str, Field]) -> str | None:
-    """The name of which the expression asks for what cannot be, if it can never hold for such a reason."""
+    """The name that makes the expression unsatisfiable, with the advice; None if there is none."""
     if isinstance(expression, Or):
         left, right = _impossible(expression.left, inputs), _impossible(expression.right, inputs)
         return left if right is not None else None
@@ -99,7 +98,7 @@ def _conjuncts(expression: Expression) -> Iterator[Expression]:
 
 
 def _bound(expression: Expression) -> Iterator[tuple[str, Operator, float]]:
-    """What a comparison of a name with a number says of the name."""
+    """The interval that a comparison of a name with a number allows."""
     match expression:
         case Comparison(operator, Name() as name, Literal(value)):
             pass
@@ -112,7 +111,7 @@ def _bound(expression: Expression) -> Iterator[tuple[str, Operator, float]]:
 
 
 def _range(name: str, inputs: Mapping[str, Field]) -> tuple[_Interval, bool]:
-    """What a name can be, and whether it is a whole number. Only inputs are held to their range and type."""
+    """The interval of a name, and whether it is a whole number. Only inputs are limited to their range and type."""
     field = inputs.get(name)
     if field is None or not isinstance(field.type, ScalarType):
         return _Interval(), False

@@ -1,6 +1,6 @@
-"""From syntax nodes to the model: every name gets its meaning, every element its type.
+"""Resolution of syntax nodes into the model: the meaning of each name, the type of each element.
 
-The order is that of dependence: types, data, resources, then events and skills, which speak of all of them.
+The order follows the dependencies: types, data, resources, then events and skills.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _Element = TypeVar("_Element")
 
 
 def resolve(root: syntax.SkillsetSyntax, report: Report) -> Skillset:
-    """Build the model. What is wrong goes to the report, and the model then lacks the parts that have no meaning."""
+    """Build the model. Problems go to the report; the model then lacks the parts without a meaning."""
     report.diagnostics += root.remarks
     return _Resolver(root, report).skillset()
 
@@ -78,7 +78,7 @@ class _Resolver:
     # --- across the file
 
     def _colliding_classes(self) -> None:
-        """Report names that differ here and would be one Python class in the generated code."""
+        """Report different names that would become one Python class in generated code."""
         named = [element.name for element in self._elements(syntax.StructSyntax)]
         named += [element.name for element in self._elements(syntax.EnumSyntax)]
         classes = [(class_name(name.text), name) for name in named]

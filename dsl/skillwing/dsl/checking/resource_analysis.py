@@ -1,4 +1,4 @@
-"""What is wrong with resources and events: states out of reach, events that never fire."""
+"""Analysis of resources and events: unreachable states, events that never fire."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from skillwing.dsl.suggest import closest
 
 
 def report_resources(skillset: Skillset, knowledge: Knowledge, space: StateSpace, report: Report) -> None:
-    """Report resources that nothing names, and states that nothing leads to. Comes after skills and events."""
+    """Report resources that nothing names and states that nothing reaches. Runs after skills and events."""
     named = _resources_named(space)
     effects = [effect for skill in skillset.skills for effect in skill.effects]
     driven = {
@@ -41,7 +41,7 @@ def report_resources(skillset: Skillset, knowledge: Knowledge, space: StateSpace
 
 
 def _disconnected(resource: Resource, connected: Set[str], report: Report) -> None:
-    """Report states that no chain of transitions leads to; where states are not listed, it may be a slip in one."""
+    """Report states that no chain of transitions reaches. Without a list of states, one may be misspelt."""
     initial = resource.initial
     others = [state for state in resource.states if state not in connected]
     meant = closest(initial, others) if len(connected) == 1 else None
@@ -85,7 +85,7 @@ def _resources_named(space: StateSpace) -> set[str]:
 
 
 def report_event(event: Event, knowledge: Knowledge, space: StateSpace, report: Report) -> None:
-    """Report an event that can never fire, or that drives what belongs to skills."""
+    """Report an event that can never fire, or that drives an internal transition."""
     guard = space.guard(event.guard)
     enabled = knowledge.resting if guard is None else knowledge.resting.where(guard)
     if event.guard is not None and guard is not None and enabled.empty:
@@ -118,7 +118,7 @@ def _never_applies(event: Event, enabled: Situations, space: StateSpace, report:
 
 
 def _transition(name: str, target: str, span: Span, space: StateSpace, report: Report) -> bool:
-    """Report a transition that no event may take; tell whether it was."""
+    """Report a transition that no event may take; return whether it was reported."""
     edges = [edge for edge in space.resource(name).transitions if edge.target == target]
     if any(edge.extern for edge in edges):
         return False

@@ -1,4 +1,4 @@
-"""Resolving types, units, ranges and defaults."""
+"""Resolution of types, units, ranges and defaults."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _UNIT = re.compile(
 
 
 class Types:
-    """The types of a skillset, by name. Structures are built when first needed, so that order does not matter."""
+    """The types of a skillset, by name. Structures are built on demand, so that their order does not matter."""
 
     def __init__(self, elements: Iterable[syntax.Element], report: Report) -> None:
         self._report = report
@@ -36,7 +36,7 @@ class Types:
         self._under_way: list[str] = []
         self.used: set[str] = set()
         self.untyped: set[str] = set()
-        """Names that are declared with a type that is wrong: what is said of them cannot be judged."""
+        """Names whose declared types are wrong. Predicates on them are not checked."""
         seen: dict[str, Word] = {}
         for element in elements:
             if not isinstance(element, syntax.EnumSyntax | syntax.StructSyntax):
@@ -69,7 +69,7 @@ class Types:
         return self._named[name]
 
     def resolve(self, use: syntax.TypeUse) -> Type | None:
-        """Return the type, or None if it is unknown (which is then reported)."""
+        """Return the type; None if it is unknown, which is then reported."""
         resolved = self._resolve_name(use.name)
         for array in use.arrays:
             digits = array.text.strip("[] \t\r\n")
@@ -102,7 +102,7 @@ class Types:
         return None
 
     def fields(self, declarations: Iterable[syntax.FieldSyntax], kind: str) -> tuple[Field, ...]:
-        """Resolve the fields of a block; those of unknown type are left out."""
+        """Resolve the fields of a block. Fields of unknown type are left out."""
         seen: dict[str, Word] = {}
         resolved = (self._field(item) for item in declarations if self._report.declare(seen, item.name, kind))
         return tuple(field for field in resolved if field is not None)
@@ -186,7 +186,7 @@ def _limits(declared: Type, low: float | None, high: float | None) -> tuple[floa
 
 
 def _converted(given: Literal | Symbol, declared: Type) -> Value | None:
-    """The default as a value of the type, or None if it is not one."""
+    """The default as a value of the type; None if it is not one."""
     if isinstance(given, Symbol):
         return given.name if isinstance(declared, EnumType) and given.name in declared.values else None
     value = given.value

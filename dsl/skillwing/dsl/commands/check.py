@@ -21,7 +21,7 @@ from skillwing.dsl.suggest import closest
 
 
 class Format(StrEnum):
-    """How the problems are printed."""
+    """Output format of problems."""
 
     TEXT = "text"
     JSON = "json"
@@ -40,7 +40,7 @@ def check(
         str | None, typer.Option("--explain", metavar="CODE", help="Show the page on a code, such as SW042.")
     ] = None,
 ) -> None:
-    """Check skillset files and show every problem in them."""
+    """Check skillset files and show all their problems."""
     if explain is not None:
         _explain(explain)
         return
@@ -71,7 +71,7 @@ _NOT_EXACT = "too large to be played through: states of *several* resources that
 
 
 def _read(files: Sequence[Path]) -> tuple[dict[str, str], list[str]]:
-    """The texts of the files that can be read, by name, and a sentence on each other one."""
+    """The texts of the readable files, by name, and a sentence for each other file."""
     sources: dict[str, str] = {}
     unreadable: list[str] = []
     for file in files:

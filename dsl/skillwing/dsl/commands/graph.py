@@ -51,7 +51,7 @@ def graph(
         ),
     ] = None,
 ) -> None:
-    """Draw a skillset: which skill uses which resource, or one of its resources or skills."""
+    """Draw a skillset: all skills with their resources, or one resource or skill."""
     if sum((resource is not None, skill is not None, everything)) > 1:
         misuse("Choose one of `--resource`, `--skill` and `--all`.")
     if everything and output is None:
@@ -75,7 +75,7 @@ def graph(
 
 
 def _diagram(skillset: Skillset, resource: str | None, skill: str | None) -> Diagram:
-    """The picture that was asked for; raises UnknownNameError."""
+    """The requested picture. Raises UnknownNameError."""
     if resource is not None:
         return resource_diagram(skillset.resource(resource))
     return map_diagram(skillset) if skill is None else skill_diagram(skillset.skill(skill))

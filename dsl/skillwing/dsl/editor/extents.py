@@ -1,4 +1,4 @@
-"""Where declarations stand: from their first word to their last, blocks included."""
+"""Extents of declarations: from their first word to their last, blocks included."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _SINGLE_WORDS: frozenset[Kind] = frozenset({"state", "value"})
 
 
 def extent(document: Document, symbol: Symbol) -> tuple[int, int] | None:
-    """Offsets of the first character of a declaration and behind its last; None if it does not stand in the text."""
+    """Offsets of a declaration's first character and behind its last; None if it is not in the text."""
     declaration = document.names.declarations[symbol]
     place = declaration.place
     if place is None:
@@ -29,7 +29,7 @@ def extent(document: Document, symbol: Symbol) -> tuple[int, int] | None:
 
 
 def excerpt(document: Document, symbol: Symbol) -> str:
-    """The declaration as it is written, without the indentation that all its lines share."""
+    """The text of the declaration, without the indentation that all its lines share."""
     found = extent(document, symbol)
     if found is None:
         return symbol.name

@@ -1,4 +1,4 @@
-"""What can be mended at a press of a key: words that were probably meant otherwise."""
+"""Quick fixes: replacements for misspelt words."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _MISSPELT = "SW003"
 
 @dataclass(frozen=True, slots=True)
 class Fix:
-    """title: for the menu; edit: what it does; diagnostic: what it mends."""
+    """A quick fix. title: for the menu; edit: the change; diagnostic: the problem that it fixes."""
 
     title: str
     edit: Edit
@@ -33,7 +33,7 @@ def fixes(document: Document, start: int, end: int) -> tuple[Fix, ...]:
 
 
 def _meant(document: Document, diagnostic: Diagnostic, offset: int) -> list[Fix]:
-    """The one of all words that fit which resembles most the word before the offset, if that one does not fit."""
+    """The fitting word that resembles the word before the offset most, if that one does not fit."""
     occurrence = document.names.at(offset)
     is_name = occurrence is not None and occurrence.symbol is not None
     # A misspelt word of the language may stand where a name could.

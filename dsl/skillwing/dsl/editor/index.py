@@ -1,7 +1,7 @@
-"""From syntax nodes to the index of names.
+"""The index of names, from syntax nodes.
 
-It follows the rules of the checker (`checking/resolver.py` and what that calls) for where a name is looked for, and
-goes on where those report a problem: a name that nothing declares is an occurrence without a symbol.
+It looks names up by the rules of the checker (`checking/resolver.py`), and continues where the checker reports a
+problem. An undeclared name is an occurrence without a symbol.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _Leaf: TypeAlias = Comparison | Name | Literal
 
 
 def index(root: syntax.SkillsetSyntax | None, lines: Lines, words: Sequence[Lexeme]) -> Index:
-    """Collect the names of a file. root: what the parser could read of it; words: its lexemes without comments."""
+    """Collect the names of a file. root: its syntax tree, as far as it was read; words: its lexemes without comments."""
     builder = _Builder(lines, words)
     if root is not None:
         builder.declare_all(root)
@@ -56,7 +56,7 @@ class _Builder:
         self._positions = {word.start: position for position, word in enumerate(words)}
 
     def index(self) -> Index:
-        """The names collected so far. A place that declares a name was perhaps found to use it, too."""
+        """The names collected so far. An occurrence that declares a name may also use it."""
         declarations = {
             symbol: replace(declaration, place=declaration.place and self.occurrences[declaration.place.start])
             for symbol, declaration in self.declarations.items()
@@ -89,7 +89,7 @@ class _Builder:
                         self._declare_section(section, element.name.text)
 
     def _declare_states(self, resource: syntax.ResourceSyntax) -> None:
-        """The `state { }` list declares the states; where there is none, their first mention does."""
+        """Declare the states: by the `state { }` list, or by their first mention if there is no list."""
         scope = Scope("state", resource.name.text)
         listed = [word for item in resource.items if isinstance(item, syntax.StatesSyntax) for word in item.names]
         if listed:
@@ -187,8 +187,9 @@ class _Builder:
             self._use(change.target, Scope("state", change.resource.text))
 
     def use_unread(self) -> None:
-        """Resources and states in words that no node holds: in an element with a syntax error, or because the `.rl`
-        dialect makes one effect of equal ones. They are known by the sign between them."""
+        """Resources and states in words that no node contains: in an element with a syntax error, or because the `.rl`
+        dialect merges equal effects. They are recognised by the sign between them.
+        """
         for subject, sign, state in zip(self._words, self._words[1:], self._words[2:], strict=False):
             known = Symbol(_RESOURCES, subject.text) in self.declarations
             if known and sign.kind in _SIGNS and not {subject.start, state.start} & self.occurrences.keys():
@@ -198,7 +199,7 @@ class _Builder:
     # --- predicates
 
     def _use_predicate(self, predicate: syntax.PredicateSyntax, skill: str | None) -> None:
-        """skill: whose inputs the predicate may speak of."""
+        """Collect the names of a predicate. skill: the one whose inputs it may name."""
         inputs = () if skill is None else (Scope("input", skill),)
         for leaf in _leaves(predicate.expression):
             if predicate.kind == "resource":
@@ -218,7 +219,7 @@ class _Builder:
             self._use_path(name, (scope,))
 
     def _use_values(self, leaf: _Leaf, scopes: tuple[Scope, ...]) -> None:
-        """Data, inputs and their fields; a word that is none of them may be a value of the other side's enum."""
+        """Collect data, inputs and their fields. Another word may be a value of the other side's enum."""
         sides = [leaf.left, leaf.right] if isinstance(leaf, Comparison) else [leaf]
         for side, other in zip(sides, reversed(sides), strict=True):
             if not isinstance(side, Name):
@@ -228,14 +229,14 @@ class _Builder:
             self._use_path(side, (*scopes, *values))
 
     def _use_path(self, name: Name, scopes: tuple[Scope, ...]) -> None:
-        """The name itself, and behind each dot a field of what stands before it."""
+        """Collect the name itself, and behind each dot a field of the value before it."""
         for word in self._words_from(name.span, 1 + len(name.fields)):
             symbol = self._use(word, *scopes)
             inner = None if symbol is None else self._declared_type(symbol)
             scopes = () if inner is None else (Scope("field", inner),)
 
     def _words_from(self, span: Span | None, count: int) -> Iterator[Lexeme]:
-        """The words of a path, between which there are dots."""
+        """The words of a path, with dots between them."""
         if span is None:
             return
         first = self._positions.get(self._lines.offset(span.line, span.column))
@@ -266,7 +267,7 @@ class _Builder:
         return symbol
 
     def _note(self, word: Word, scopes: tuple[Scope, ...], symbol: Symbol | None, declares: bool) -> Occurrence | None:
-        """A word that was made up, or supposed where a mistake was mended, occurs nowhere."""
+        """Note an occurrence. Synthesised words, which are not in the text, are left out."""
         if isinstance(word, CoinedWord) or self._lines.text[word.start : word.end] != word.text:
             return None
         known = self.occurrences.get(word.start)
@@ -320,7 +321,7 @@ def _applied(section: syntax.Section) -> Iterator[Word]:
 
 
 def _leaves(expression: Expression) -> Iterator[_Leaf]:
-    """The comparisons and bare operands of an expression. Uses no recursion, so that any expression can be walked."""
+    """The comparisons and bare operands of an expression. Uses no recursion, so that the depth does not matter."""
     pending = [expression]
     while pending:
         match pending.pop():

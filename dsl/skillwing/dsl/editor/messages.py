@@ -1,4 +1,4 @@
-"""From the answers about a document to messages of the Language Server Protocol."""
+"""Language Server Protocol messages from the answers about a document."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ _COMPLETION_KINDS: Mapping[str, lsp.CompletionItemKind] = {
 
 
 class Messages:
-    """The messages about one document. uri: what the client calls it; encoding: what its columns count."""
+    """The messages about one document. uri: the client's name for it; encoding: the unit of its columns."""
 
     def __init__(self, document: Document, uri: str, encoding: Encoding) -> None:
         self.document = document

@@ -1,4 +1,4 @@
-"""The outline of a file, and the parts of it that can be folded away."""
+"""The outline of a file, and its folding ranges."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class Fold:
-    """Lines that can be folded into the first, both counted from 0 as the protocol does."""
+    """Lines that fold into the first, both counted from 0 as in the protocol."""
 
     first_line: int
     last_line: int
@@ -35,9 +35,9 @@ class Fold:
 
 
 def outline(document: Document) -> tuple[Entry, ...]:
-    """The skillset with its elements, and those with what belongs to them, in the order of the file.
+    """The skillset with its elements and their parts, in the order of the file.
 
-    What stands outside the skillset, as types do in `.rl` files, is beside it.
+    Elements outside the skillset, such as types in `.rl` files, stand beside it.
     """
     owned: dict[Symbol | None, list[Symbol]] = {}
     for symbol in document.names.declarations:

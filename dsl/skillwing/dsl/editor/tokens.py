@@ -1,4 +1,4 @@
-"""What colour each name has, where a grammar of regular expressions cannot know."""
+"""Semantic tokens: the kind of each name, which a grammar of regular expressions cannot determine."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Token:
 
 
 def tokens(document: Document) -> Iterator[Token]:
-    """The names that mean something, in the order of the text."""
+    """The declared names, in the order of the text."""
     for place in document.names.occurrences:
         if place.symbol is not None:
             yield Token(place.start, place.end, place.symbol.kind, place.declares)

@@ -18,7 +18,7 @@ _SHAPES = {
 
 
 def to_dot(diagram: Diagram) -> str:
-    """The diagram as a graph for `dot` and whatever else reads its language."""
+    """The diagram as a graph for `dot` and other tools that read its language."""
     return "\n".join(_lines(diagram)) + "\n"
 
 

@@ -1,4 +1,4 @@
-"""Diagrams in the language of Mermaid, which Markdown viewers draw."""
+"""Diagrams in the language of Mermaid, which Markdown viewers render."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _ESCAPES = str.maketrans({"#": "#35;", '"': "#quot;", "<": "#lt;", ">": "#gt;", 
 
 
 def to_mermaid(diagram: Diagram) -> str:
-    """The diagram as a flowchart: Mermaid's state diagrams know no dashed transitions."""
+    """The diagram as a flowchart, because Mermaid's state diagrams have no dashed transitions."""
     return "\n".join(_lines(diagram)) + "\n"
 
 

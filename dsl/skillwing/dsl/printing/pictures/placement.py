@@ -1,7 +1,7 @@
-"""Where the parts of a diagram stand, by Graphviz's `dot` as it is shipped in pygraphviz.
+"""Placement of the parts of a diagram by Graphviz's `dot`, as shipped in pygraphviz.
 
-Sizes are reckoned here, not asked of the fonts of the machine, so that the same diagram is placed alike everywhere.
-Lengths are in points, x to the right and y down from the upper left corner.
+Text sizes are computed here and not read from fonts, so that a diagram is placed alike on every machine. Lengths are in
+points, x to the right and y down from the upper left corner.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class PicturesUnavailableError(RuntimeError):
 
 @dataclass(frozen=True, slots=True)
 class PlacedNode:
-    """center: of the node. width, height: of its outline."""
+    """A placed node. width, height: of its outline."""
 
     node: Node
     center: Point
@@ -44,8 +44,9 @@ class PlacedNode:
 
 @dataclass(frozen=True, slots=True)
 class PlacedArrow:
-    """curve: start and then three points for each cubic Bezier piece. tip: of the arrow head, whose base is the
-    curve's end. label: center of what is written on it, None for nothing."""
+    """A placed arrow. curve: start, then three points for each cubic Bezier piece. tip: of the arrow head, whose base
+    is the end of the curve. label: center of its text, None for no text.
+    """
 
     arrow: Arrow
     curve: tuple[Point, ...]
@@ -62,7 +63,7 @@ class Placement:
 
 
 def text_width(text: str, size: float) -> float:
-    """About the width of a text in a sans-serif font; rather too much than too little."""
+    """An upper estimate of the width of a text in a sans-serif font."""
     return size * sum(_advance(character) for character in text)
 
 

@@ -1,4 +1,4 @@
-"""What the pictures of a skillset show."""
+"""The diagrams of a skillset: its resources, its skills, and the map of both."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _START = "(start)"
 
 
 def resource_diagram(resource: Resource) -> Diagram:
-    """The state machine of a resource, as Figures 3 and 4 of the paper draw it: extern transitions are dashed."""
+    """The state machine of a resource, as in Figures 3 and 4 of the paper. Extern transitions are dashed."""
     states = (Node(state, state, "state") for state in resource.states)
     edges = (Arrow(edge.source, edge.target, dashed=edge.extern) for edge in resource.transitions)
     return Diagram(
@@ -26,7 +26,7 @@ def resource_diagram(resource: Resource) -> Diagram:
 
 
 def map_diagram(skillset: Skillset) -> Diagram:
-    """Which skill changes which resource (solid), and which it only asks for (dashed). All of them are there."""
+    """All skills and resources. A solid arrow changes the resource, a dashed one only reads its state."""
     arrows = tuple(arrow for skill in skillset.skills for arrow in _uses(skill, skillset.resources))
     skills = (Node(f"skill {skill.name}", skill.name, "skill") for skill in skillset.skills)
     resources = (Node(f"resource {resource.name}", resource.name, "resource") for resource in skillset.resources)
@@ -51,9 +51,9 @@ def _uses(skill: Skill, resources: Iterable[Resource]) -> Iterator[Arrow]:
 
 
 def skill_diagram(skill: Skill) -> Diagram:
-    """The state machine of Figure 5 of the paper with the names of this skill; `/ e` is the effect that is applied.
+    """The state machine of Figure 5 of the paper with the names of this skill. `/ e` is the applied effect.
 
-    What ends a running goal ends it while it is being interrupted, too; those arrows are left out.
+    Ends of a running goal also end it while it is being interrupted; those arrows are left out.
     """
     states = (Node(state, state, "state") for state in ("VALIDATING", "DISPATCHING", "RUNNING", "INTERRUPTING"))
     endings = list(_endings(skill))
@@ -85,7 +85,7 @@ def _interrupted(skill: Skill) -> tuple[str, ...]:
 
 
 def _endings(skill: Skill) -> Iterator[tuple[Node, Arrow]]:
-    """Every terminal state with the arrow that leads to it."""
+    """Every terminal state with its incoming arrow."""
 
     def ending(name: str, source: str, *lines: str) -> tuple[Node, Arrow]:
         return Node(name, name, "ending"), Arrow(source, name, lines)

@@ -1,10 +1,10 @@
-"""Going on behind mistakes, so that one run finds every syntax problem of a file.
+"""Repairs of syntax errors, so that one run finds every syntax problem of a file.
 
-Slips of single characters are fixed first, then a `}` that is missing is put where the file's layout shows its place.
-A mistake among the words is repaired in place (a sign or a word is supposed, replaced or passed over), as in Burke and
-Fisher, "A Practical Method for LR and LL Syntactic Error Diagnosis and Recovery" (TOPLAS 1987): a repair counts if the
-parser can read on for some words behind it. Where no repair helps, the innermost block gives up the element and the
-parser goes on behind it, as with yacc's `error` token.
+Lexical errors are fixed first. Then a missing `}` is inserted where the layout shows its place. Other errors are
+repaired in place: a sign or a word is inserted, replaced or skipped. A repair counts if the parser can then read some
+words ahead, as in Burke and Fisher, "A Practical Method for LR and LL Syntactic Error Diagnosis and Recovery" (TOPLAS
+1987). If no repair helps, the innermost block drops the element and the parser continues behind it, as with yacc's
+`error` token.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _MOST_UNCLOSED = 20  # brackets supposed at one place
 
 
 class Recovery:
-    """One parse of one file, which holds its problems afterwards, and what mending them cost."""
+    """The parse of one file with repairs. The text then holds its diagnostics and the report of the recovery."""
 
     def __init__(self, text: BrokenText) -> None:
         self._text = text
@@ -53,7 +53,7 @@ class Recovery:
     # --- before the words are judged
 
     def _fix_lexical_errors(self) -> None:
-        """Mend all slips; the words before the first mistake have none."""
+        """Fix all lexical errors. The words before the first syntax error have none."""
         cursor = self._cursor
         self._text.recovery.skip(lexeme for lexeme in cursor.lexemes if lexeme.kind == "UNCLOSED_COMMENT")
         fixed, found = fix_lexical_errors(cursor.lexemes, self._words)
@@ -61,7 +61,7 @@ class Recovery:
         self._text.diagnostics += found[:_MOST_PROBLEMS]
 
     def _close_by_layout(self) -> None:
-        """Close the blocks that are not closed where the layout shows it, and read the file anew."""
+        """Close the unclosed blocks where the layout shows their ends, and parse the file again."""
         cursor = self._cursor
         found = [
             (behind_what_belongs(cursor.lexemes, unclosed.closing, block.title, self._words), block)
@@ -78,7 +78,7 @@ class Recovery:
     # --- the mistakes among the words, the likeliest first
 
     def _repair(self, lexeme: Lexeme) -> bool:
-        """Change the words ahead, or the parser's state, so that the parse can go on; False if it cannot."""
+        """Change the words ahead, or the parser's state, so that the parse can continue; return False if it cannot."""
         return (
             self._word_as_name(lexeme)
             or self._no_header(lexeme)
@@ -95,7 +95,7 @@ class Recovery:
         )
 
     def _word_as_name(self, lexeme: Lexeme) -> bool:
-        """A word of the language may also be a name, where only a name fits."""
+        """Read a keyword as a name, where only a name is allowed."""
         cursor = self._cursor
         fitting = cursor.machine.actions[cursor.machine.states[-1]]
         follower = cursor.kind_at(1)
@@ -119,7 +119,7 @@ class Recovery:
         return True
 
     def _behind_the_end(self, lexeme: Lexeme) -> bool:
-        """Something stands behind the skillset: another one, or elements that are read as if they stood in it."""
+        """Handle text behind the skillset: another skillset, or elements that are read as if they were in it."""
         cursor = self._cursor
         if cursor.acceptable() != [END] or cursor.last is None:
             return False
@@ -150,7 +150,7 @@ class Recovery:
         return True
 
     def _misspelt_before(self) -> bool:
-        """The word before was read as a name, and was meant as a word of the language: `intial A`."""
+        """Handle a keyword that was misspelt and read as a name, such as `intial A`."""
         cursor = self._cursor
         if cursor.last is None or cursor.last.kind != "NAME":
             return False
@@ -163,7 +163,7 @@ class Recovery:
         return True
 
     def _meant_word(self, lexeme: Lexeme, stack: Outlook, behind: int) -> str | None:
-        """The word of the language that a name resembles and that the parser could read there, with what follows."""
+        """The keyword that a name resembles, if the parser could read it there with the following words."""
         if lexeme.kind != "NAME":
             return None
         words = [kind.lower() for kind in self._cursor.acceptable(stack) if self._words.is_word(kind)]
@@ -176,7 +176,7 @@ class Recovery:
         self._text.replace(lexeme.synthesised(word.upper(), word))
 
     def _nameless(self, lexeme: Lexeme) -> bool:
-        """A name is missing: that of a block, or the one in front of an effect, its change or a predicate."""
+        """Handle a missing name: of a block, or before an effect, its change or a predicate."""
         cursor, last = self._cursor, self._cursor.last
         if last is not None and last.kind in self._words.named_blocks and cursor.reads(["NAME", *cursor.kinds_from(0)]):
             self._text.report("SW005", lexeme, f"This {last.text} has no name.", f"Write `{last.text} NAME {{ ... }}`.")
@@ -212,7 +212,7 @@ class Recovery:
         cursor.lexemes[cursor.at : cursor.at] = synthesised
 
     def _misplaced(self, lexeme: Lexeme) -> bool:
-        """A section or an element stands in a wrong block, and is read as if it stood behind the one it fits behind."""
+        """Handle a section or element in a wrong block, and read it behind the block that it fits behind."""
         cursor = self._cursor
         length = cursor.section_ahead() if self._words.is_word(lexeme.kind) else None
         if length is None or self._text.balance() != 0:
@@ -233,7 +233,7 @@ class Recovery:
         return False
 
     def _unclosed(self, lexeme: Lexeme) -> bool:
-        """A closing bracket is missing: the words read on once the innermost open blocks are closed."""
+        """Handle a missing closing bracket: the words are allowed once the innermost open blocks are closed."""
         cursor = self._cursor
         if lexeme.kind in self._words.signs and lexeme.kind != "CLOSE":
             return False
@@ -286,7 +286,7 @@ class Recovery:
         return True
 
     def _give_up_element(self, lexeme: Lexeme) -> bool:
-        """Drop the element under way, and the words up to where its block can go on."""
+        """Drop the present element, and skip words until its block can continue."""
         cursor = self._cursor
         states, values = cursor.machine.states, cursor.machine.values
         self._text.report_unexpected(lexeme)

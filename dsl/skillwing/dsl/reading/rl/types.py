@@ -1,4 +1,4 @@
-"""The types of an `.rl` file, which declares their names and leaves to the robot's middleware what they hold."""
+"""The types of an `.rl` file, which declares only their names. The robot's middleware defines their contents."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _SCALARS = {
 
 
 class RlTypes:
-    """The declared types. structures: those whose contents nobody knows, as structures without fields."""
+    """The declared types. structures: those of unknown contents, as structures without fields."""
 
     def __init__(self, declared: Iterable[Word], report: Report) -> None:
         self._report = report
@@ -45,7 +45,7 @@ class RlTypes:
         return (*self._structures, *self._unknown.values())
 
     def use(self, use: TypeUse) -> TypeUse:
-        """The type meant where a name is used. One that is not declared is reported, and supposed to be."""
+        """The type in use. An undeclared one is reported and then treated as declared."""
         word = use.name
         scalar = _SCALARS.get(word.text.casefold())
         if word.text in self._declared and scalar is not None:

@@ -1,4 +1,4 @@
-"""The nodes of the `.skillset` dialect: the method named after a rule of `skillset.lark` builds the rule's node."""
+"""The node builder of the `.skillset` dialect."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from skillwing.dsl.reading.node_builder import NodeBuilder, number
 
 
 class SkillsetBuilder(NodeBuilder):
-    """Adds the rules that only this dialect has, or has its own way."""
+    """Adds the rules that differ from, or do not exist in, other dialects."""
 
     def skillset(self, name: Lexeme, *elements: syntax.Element) -> syntax.SkillsetSyntax:
         return syntax.SkillsetSyntax(name, elements)
