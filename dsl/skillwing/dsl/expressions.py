@@ -41,7 +41,7 @@ class Name:
 
 
 @dataclass(frozen=True, slots=True)
-class Symbol:
+class NamedValue:
     """A literal word: a state of a resource or a value of an enum."""
 
     name: str
@@ -56,7 +56,7 @@ class Literal:
     span: Span | None = field(default=None, compare=False, repr=False)
 
 
-Operand: TypeAlias = "Name | Symbol | Literal"
+Operand: TypeAlias = "Name | NamedValue | Literal"
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,7 +208,7 @@ def _holds(expression: Expression, environment: Environment) -> bool:
 def _value(operand: Operand, environment: Environment) -> object:
     if isinstance(operand, Literal):
         return operand.value
-    if isinstance(operand, Symbol):
+    if isinstance(operand, NamedValue):
         return operand.name
     sources: dict[Scope | None, Mapping[str, object]] = {
         "resource": environment.resources,
@@ -255,7 +255,7 @@ def operand_text(operand: Operand) -> str:
     match operand:
         case Name(path=path):
             return path
-        case Symbol(name=name):
+        case NamedValue(name=name):
             return name
         case Literal(value=value):
             return literal_text(value)

@@ -23,11 +23,11 @@ from skillwing.dsl.checking.resource_analysis import report_event, report_resour
 from skillwing.dsl.checking.skill_analysis import SkillAnalysis
 from skillwing.dsl.checking.wording import span_of
 from skillwing.dsl.diagnostics.diagnostic import has_errors
-from skillwing.dsl.diagnostics.report import Report
+from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.model import Skillset
 
 
-def analyse(skillset: Skillset, report: Report, unconstrained: Collection[str] = ()) -> bool:
+def analyse(skillset: Skillset, report: DiagnosticReport, unconstrained: Collection[str] = ()) -> bool:
     """Report problems in the meaning of a skillset whose names and types are right.
 
     unconstrained: resources that an unknown element may move at any time. Returns whether the exploration was complete.
@@ -39,7 +39,7 @@ def analyse(skillset: Skillset, report: Report, unconstrained: Collection[str] =
     return knowledge.exact
 
 
-def report_on(knowledge: Knowledge, space: StateSpace, report: Report) -> None:
+def report_on(knowledge: Knowledge, space: StateSpace, report: DiagnosticReport) -> None:
     """Report the problems that follow from this knowledge."""
     skillset = space.skillset
     for event in skillset.events:

@@ -14,7 +14,7 @@ from skillwing.dsl.checking.resolver import resolve
 from skillwing.dsl.checking.results import report_unmarked_results
 from skillwing.dsl.checking.source_locations import SourceLocations
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic, has_errors, in_file_order
-from skillwing.dsl.diagnostics.report import Report
+from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.model import Skillset
 from skillwing.dsl.reading import syntax
 from skillwing.dsl.reading.parser import ParsedFile, parse_file
@@ -68,7 +68,7 @@ def check(text: str, file: str) -> Checked:
     parsed = parse_file(text, file)
     if parsed.root is None:
         return Checked(None, in_file_order(parsed.diagnostics))
-    report = Report()
+    report = DiagnosticReport()
     skillset = resolve(parsed.root, report)
     if parsed.diagnostics or has_errors(report.diagnostics):
         return Checked(None, in_file_order(_despite_errors(parsed, parsed.root, skillset, report, text)))
@@ -79,14 +79,14 @@ def check(text: str, file: str) -> Checked:
 
 
 def _despite_errors(
-    parsed: ParsedFile, root: syntax.SkillsetSyntax, skillset: Skillset, report: Report, text: str
+    parsed: ParsedFile, root: syntax.SkillsetSyntax, skillset: Skillset, report: DiagnosticReport, text: str
 ) -> Iterator[Diagnostic]:
     """All diagnostics of a file with errors. The analysis contributes only its errors, not its warnings."""
     locations = SourceLocations(root)
     yield from parsed.diagnostics
     yield from _reliable(report.diagnostics, parsed, locations, text) if parsed.diagnostics else report.diagnostics
     left = partial_model(skillset, locations, parsed.diagnostics, report.diagnostics, report.lost)
-    meaning = Report()
+    meaning = DiagnosticReport()
     analyse(left.skillset, meaning, left.unconstrained)
     yield from (diagnostic for diagnostic in meaning.diagnostics if diagnostic.severity == "error")
 

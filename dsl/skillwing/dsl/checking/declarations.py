@@ -1,12 +1,12 @@
-"""Declarations that skills and events refer to: types, data and resources of a skillset, and their effects and guards."""
+"""Declarations that skills and events refer to: types, data and resources, effects and guards."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from skillwing.dsl.checking.predicates import Predicates, Vocabulary
+from skillwing.dsl.checking.predicates import Predicates, VisibleNames
 from skillwing.dsl.checking.types import Types
-from skillwing.dsl.diagnostics.report import Report
+from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.model import DataItem, Effect, Field, Resource, Transition
 from skillwing.dsl.reading import syntax
 from skillwing.dsl.reading.syntax import Word
@@ -18,7 +18,7 @@ _ANY = "*"
 class Declarations:
     """The resolved declarations of a skillset. Their problems are in `report`."""
 
-    def __init__(self, root: syntax.SkillsetSyntax, report: Report) -> None:
+    def __init__(self, root: syntax.SkillsetSyntax, report: DiagnosticReport) -> None:
         self.report = report
         self.types = Types(root.elements, report)
         self.data = {item.name: item for item in self._data_items(root)}
@@ -35,7 +35,7 @@ class Declarations:
     def predicates(self, inputs: Iterable[Field] = ()) -> Predicates:
         """A resolver of predicates that may name these inputs."""
         by_name = {field.name: field for field in inputs}
-        return Predicates(Vocabulary(self.resources, self.data, by_name, self.types.untyped), self.report)
+        return Predicates(VisibleNames(self.resources, self.data, by_name, self.types.untyped), self.report)
 
     def effect(self, declaration: syntax.EffectSyntax) -> Effect:
         """Resolve an effect. Changes without a meaning are left out."""

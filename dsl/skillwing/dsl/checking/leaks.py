@@ -5,11 +5,13 @@ from __future__ import annotations
 from skillwing.dsl.checking.reachability.knowledge import Knowledge, ends_of
 from skillwing.dsl.checking.reachability.situations import Situations
 from skillwing.dsl.checking.reachability.statespace import StateSpace, closure
-from skillwing.dsl.diagnostics.report import Report
+from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.model import Skill
 
 
-def report_leaks(skill: Skill, startable: Situations, knowledge: Knowledge, space: StateSpace, report: Report) -> None:
+def report_leaks(
+    skill: Skill, startable: Situations, knowledge: Knowledge, space: StateSpace, report: DiagnosticReport
+) -> None:
     """Warn of each resource that a skill takes at its start and may never give back.
 
     startable: the situations in which the skill can start. A resource without a way back by its own transitions, such

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from skillwing.dsl.checking.types import type_text
-from skillwing.dsl.diagnostics.report import Report
+from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.expressions import (
     And,
     Comparison,
@@ -14,11 +14,11 @@ from skillwing.dsl.expressions import (
     Implies,
     Literal,
     Name,
+    NamedValue,
     Not,
     Operand,
     Or,
     Scope,
-    Symbol,
     depth,
     operand_text,
 )
@@ -33,7 +33,7 @@ _DEEPEST = 100
 
 
 @dataclass(frozen=True, slots=True)
-class Vocabulary:
+class VisibleNames:
     """The names that a predicate may use. Inputs hide data of the same name.
 
     untyped: names with a wrong type, which is reported elsewhere. Predicates that use one are not checked.
@@ -48,8 +48,8 @@ class Vocabulary:
 class Predicates:
     """A resolver of the predicates in one place. Problems go to the report."""
 
-    def __init__(self, vocabulary: Vocabulary, report: Report) -> None:
-        self._known = vocabulary
+    def __init__(self, names: VisibleNames, report: DiagnosticReport) -> None:
+        self._known = names
         self._report = report
 
     def resolve(self, predicate: PredicateSyntax) -> Expression | None:
@@ -107,7 +107,7 @@ class Predicates:
         if state.path not in resource.states:
             self._report.unknown("SW011", _word(state), f"state of `{resource.name}`", resource.states)
             return None
-        name, symbol = Name(resource.name, "resource", subject.span), Symbol(state.path, state.span)
+        name, symbol = Name(resource.name, "resource", subject.span), NamedValue(state.path, state.span)
         sides = (name, symbol) if subject is left else (symbol, name)
         return Comparison(comparison.operator, *sides, span=comparison.span)
 
@@ -181,7 +181,7 @@ class Predicates:
                 if typed is not None:
                     sides.append(typed[0])
             elif operand_text(operand) in enum.values:
-                sides.append(Symbol(operand_text(operand), operand.span))
+                sides.append(NamedValue(operand_text(operand), operand.span))
             else:
                 self._report.unknown("SW015", _word(operand), f"value of `{enum.name}`", enum.values)
         if comparison.operator not in {"==", "!="}:
@@ -198,7 +198,7 @@ class Predicates:
                 return operand, _TEXT
             case Literal():
                 return operand, _NUMBER
-            case Symbol():
+            case NamedValue():
                 return None
             case Name():
                 declared = self._type_of(operand)

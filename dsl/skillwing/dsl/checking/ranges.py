@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from skillwing.dsl.checking.types import bounds_text
 from skillwing.dsl.checking.wording import span_of
-from skillwing.dsl.diagnostics.report import Report
+from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.expressions import And, Comparison, Expression, Literal, Name, Operator, Or
 from skillwing.dsl.model import Field, Invariant, Predicate, ScalarType, Skill, Skillset
 
@@ -44,7 +44,7 @@ class _Interval:
         return least > (math.ceil(self.high) - 1 if self.high_open else math.floor(self.high))
 
 
-def report_ranges(skillset: Skillset, report: Report) -> None:
+def report_ranges(skillset: Skillset, report: DiagnosticReport) -> None:
     """Report guards, preconditions and invariants that no number satisfies."""
     for event in skillset.events:
         if event.guard is not None:
@@ -60,7 +60,9 @@ def _on_data(skill: Skill) -> Iterator[tuple[str, str, Predicate | Invariant]]:
     yield from (("SW051", "invariant", item) for item in skill.invariants if item.kind == "data")
 
 
-def _judge(code: str, expression: Expression, subject: str, inputs: Mapping[str, Field], report: Report) -> None:
+def _judge(
+    code: str, expression: Expression, subject: str, inputs: Mapping[str, Field], report: DiagnosticReport
+) -> None:
     name = _impossible(expression, inputs)
     if name is None:
         return

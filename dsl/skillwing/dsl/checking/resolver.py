@@ -10,7 +10,7 @@ from typing import TypeVar
 
 from skillwing.dsl.checking.declarations import Declarations
 from skillwing.dsl.checking.skill_resolver import resolve_skill
-from skillwing.dsl.diagnostics.report import Report
+from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.model import Event, Skill, Skillset
 from skillwing.dsl.naming import class_name
 from skillwing.dsl.reading import syntax
@@ -19,14 +19,14 @@ from skillwing.dsl.reading.syntax import Word
 _Element = TypeVar("_Element")
 
 
-def resolve(root: syntax.SkillsetSyntax, report: Report) -> Skillset:
+def resolve(root: syntax.SkillsetSyntax, report: DiagnosticReport) -> Skillset:
     """Build the model. Problems go to the report; the model then lacks the parts without a meaning."""
     report.diagnostics += root.remarks
     return _Resolver(root, report).skillset()
 
 
 class _Resolver:
-    def __init__(self, root: syntax.SkillsetSyntax, report: Report) -> None:
+    def __init__(self, root: syntax.SkillsetSyntax, report: DiagnosticReport) -> None:
         self._root = root
         self._report = report
         self._declarations = Declarations(root, report)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
-from skillwing.dsl.diagnostics.report import Report
+from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.model import Skill, Skillset
 from skillwing.dsl.reading import syntax
 from skillwing.dsl.suggest import STRONG, closest, listed
@@ -13,7 +13,7 @@ from skillwing.dsl.suggest import STRONG, closest, listed
 _MARKS = ("success", "failure")
 
 
-def marked_as_meant(results: Iterable[syntax.ResultSyntax], report: Report) -> list[syntax.ResultSyntax]:
+def marked_as_meant(results: Iterable[syntax.ResultSyntax], report: DiagnosticReport) -> list[syntax.ResultSyntax]:
     """Interpret a misspelt mark as the mark of the next result. The grammar can only read it as a result of its own."""
     meant: list[syntax.ResultSyntax] = []
     for result in results:
@@ -39,7 +39,7 @@ def _misspelt_mark(result: syntax.ResultSyntax, behind: syntax.ResultSyntax) -> 
     return closest(word.text, _MARKS, STRONG)
 
 
-def report_unmarked_results(root: syntax.SkillsetSyntax, skillset: Skillset, report: Report) -> None:
+def report_unmarked_results(root: syntax.SkillsetSyntax, skillset: Skillset, report: DiagnosticReport) -> None:
     """Warn of skills that leave their results unmarked in a file that marks others.
 
     The warning applies only if the first result has the effect and the postcondition of another one. A file without any

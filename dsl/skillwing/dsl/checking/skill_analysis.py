@@ -15,7 +15,7 @@ from skillwing.dsl.checking.wording import (
     span_of,
     transitions_of,
 )
-from skillwing.dsl.diagnostics.report import Report
+from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.expressions import to_text
 from skillwing.dsl.model import Effect, Invariant, Skill
 from skillwing.dsl.spans import Span
@@ -25,7 +25,7 @@ from skillwing.dsl.suggest import listed
 class SkillAnalysis:
     """The analysis of one skill. startable: the situations in which it can start."""
 
-    def __init__(self, skill: Skill, knowledge: Knowledge, space: StateSpace, report: Report) -> None:
+    def __init__(self, skill: Skill, knowledge: Knowledge, space: StateSpace, report: DiagnosticReport) -> None:
         self._skill = skill
         self._knowledge = knowledge
         self._known: SkillSituations = knowledge.of(skill)

@@ -7,7 +7,7 @@ from typing import get_args
 
 from skillwing.dsl.checking.declarations import Declarations
 from skillwing.dsl.checking.results import marked_as_meant
-from skillwing.dsl.diagnostics.report import Report
+from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.model import (
     DEFAULT_DISPATCH_TIMEOUT,
     DEFAULT_INTERRUPT_TIMEOUT,
@@ -33,7 +33,7 @@ def resolve_skill(declaration: syntax.SkillSyntax, declarations: Declarations) -
     return _SkillResolver(_sections(declaration, declarations.report), declarations).skill(declaration.name)
 
 
-def _sections(declaration: syntax.SkillSyntax, report: Report) -> dict[str, syntax.Section]:
+def _sections(declaration: syntax.SkillSyntax, report: DiagnosticReport) -> dict[str, syntax.Section]:
     sections: dict[str, syntax.Section] = {}
     for section in declaration.sections:
         first = sections.setdefault(section.keyword.text, section)

@@ -11,7 +11,7 @@ from skillwing.dsl.spans import Span
 from skillwing.dsl.suggest import closest, listed
 
 
-class Report:
+class DiagnosticReport:
     """The problems found so far. lost: spans of elements that were left out because of an error elsewhere."""
 
     def __init__(self) -> None:
@@ -47,7 +47,7 @@ class Report:
         self.add(code, word.span, message, advice)
 
     def declare(self, seen: dict[str, Word], word: Word, kind: str) -> bool:
-        """Note a declaration. Returns False, and reports it, if the name is taken; reports a name that cannot be used."""
+        """Note a declaration; report a name that cannot be used. Returns False, and reports it, for a taken name."""
         if not word.text:
             return False
         first = seen.setdefault(word.text, word)

@@ -15,7 +15,7 @@ from skillwing.dsl.editor.document import Document
 from skillwing.dsl.editor.glossary import glossary_of
 from skillwing.dsl.editor.grammar_state import allowed_after
 from skillwing.dsl.editor.index import TYPES
-from skillwing.dsl.editor.names import Kind, Scope
+from skillwing.dsl.editor.names import NameScope, SymbolKind
 from skillwing.dsl.reading.dialect import dialect_of
 from skillwing.dsl.reading.lexemes import COMMENT, Lexeme
 
@@ -29,7 +29,7 @@ class Completion:
     """text: what to put in the place of the characters between the two offsets; markdown: about it."""
 
     text: str
-    kind: Kind | OneOf["keyword", "scalar"]
+    kind: SymbolKind | OneOf["keyword", "scalar"]
     markdown: str
     start: int
     end: int
@@ -60,7 +60,7 @@ def _names(document: Document, start: int, end: int) -> Iterator[Completion]:
                 yield Completion(name, "scalar", meaning, start, end)
 
 
-def _scopes(document: Document, start: int, end: int) -> tuple[Scope, ...]:
+def _scopes(document: Document, start: int, end: int) -> tuple[NameScope, ...]:
     """The scopes in which a name at this offset is looked up; none if it is only declared there."""
     for form in _FORMS:
         text = f"{document.text[:start]} {form} {document.text[end:]}"
@@ -84,7 +84,7 @@ def _in_comment_or_string(document: Document, offset: int) -> bool:
 
 
 def _reaches(lexeme: Lexeme, offset: int) -> bool:
-    """True if an offset behind the start of a comment or string is inside it. At the end of a line it may be continued."""
+    """True if an offset behind the start of a comment or string is inside it, also at the end of its line."""
     goes_on = lexeme.text.startswith("//") or lexeme.kind in {"UNCLOSED_COMMENT", "UNCLOSED_STRING"}
     inside = offset < lexeme.end or (goes_on and offset == lexeme.end)
     return inside and (goes_on or lexeme.kind in {COMMENT, "STRING", "UNIT"})

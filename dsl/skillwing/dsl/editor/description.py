@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from skillwing.dsl.editor.document import Document
 from skillwing.dsl.editor.extents import excerpt
 from skillwing.dsl.editor.glossary import glossary_of
-from skillwing.dsl.editor.names import Kind, Scope, Symbol
+from skillwing.dsl.editor.names import NameScope, Symbol, SymbolKind
 from skillwing.dsl.model import STALE_AFTER_PERIODS
 from skillwing.dsl.reading import syntax
 
@@ -56,8 +56,8 @@ def _shown(text: str) -> str:
 
 def _signature(document: Document, symbol: Symbol) -> str:
     """`skill goto(target: Position, speed: float64 [m/s] = 2.0) -> (stopped_at: Position)`."""
-    inputs = _fields(document, Scope("input", symbol.name))
-    outputs = _fields(document, Scope("output", symbol.name))
+    inputs = _fields(document, NameScope("input", symbol.name))
+    outputs = _fields(document, NameScope("output", symbol.name))
     answer = f" -> ({', '.join(outputs)})" if outputs else ""
     line = f"skill {symbol.name}({', '.join(inputs)}){answer}"
     if len(line) <= _WIDEST:
@@ -66,7 +66,7 @@ def _signature(document: Document, symbol: Symbol) -> str:
     return f"skill {symbol.name}(\n{lines}){answer}"
 
 
-def _fields(document: Document, scope: Scope) -> list[str]:
+def _fields(document: Document, scope: NameScope) -> list[str]:
     return [_shown(excerpt(document, symbol)) for symbol in document.names.names(scope)]
 
 
@@ -94,11 +94,11 @@ def _sentences(document: Document, symbol: Symbol) -> Iterator[str]:
 
 def _counted(document: Document) -> str:
     names = document.names
-    counts = [(len(names.names(Scope(kind))), kind, plural) for kind, plural in _PLURALS]
+    counts = [(len(names.names(NameScope(kind))), kind, plural) for kind, plural in _PLURALS]
     return ", ".join(f"{count} {kind if count == 1 else plural}" for count, kind, plural in counts if count) + "."
 
 
-_PLURALS: tuple[tuple[Kind, str], ...] = (
+_PLURALS: tuple[tuple[SymbolKind, str], ...] = (
     ("type", "types"),
     ("datum", "data"),
     ("resource", "resources"),

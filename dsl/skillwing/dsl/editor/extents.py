@@ -5,11 +5,11 @@ from __future__ import annotations
 from textwrap import dedent
 
 from skillwing.dsl.editor.document import Document
-from skillwing.dsl.editor.names import Kind, Symbol
+from skillwing.dsl.editor.names import Symbol, SymbolKind
 from skillwing.dsl.reading.syntax import spans
 
-_AFTER_KEYWORD: frozenset[Kind] = frozenset({"skillset", "type", "resource", "event", "skill"})
-_SINGLE_WORDS: frozenset[Kind] = frozenset({"state", "value"})
+_AFTER_KEYWORD: frozenset[SymbolKind] = frozenset({"skillset", "type", "resource", "event", "skill"})
+_SINGLE_WORDS: frozenset[SymbolKind] = frozenset({"state", "value"})
 
 
 def extent(document: Document, symbol: Symbol) -> tuple[int, int] | None:

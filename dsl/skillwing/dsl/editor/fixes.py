@@ -14,7 +14,7 @@ _MISSPELT = "SW003"
 
 
 @dataclass(frozen=True, slots=True)
-class Fix:
+class QuickFix:
     """A quick fix. title: for the menu; edit: the change; diagnostic: the problem that it fixes."""
 
     title: str
@@ -22,9 +22,9 @@ class Fix:
     diagnostic: Diagnostic
 
 
-def fixes(document: Document, start: int, end: int) -> tuple[Fix, ...]:
+def fixes(document: Document, start: int, end: int) -> tuple[QuickFix, ...]:
     """The fixes for the problems that touch the characters between two offsets."""
-    found: list[Fix] = []
+    found: list[QuickFix] = []
     for diagnostic in document.checked.diagnostics:
         place = document.range(diagnostic.span)
         if place[0] <= end and start <= place[1]:
@@ -32,7 +32,7 @@ def fixes(document: Document, start: int, end: int) -> tuple[Fix, ...]:
     return tuple(found)
 
 
-def _meant(document: Document, diagnostic: Diagnostic, offset: int) -> list[Fix]:
+def _meant(document: Document, diagnostic: Diagnostic, offset: int) -> list[QuickFix]:
     """The fitting word that resembles the word before the offset most, if that one does not fit."""
     occurrence = document.names.at(offset)
     is_name = occurrence is not None and occurrence.symbol is not None
@@ -46,4 +46,4 @@ def _meant(document: Document, diagnostic: Diagnostic, offset: int) -> list[Fix]
     words = [completion.text for completion in fitting]
     written = document.text[start:end]
     meant = None if written in words else closest(written, words)
-    return [] if meant is None else [Fix(f"Change to `{meant}`", Edit(start, end, meant), diagnostic)]
+    return [] if meant is None else [QuickFix(f"Change to `{meant}`", Edit(start, end, meant), diagnostic)]

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from itertools import zip_longest
 
 from skillwing.dsl.reading.dialect import Dialect
-from skillwing.dsl.reading.lalr.machine import Machine, Outlook
+from skillwing.dsl.reading.lalr.machine import Machine, TrialStack
 from skillwing.dsl.reading.lexemes import Lexeme
 from skillwing.dsl.reading.vocabulary import CLOSERS
 
 
 def allowed_after(words: Sequence[Lexeme], dialect: Dialect) -> frozenset[str]:
-    """The kinds of terminals that are allowed after these words. words: everything before the offset, without comments."""
+    """The kinds of terminals allowed after these words. words: all before the offset, without comments."""
     states = _States(dialect)
     for word, follower in zip_longest(words, words[1:]):
         states.read(word.kind, follower.kind if follower else "")
@@ -25,7 +25,7 @@ class _Block:
     """An open bracket. closer: kind of the sign that closes it; stack: the parser's states at its start."""
 
     closer: str
-    stack: Outlook
+    stack: TrialStack
 
 
 class _States:
@@ -38,7 +38,7 @@ class _States:
     def __init__(self, dialect: Dialect) -> None:
         self._vocabulary = dialect.vocabulary
         self._machine = Machine(dialect.tables)
-        self._stack = Outlook(self._machine.states)
+        self._stack = TrialStack(self._machine.states)
         self._blocks = [_Block("", self._stack)]
 
     def read(self, kind: str, follower: str) -> None:
@@ -68,6 +68,6 @@ class _States:
         self._stack = after
         return True
 
-    def _after(self, kind: str) -> Outlook | None:
+    def _after(self, kind: str) -> TrialStack | None:
         stack = self._stack.copy()
         return stack if self._machine.reads(kind, stack) else None

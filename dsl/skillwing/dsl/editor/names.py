@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Literal as OneOf
 from typing import TypeAlias
 
-Kind: TypeAlias = OneOf[
+SymbolKind: TypeAlias = OneOf[
     "skillset",
     "type",
     "datum",
@@ -29,7 +29,7 @@ Kind: TypeAlias = OneOf[
 ]
 
 # Of what kind the owner of a name is; the owner of all others is the skillset.
-_OWNERS: Mapping[Kind, Kind] = {
+_OWNERS: Mapping[SymbolKind, SymbolKind] = {
     "field": "type",
     "value": "type",
     "state": "resource",
@@ -44,13 +44,13 @@ _OWNERS: Mapping[Kind, Kind] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Scope:
+class NameScope:
     """A set of names that must be unique: the resources of the skillset, the states of one resource, ...
 
     owner: the type, resource or skill that the names belong to; empty for those of the whole skillset.
     """
 
-    kind: Kind
+    kind: SymbolKind
     owner: str = ""
 
 
@@ -58,11 +58,11 @@ class Scope:
 class Symbol:
     """The element that a name refers to."""
 
-    scope: Scope
+    scope: NameScope
     name: str
 
     @property
-    def kind(self) -> Kind:
+    def kind(self) -> SymbolKind:
         return self.scope.kind
 
     @property
@@ -75,7 +75,7 @@ class Symbol:
     def owner(self) -> Symbol | None:
         """The type, resource or skill that this belongs to; None for elements of the skillset."""
         kind = _OWNERS.get(self.kind)
-        return None if kind is None else Symbol(Scope(kind), self.scope.owner)
+        return None if kind is None else Symbol(NameScope(kind), self.scope.owner)
 
     def after_renaming(self, renamed: Symbol, name: str) -> Symbol:
         """This symbol after `renamed` is called `name`. It changes if it is that symbol or belongs to it."""
@@ -97,7 +97,7 @@ class Occurrence:
     name: str
     start: int
     end: int
-    scopes: tuple[Scope, ...]
+    scopes: tuple[NameScope, ...]
     symbol: Symbol | None
     declares: bool
     uses: bool
@@ -121,7 +121,7 @@ class Index:
         self._by_symbol: dict[Symbol | None, list[Occurrence]] = defaultdict(list)
         for occurrence in self.occurrences:
             self._by_symbol[occurrence.symbol].append(occurrence)
-        self._by_scope: dict[Scope, list[Symbol]] = defaultdict(list)
+        self._by_scope: dict[NameScope, list[Symbol]] = defaultdict(list)
         for symbol in declarations:
             self._by_scope[symbol.scope].append(symbol)
 
@@ -135,6 +135,6 @@ class Index:
         """All declarations and uses of the symbol."""
         return tuple(self._by_symbol.get(symbol, ()))
 
-    def names(self, scope: Scope) -> tuple[Symbol, ...]:
+    def names(self, scope: NameScope) -> tuple[Symbol, ...]:
         """The symbols that a scope declares, in their order."""
         return tuple(self._by_scope.get(scope, ()))

@@ -6,10 +6,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from skillwing.dsl.editor.document import Document
-from skillwing.dsl.editor.names import Kind
+from skillwing.dsl.editor.names import SymbolKind
 
 # The token types that every colour theme knows.
-TOKEN_TYPES: Mapping[Kind, str] = {
+TOKEN_TYPES: Mapping[SymbolKind, str] = {
     "skillset": "namespace",
     "type": "type",
     "datum": "variable",
@@ -35,7 +35,7 @@ class Token:
 
     start: int
     end: int
-    kind: Kind
+    kind: SymbolKind
     declares: bool
 
 

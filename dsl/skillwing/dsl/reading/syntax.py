@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import TypeAlias, cast
 
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic
-from skillwing.dsl.expressions import Expression, Literal, Symbol
+from skillwing.dsl.expressions import Expression, Literal, NamedValue
 from skillwing.dsl.model import PredicateKind
 from skillwing.dsl.reading.lexemes import Lexeme
 from skillwing.dsl.spans import Span
@@ -61,7 +61,7 @@ class FieldSyntax:
     type: TypeUse
     unit: Word | None
     bounds: BoundsSyntax | None
-    default: Literal | Symbol | None
+    default: Literal | NamedValue | None
 
 
 @dataclass(slots=True, eq=False)

@@ -10,7 +10,7 @@ NodeKind: TypeAlias = Literal["start", "state", "success", "failure", "ending", 
 
 
 @dataclass(frozen=True, slots=True)
-class Node:
+class DiagramNode:
     """A node. id: unique in the diagram. label: the visible text; empty for a start."""
 
     id: str
@@ -40,7 +40,7 @@ class Diagram:
     """
 
     title: str
-    nodes: tuple[Node, ...]
+    nodes: tuple[DiagramNode, ...]
     arrows: tuple[Arrow, ...]
     legend: str = ""
     gaps: tuple[float, float] = (32.0, 25.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from skillwing.dsl.printing.pictures.diagram import Arrow, Diagram, Node
+from skillwing.dsl.printing.pictures.diagram import Arrow, Diagram, DiagramNode
 
 _SHAPES = {
     "start": ("((", "))"),
@@ -38,7 +38,7 @@ def _lines(diagram: Diagram) -> Iterator[str]:
             yield f"    class {','.join(members)} {kind}"
 
 
-def _node(node: Node, identifier: str) -> str:
+def _node(node: DiagramNode, identifier: str) -> str:
     opening, closing = _SHAPES[node.kind]
     return f"{identifier}{opening}{_quoted((node.label or ' ',))}{closing}"
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from skillwing.dsl.printing.pictures.diagram import Arrow, Diagram, Node
+from skillwing.dsl.printing.pictures.diagram import Arrow, Diagram, DiagramNode
 
 NODE_TEXT = 13.0
 ARROW_TEXT = 11.0
@@ -36,7 +36,7 @@ class PicturesUnavailableError(RuntimeError):
 class PlacedNode:
     """A placed node. width, height: of its outline."""
 
-    node: Node
+    node: DiagramNode
     center: Point
     width: float
     height: float
@@ -55,7 +55,7 @@ class PlacedArrow:
 
 
 @dataclass(frozen=True, slots=True)
-class Placement:
+class PlacedDiagram:
     width: float
     height: float
     nodes: tuple[PlacedNode, ...]
@@ -73,7 +73,7 @@ def _advance(character: str) -> float:
     return 0.74 if character.isupper() or character in "mw_%=<>@" else 0.6
 
 
-def place(diagram: Diagram) -> Placement:
+def place(diagram: Diagram) -> PlacedDiagram:
     """Place a diagram from left to right. Raises PicturesUnavailableError."""
     try:
         from pygraphviz import AGraph  # noqa: PLC0415 - the library is optional, and heavy
@@ -106,10 +106,10 @@ def place(diagram: Diagram) -> Placement:
         tip, *curve = attributes["pos"].replace("\\\n", "").split()
         label = point(attributes["lp"]) if arrow.lines else None
         arrows.append(PlacedArrow(arrow, tuple(map(point, curve)), point(tip.removeprefix("e,")), label))
-    return Placement(width, height, tuple(nodes), tuple(arrows))
+    return PlacedDiagram(width, height, tuple(nodes), tuple(arrows))
 
 
-def _size(node: Node) -> tuple[float, float]:
+def _size(node: DiagramNode) -> tuple[float, float]:
     """Width and height of the outline of a node."""
     if node.kind == "start":
         return _START_SIZE, _START_SIZE

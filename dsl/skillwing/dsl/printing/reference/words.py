@@ -12,10 +12,10 @@ from skillwing.dsl.expressions import (
     Implies,
     Literal,
     Name,
+    NamedValue,
     Not,
     Operand,
     Or,
-    Symbol,
     literal_text,
 )
 from skillwing.dsl.model import ArrayType, DataItem, Field, StructType, Type
@@ -82,7 +82,7 @@ def _operand(operand: Operand, unit: str | None) -> str:
     match operand:
         case Name(path=path):
             return f"`{path}`"
-        case Symbol(name=name):
+        case NamedValue(name=name):
             return f"`{name}`"
         case Literal(value=bool() | str() as value):
             return f"`{literal_text(value)}`"

@@ -50,8 +50,8 @@ class Machine:
             values.append(lexeme)
         return len(lexemes)
 
-    def reads(self, kind: str, stack: Outlook) -> bool:
-        """Shift a word of that kind on a trial stack, without building nodes. Returns False if the word is not allowed."""
+    def reads(self, kind: str, stack: TrialStack) -> bool:
+        """Shift a word of that kind on a trial stack, without building nodes. Returns False if it is not allowed."""
         while (action := self.actions[stack.top].get(kind)) is not None:
             if isinstance(action, int):
                 stack.push(action)
@@ -61,7 +61,7 @@ class Machine:
         return False
 
 
-class Outlook:
+class TrialStack:
     """A trial stack of states. Changes are kept apart from the real stack below."""
 
     def __init__(self, states: Sequence[int], depth: int | None = None) -> None:
@@ -82,7 +82,7 @@ class Outlook:
         del self._own[len(self._own) - own :]
         self._depth -= count - own
 
-    def copy(self) -> Outlook:
-        other = Outlook(self._states, self._depth)
+    def copy(self) -> TrialStack:
+        other = TrialStack(self._states, self._depth)
         other._own = list(self._own)
         return other

@@ -10,7 +10,7 @@ from skillwing.dsl.diagnostics.diagnostic import Diagnostic
 from skillwing.dsl.reading.dialect import Dialect
 from skillwing.dsl.reading.lalr.tables import END
 from skillwing.dsl.reading.lexemes import Lexeme, Source
-from skillwing.dsl.reading.recovery.cursor import Block, Cursor
+from skillwing.dsl.reading.recovery.cursor import Cursor, OpenBracket
 from skillwing.dsl.reading.vocabulary import BROKEN, capitalised, either
 from skillwing.dsl.spans import Span
 
@@ -61,7 +61,7 @@ class BrokenText:
     def replace(self, lexeme: Lexeme) -> None:
         self.cursor.lexemes[self.cursor.at] = lexeme
 
-    def close(self, blocks: Sequence[Block], at: int) -> int:
+    def close(self, blocks: Sequence[OpenBracket], at: int) -> int:
         """Report blocks, innermost first, as not closed before a lexeme, and close them there. Returns their number."""
         lexemes = self.cursor.lexemes
         signs = [self.words.signs[block.closer] for block in blocks]

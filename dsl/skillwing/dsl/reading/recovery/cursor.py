@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from skillwing.dsl.reading.dialect import Dialect
-from skillwing.dsl.reading.lalr.machine import Machine, Outlook
+from skillwing.dsl.reading.lalr.machine import Machine, TrialStack
 from skillwing.dsl.reading.lalr.tables import END, Tables
 from skillwing.dsl.reading.lexemes import Lexeme
 from skillwing.dsl.reading.syntax import spans
@@ -16,7 +16,7 @@ _LOOKAHEAD = 3  # words behind a repair that the parser has to be able to read
 
 
 @dataclass(frozen=True, slots=True)
-class Block:
+class OpenBracket:
     """An open bracket. title: `skill takeoff` or `input` for the user; closer: the terminal that ends it."""
 
     title: str
@@ -101,12 +101,12 @@ class Cursor:
         kinds = [lexeme.kind for lexeme in self.lexemes[self.at + offset : self.at + offset + count]]
         return kinds[: kinds.index("CLOSE") + 1] if self.is_balanced and "CLOSE" in kinds else kinds
 
-    def outlook(self) -> Outlook:
-        return Outlook(self.machine.states)
+    def trial_stack(self) -> TrialStack:
+        return TrialStack(self.machine.states)
 
-    def reads(self, kinds: Sequence[str], stack: Outlook | None = None) -> bool:
+    def reads(self, kinds: Sequence[str], stack: TrialStack | None = None) -> bool:
         """True if the machine could read words of these kinds from here, or from another stack."""
-        trial = self.outlook() if stack is None else stack.copy()
+        trial = self.trial_stack() if stack is None else stack.copy()
         for kind, follower in zip(kinds, [*kinds[1:], ""], strict=True):
             fitting = self.machine.actions[trial.top]
             as_name = kind not in fitting and self._words.may_be_name(kind, follower, fitting)
@@ -114,9 +114,9 @@ class Cursor:
                 return False
         return True
 
-    def acceptable(self, stack: Outlook | None = None) -> list[str]:
+    def acceptable(self, stack: TrialStack | None = None) -> list[str]:
         """The kinds of words that the machine could read next."""
-        top = (stack or self.outlook()).top
+        top = (stack or self.trial_stack()).top
         return sorted(kind for kind in self.machine.actions[top] if kind != BROKEN and self.reads([kind], stack))
 
     def section_ahead(self) -> int | None:
@@ -130,7 +130,7 @@ class Cursor:
     # --- the blocks around
 
     def behind_blocks(self, at: int, count: int) -> int:
-        """The index behind the brackets that close so many of the blocks around an index; that of END if they do not."""
+        """The index behind the brackets that close so many blocks around an index; that of END if they do not."""
         opened = count
         for index in range(at, len(self.lexemes) - 1):
             opened += {"OPEN": 1, "CLOSE": -1}.get(self.lexemes[index].kind, 0)
@@ -150,10 +150,10 @@ class Cursor:
         lexeme = self.lexemes[index]
         return lexeme.source.position(lexeme.start)
 
-    def blocks(self) -> list[Block]:
+    def blocks(self) -> list[OpenBracket]:
         """The open brackets, outermost first. They are on the machine's stack until their rule ends."""
         values = self.machine.values
-        blocks: list[Block] = []
+        blocks: list[OpenBracket] = []
         for index, value in enumerate(values):
             if isinstance(value, Lexeme) and value.kind in CLOSERS.values():
                 blocks.pop()  # closed, and only waiting for the word behind it
@@ -161,12 +161,12 @@ class Cursor:
                 blocks.append(self._block(values[max(0, index - 2) : index], value))
         return blocks
 
-    def block_opened_by(self, index: int) -> Block:
+    def block_opened_by(self, index: int) -> OpenBracket:
         """The block whose bracket is the lexeme at that index."""
         return self._block(self.lexemes[max(0, index - 2) : index], self.lexemes[index])
 
-    def _block(self, heading: Sequence[object], bracket: Lexeme) -> Block:
-        return Block(self._words.block_title(heading), bracket.span.line, CLOSERS[bracket.kind])
+    def _block(self, heading: Sequence[object], bracket: Lexeme) -> OpenBracket:
+        return OpenBracket(self._words.block_title(heading), bracket.span.line, CLOSERS[bracket.kind])
 
 
 def _with_lists_copied(values: Iterable[object]) -> list[object]:

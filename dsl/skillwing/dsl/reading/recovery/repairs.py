@@ -12,11 +12,11 @@ from __future__ import annotations
 from itertools import groupby, islice
 from operator import itemgetter
 
-from skillwing.dsl.reading.lalr.machine import Outlook
+from skillwing.dsl.reading.lalr.machine import TrialStack
 from skillwing.dsl.reading.lalr.tables import END
 from skillwing.dsl.reading.lexemes import Lexeme
 from skillwing.dsl.reading.recovery.broken_text import BEHIND_A_NAME, BrokenText
-from skillwing.dsl.reading.recovery.cursor import Block
+from skillwing.dsl.reading.recovery.cursor import OpenBracket
 from skillwing.dsl.reading.recovery.layout import behind_what_belongs, unclosed_by_layout
 from skillwing.dsl.reading.recovery.lexical_errors import fix_lexical_errors
 from skillwing.dsl.reading.vocabulary import BROKEN, capitalised
@@ -143,7 +143,7 @@ class Recovery:
         return True
 
     def _misspelt(self, lexeme: Lexeme) -> bool:
-        word = self._meant_word(lexeme, self._cursor.outlook(), 1)
+        word = self._meant_word(lexeme, self._cursor.trial_stack(), 1)
         if word is None:
             return False
         self._replace_misspelt(lexeme, word)
@@ -155,14 +155,14 @@ class Recovery:
         if cursor.last is None or cursor.last.kind != "NAME":
             return False
         earlier = cursor.before_last()
-        word = None if earlier is None else self._meant_word(cursor.last, Outlook(earlier.states), 0)
+        word = None if earlier is None else self._meant_word(cursor.last, TrialStack(earlier.states), 0)
         if earlier is None or word is None:
             return False
         cursor.go_back(earlier)
         self._replace_misspelt(cursor.next, word)
         return True
 
-    def _meant_word(self, lexeme: Lexeme, stack: Outlook, behind: int) -> str | None:
+    def _meant_word(self, lexeme: Lexeme, stack: TrialStack, behind: int) -> str | None:
         """The keyword that a name resembles, if the parser could read it there with the following words."""
         if lexeme.kind != "NAME":
             return None
@@ -191,7 +191,7 @@ class Recovery:
         if earlier is None or last is None:
             return False
         for kind in (last.text.upper(), "NAME"):  # A word of the language may have been read as a name.
-            if cursor.reads(["NAME", "COLON", kind, *cursor.kinds_from(0)], Outlook(earlier.states)):
+            if cursor.reads(["NAME", "COLON", kind, *cursor.kinds_from(0)], TrialStack(earlier.states)):
                 cursor.go_back(earlier)
                 self._text.replace(last.synthesised(kind, last.text))
                 self._supply_name(cursor.next)
@@ -218,7 +218,7 @@ class Recovery:
         if length is None or self._text.balance() != 0:
             return False
         blocks = cursor.blocks()
-        stack = cursor.outlook()
+        stack = cursor.trial_stack()
         for depth, block in enumerate(islice(reversed(blocks), _MOST_UNCLOSED), 1):
             if not cursor.machine.reads(block.closer, stack):
                 return False
@@ -237,8 +237,8 @@ class Recovery:
         cursor = self._cursor
         if lexeme.kind in self._words.signs and lexeme.kind != "CLOSE":
             return False
-        stack = cursor.outlook()
-        unclosed: list[Block] = []
+        stack = cursor.trial_stack()
+        unclosed: list[OpenBracket] = []
         for block in islice(reversed(cursor.blocks()), _MOST_UNCLOSED):
             unclosed.append(block)
             if not cursor.machine.reads(block.closer, stack):
@@ -291,7 +291,7 @@ class Recovery:
         states, values = cursor.machine.states, cursor.machine.values
         self._text.report_unexpected(lexeme)
         depths = range(len(states), 0, -1)
-        depth = next((depth for depth in depths if cursor.reads([BROKEN], Outlook(states, depth))), None)
+        depth = next((depth for depth in depths if cursor.reads([BROKEN], TrialStack(states, depth))), None)
         if depth is None:
             return False
         self._text.doubt_statement()

@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import reduce
 from typing import TypeVar
 
-from skillwing.dsl.diagnostics.report import Report
+from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.expressions import And, Expression, depth, references
 from skillwing.dsl.reading import syntax
 from skillwing.dsl.reading.rl.effects import InlineEffects
@@ -35,14 +35,14 @@ _Kind = TypeVar("_Kind")
 
 def lowered(name: Word, nodes: Sequence[Node]) -> syntax.SkillsetSyntax:
     """Return the skillset that an `.rl` file describes. Its remarks report what means less, or something else, here."""
-    report = Report()
+    report = DiagnosticReport()
     types = RlTypes((word for node in _only(nodes, TypesNode) for word in node.names), report)
     elements = tuple(_Lowering(types, report).elements(nodes))
     return syntax.SkillsetSyntax(name, (*types.structures, *elements), tuple(report.diagnostics))
 
 
 class _Lowering:
-    def __init__(self, types: RlTypes, report: Report) -> None:
+    def __init__(self, types: RlTypes, report: DiagnosticReport) -> None:
         self._types = types
         self._report = report
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from skillwing.dsl.diagnostics.report import Report
+from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.reading.syntax import CoinedWord, StructSyntax, TypeUse, Word
 from skillwing.dsl.suggest import closest
 
@@ -27,7 +27,7 @@ _SCALARS = {
 class RlTypes:
     """The declared types. structures: those of unknown contents, as structures without fields."""
 
-    def __init__(self, declared: Iterable[Word], report: Report) -> None:
+    def __init__(self, declared: Iterable[Word], report: DiagnosticReport) -> None:
         self._report = report
         self._declared: dict[str, Word] = {}
         self._unknown: dict[str, StructSyntax] = {}
