@@ -18,7 +18,7 @@ from skillwing.services.managers.serving import serve
 from skillwing.services.mocking.fitting import fit_datum, fit_script
 from skillwing.services.mocking.script import MockRun, MockScript
 from skillwing.services.mocking.signals import Signal
-from skillwing.services.mocking.stage import Due, EndMockedGoal, Fire, MockedValues, Reactions, SetDatum, Trigger
+from skillwing.services.mocking.world_core import Due, EndMockedGoal, Fire, MockedValues, Reactions, SetDatum, Trigger
 from skillwing.services.names import MOCKED_WORLD
 from skillwing.services.protocol import (
     DataSample,
