@@ -28,15 +28,15 @@ from skillwing.m600.campaign.plan import FlightPlan
 from skillwing.m600.campaign.result import End
 from skillwing.m600.campaign.witness import Witness
 from skillwing.m600.robot import ROBOT
+from skillwing.onboard.sensor_data.names import GNSS
+from skillwing.onboard.topics import HEALTH, Health, SensorStatus
 from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader
+from skillwing.sim_mujoco.autopilot.autopilot import Setpoint
 from skillwing.sim_mujoco.sensors.corruptors import KINDS
 from skillwing.sim_mujoco.sensors.fittings import SENSORS
 from skillwing.sim_mujoco.sensors.health import Change, Condition
-from skillwing.sim_mujoco.sensors.names import GNSS
-from skillwing.sim_mujoco.simulator.autopilot import Setpoint
 from skillwing.sim_mujoco.simulator.simulator import Simulator
-from skillwing.sim_mujoco.topics import HEALTH, Health, SensorStatus
 from skillwing.sim_mujoco.world.world import make_world
 
 PAGE = Path(__file__).parents[1] / "docs" / "sensors.md"

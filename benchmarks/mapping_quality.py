@@ -25,19 +25,19 @@ from mapping_flight import free_route
 from numpy.typing import NDArray
 from performance_page import machine, spread, table, tell
 
+from skillwing.onboard import topics
+from skillwing.onboard.frames.motion import Motion
+from skillwing.onboard.frames.pose_history import PoseHistory
+from skillwing.onboard.frames.vectors import Vector, wrap
+from skillwing.onboard.mapping.mapper import REACH, Mapper
+from skillwing.onboard.mapping.occupancy import OccupancyGrid
+from skillwing.onboard.obstacles.free_space import FreeSpace, Sighting
+from skillwing.onboard.obstacles.views import CameraView, RingView
+from skillwing.onboard.sensor_data.scans import DepthPicture, LidarScan, PlacedPoints
 from skillwing.services.protocol import encode
-from skillwing.sim_mujoco import topics
-from skillwing.sim_mujoco.frames.motion import Motion
-from skillwing.sim_mujoco.frames.pose_history import PoseHistory
-from skillwing.sim_mujoco.frames.vectors import Vector, wrap
 from skillwing.sim_mujoco.judge.coverage import Coverage, Judge
-from skillwing.sim_mujoco.mapping.mapper import REACH, Mapper
-from skillwing.sim_mujoco.mapping.occupancy import OccupancyGrid
-from skillwing.sim_mujoco.obstacles.free_space import FreeSpace, Sighting
-from skillwing.sim_mujoco.obstacles.views import CameraView, RingView
 from skillwing.sim_mujoco.sensors import depth_camera, lidar
 from skillwing.sim_mujoco.sensors.rays import RayScene
-from skillwing.sim_mujoco.sensors.scans import DepthPicture, LidarScan, PlacedPoints
 from skillwing.sim_mujoco.world.world import World
 
 T = TypeVar("T")

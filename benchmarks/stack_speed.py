@@ -23,10 +23,10 @@ from skillwing.m600.campaign.plan import FlightPlan, Network
 from skillwing.m600.campaign.result import End
 from skillwing.m600.campaign.witness import Witness
 from skillwing.m600.robot import ROBOT
+from skillwing.onboard.topics import TRUTH, Truth
 from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.processes.run_options import AS_FAST_AS_POSSIBLE
-from skillwing.sim_mujoco.topics import TRUTH, Truth
 from skillwing.sim_mujoco.world.terrain import Terrain
 from skillwing.sim_mujoco.world.world import make_world
 

@@ -10,10 +10,10 @@ from skillwing.m600.campaign.plan import FlightPlan
 from skillwing.m600.campaign.result import End
 from skillwing.m600.campaign.witness import HELD_FOR, Witness
 from skillwing.m600.robot import ROBOT
+from skillwing.onboard.extent import TIP_RADIUS
+from skillwing.onboard.topics import FLIGHT, TRUTH, FlightState, Truth
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import Keys, MissionStatus, encode
-from skillwing.sim_mujoco.extent import TIP_RADIUS
-from skillwing.sim_mujoco.topics import FLIGHT, TRUTH, FlightState, Truth
 from skillwing.sim_mujoco.world.world import make_world
 
 TERRAIN = make_world(1).terrain

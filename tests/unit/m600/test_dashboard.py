@@ -11,11 +11,11 @@ import pytest
 from rerun.chunk import RrdReader
 
 from skillwing.m600.robot import ROBOT
+from skillwing.onboard import topics
 from skillwing.services.bus import Bus
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import Keys, MissionStatus, Record, RecordKind, encode
 from skillwing.services.telemetry.recorder import RECORDING_FILE, make_recorder
-from skillwing.sim_mujoco import topics
 
 SPEED = 2.0
 TABS = 1

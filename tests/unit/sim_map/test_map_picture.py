@@ -10,7 +10,7 @@ import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.image import imread
 
-from skillwing.sim_mujoco.geofence import Box
+from skillwing.onboard.geofence import Box
 from skillwing.sim_mujoco.judge.map_picture import (
     BRANCH_COLOURS,
     END,

@@ -51,7 +51,7 @@ FLIES_NOTHING = (
     "services/telemetry",
     "services/testing",
     "services/wire",
-    "sim_mujoco/interface",
+    "onboard/interface",
     "sim_mujoco/judge/map_picture.py",
     "sim_mujoco/judge/standing.py",
     "sim_mujoco/world/command.py",

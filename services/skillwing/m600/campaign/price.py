@@ -10,9 +10,7 @@ from collections.abc import Sequence
 
 import msgspec
 
-from skillwing.services.bus import Bus
-from skillwing.services.bus.reading import message_reader
-from skillwing.sim_mujoco.topics import (
+from skillwing.onboard.topics import (
     BATTERY,
     FLIGHT,
     TRUTH,
@@ -23,6 +21,8 @@ from skillwing.sim_mujoco.topics import (
     Vector3,
     VideoStatus,
 )
+from skillwing.services.bus import Bus
+from skillwing.services.bus.reading import message_reader
 
 LIVE_FPS, LIVE_QUALITY = 10.0, 0.7
 """Pictures a second and SSIM of a video that who flies out of sight can use: what the inspection asks for."""

@@ -10,12 +10,8 @@ import numpy as np
 from skillwing.m600.campaign.price import PriceMeter
 from skillwing.m600.campaign.result import End
 from skillwing.m600.judge.flight_log import SavedMap
-from skillwing.services.bus import Answer, Answered, Bus
-from skillwing.services.bus.reading import message_reader
-from skillwing.services.protocol import GoalStatus, Keys, MissionStatus, Record, decode, encode
-from skillwing.services.telemetry.history import OVER
-from skillwing.sim_mujoco.extent import TIP_RADIUS
-from skillwing.sim_mujoco.topics import (
+from skillwing.onboard.extent import TIP_RADIUS
+from skillwing.onboard.topics import (
     FLIGHT,
     MAP_SNAPSHOT,
     MAPPING_STATUS,
@@ -26,6 +22,10 @@ from skillwing.sim_mujoco.topics import (
     MappingStatus,
     Truth,
 )
+from skillwing.services.bus import Answer, Answered, Bus
+from skillwing.services.bus.reading import message_reader
+from skillwing.services.protocol import GoalStatus, Keys, MissionStatus, Record, decode, encode
+from skillwing.services.telemetry.history import OVER
 from skillwing.sim_mujoco.world.terrain import Terrain
 
 AT_HOME = 2.0

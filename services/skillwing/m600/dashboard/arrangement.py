@@ -9,10 +9,10 @@ import numpy as np
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
+from skillwing.onboard import topics
 from skillwing.services.telemetry import palette
 from skillwing.services.telemetry.mission_view import MissionPanels, trailing, whole_run
 from skillwing.services.telemetry.recording import framed
-from skillwing.sim_mujoco import topics
 from skillwing.sim_mujoco.world.site import Site
 
 SERIES = {

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.sim_mujoco.topics import Navigation, Vector3
+from skillwing.onboard.topics import Navigation, Vector3
 
 DEPTH_STEP = 0.08
 """One grey level of a drawn depth image [m]."""

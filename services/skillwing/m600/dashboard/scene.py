@@ -20,14 +20,14 @@ from skillwing.m600.dashboard.arrangement import SERIES, Arrangement, Front, ove
 from skillwing.m600.dashboard.depth_png import depth_png
 from skillwing.m600.dashboard.geometry import DEPTH_LEVELS, DEPTH_STEP, Throttle, by_height, depth_levels, world_points
 from skillwing.m600.dashboard.voxel_pieces import VoxelPieces
+from skillwing.onboard import topics
+from skillwing.onboard.options import read_options
+from skillwing.onboard.sensor_data.directions import depth_directions, lidar_directions
 from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader, stream_reader
 from skillwing.services.protocol import Keys, Message, MissionStatus, Record, RecordKind
 from skillwing.services.telemetry import palette
 from skillwing.services.telemetry.mission_view import MissionPanels, at
-from skillwing.sim_mujoco import topics
-from skillwing.sim_mujoco.options import read_options
-from skillwing.sim_mujoco.sensors.directions import depth_directions, lidar_directions
 from skillwing.sim_mujoco.world.chosen import SiteOptions
 from skillwing.sim_mujoco.world.site import Site
 

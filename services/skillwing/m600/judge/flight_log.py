@@ -13,13 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.services.bus import Answer, Answered, Bus
-from skillwing.services.bus.reading import message_reader, stream_reader
-from skillwing.services.errors import PassingError
-from skillwing.services.protocol import Keys, MissionStatus, ProtocolError, decode, encode
-from skillwing.services.telemetry.history import OVER
-from skillwing.services.telemetry.journal import JsonLines, mend, read_lines
-from skillwing.sim_mujoco.topics import (
+from skillwing.onboard.topics import (
     MAP,
     MAP_SNAPSHOT,
     MAPPING_STATUS,
@@ -29,6 +23,12 @@ from skillwing.sim_mujoco.topics import (
     MappingStatus,
     Truth,
 )
+from skillwing.services.bus import Answer, Answered, Bus
+from skillwing.services.bus.reading import message_reader, stream_reader
+from skillwing.services.errors import PassingError
+from skillwing.services.protocol import Keys, MissionStatus, ProtocolError, decode, encode
+from skillwing.services.telemetry.history import OVER
+from skillwing.services.telemetry.journal import JsonLines, mend, read_lines
 
 FLIGHT_FILE = "flight.jsonl"
 MAP_FILE = "map.npz"

@@ -21,8 +21,8 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from skillwing.sim_mujoco.frames.vectors import Vector
-from skillwing.sim_mujoco.geofence import Box
+from skillwing.onboard.frames.vectors import Vector
+from skillwing.onboard.geofence import Box
 from skillwing.sim_mujoco.judge.standing import stand_in_perspective, stand_in_plan
 from skillwing.sim_mujoco.world.things.obstacle import Obstacle
 
