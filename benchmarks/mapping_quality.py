@@ -25,7 +25,7 @@ from mapping_flight import free_route
 from numpy.typing import NDArray
 from performance_page import machine, spread, table, tell
 
-from skillwing.evaluation.judge.coverage import Coverage, Judge
+from skillwing.evaluation.flights.coverage import Coverage, Judge
 from skillwing.onboard import topics
 from skillwing.onboard.frames.motion import Motion
 from skillwing.onboard.frames.pose_history import PoseHistory

@@ -30,7 +30,7 @@ from performance_page import PAGE, machine, make_parser, spread, spread_said, ta
 from recorded_flight import flights
 from workers import workers
 
-from skillwing.evaluation.judge.coverage import Judge
+from skillwing.evaluation.flights.coverage import Judge
 from skillwing.onboard.frames.motion import Motion
 from skillwing.onboard.mapping.localiser import ByNavigation
 from skillwing.onboard.mapping.mapper import REACH, Mapper

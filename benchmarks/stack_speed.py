@@ -16,12 +16,12 @@ from statistics import median
 
 from performance_page import against, machine, make_flight_parser, table, tell
 
-from skillwing.evaluation.campaign.conditions import Condition
-from skillwing.evaluation.campaign.course import over_zenoh
-from skillwing.evaluation.campaign.flight import processes
-from skillwing.evaluation.campaign.plan import FlightPlan, Network
-from skillwing.evaluation.campaign.result import End
-from skillwing.evaluation.campaign.witness import Witness
+from skillwing.evaluation.flights.conditions import Condition
+from skillwing.evaluation.flights.flight import processes
+from skillwing.evaluation.flights.observer import Witness
+from skillwing.evaluation.flights.plan import FlightPlan, Network
+from skillwing.evaluation.flights.result import End
+from skillwing.evaluation.flights.session import over_zenoh
 from skillwing.m600.robot import ROBOT
 from skillwing.onboard.topics import TRUTH, Truth
 from skillwing.services.bus import Bus

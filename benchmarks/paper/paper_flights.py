@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from skillwing.evaluation.campaign.conditions import Condition
-from skillwing.evaluation.campaign.plan import FlightPlan, planned_way, way_time
 from skillwing.evaluation.demo.story import INSPECTION, MAPPING, tell
+from skillwing.evaluation.flights.conditions import Condition
+from skillwing.evaluation.flights.plan import FlightPlan, planned_way, way_time
 
 HERE = Path(__file__).parent
 FIRST, LAST = 0.3125, 1.4375

@@ -14,10 +14,10 @@ from typing import TypeAlias
 from paper_flights import POLICIES, Policy, camera_fails_at
 
 from skillwing.evaluation.campaign.page import machine
-from skillwing.evaluation.campaign.plan import FlightPlan
-from skillwing.evaluation.campaign.price import Price
-from skillwing.evaluation.campaign.result import FlightResult
 from skillwing.evaluation.demo.story import INSPECTION, MAPPING
+from skillwing.evaluation.flights.cost import Price
+from skillwing.evaluation.flights.plan import FlightPlan
+from skillwing.evaluation.flights.result import FlightResult
 from skillwing.services.marked_page import Marks
 
 MARKS = Marks("<!-- figures: make paper -->", "<!-- end of figures -->")

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from skillwing.evaluation.campaign.conditions import Condition
-from skillwing.evaluation.campaign.flight import fly
-from skillwing.evaluation.campaign.plan import FlightPlan
-from skillwing.evaluation.campaign.result import End
-from skillwing.evaluation.campaign.witness import HELD_FOR, Witness
+from skillwing.evaluation.flights.conditions import Condition
+from skillwing.evaluation.flights.flight import fly
+from skillwing.evaluation.flights.observer import HELD_FOR, Witness
+from skillwing.evaluation.flights.plan import FlightPlan
+from skillwing.evaluation.flights.result import End
 from skillwing.m600.robot import ROBOT
 from skillwing.onboard.extent import TIP_RADIUS
 from skillwing.onboard.topics import FLIGHT, TRUTH, FlightState, Truth

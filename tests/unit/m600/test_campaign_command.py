@@ -14,10 +14,10 @@ import typer
 
 from skillwing.dsl.model import UnknownNameError
 from skillwing.evaluation.campaign import command
-from skillwing.evaluation.campaign.crew import Crew
 from skillwing.evaluation.campaign.flight_code import CodeChangedError, FlyingCode
 from skillwing.evaluation.campaign.ledger import LEDGER_FILE, read_results
 from skillwing.evaluation.campaign.recordings import UNFINISHED
+from skillwing.evaluation.campaign.worker_pool import Crew
 from skillwing.services.errors import InvalidOptionError
 
 PLAN = """

@@ -8,9 +8,9 @@ from typing import Any, Self, cast
 
 import pytest
 
-from skillwing.evaluation.campaign import course
-from skillwing.evaluation.campaign.result import End
-from skillwing.evaluation.campaign.witness import Witness
+from skillwing.evaluation.flights import session as course
+from skillwing.evaluation.flights.observer import Witness
+from skillwing.evaluation.flights.result import End
 from skillwing.services.processes.launcher import Death
 from skillwing.services.robot import ProcessSpec
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from skillwing.evaluation.campaign.command import make_plans
-from skillwing.evaluation.campaign.crew import Crew, LostFlight
-from skillwing.evaluation.campaign.plan import FlightPlan
-from skillwing.evaluation.campaign.result import End, FlightResult
+from skillwing.evaluation.campaign.worker_pool import Crew, LostFlight
+from skillwing.evaluation.flights.plan import FlightPlan
+from skillwing.evaluation.flights.result import End, FlightResult
 
 LANDS = """
 import json, sys

@@ -24,16 +24,16 @@ from skillwing.evaluation.campaign.flight_code import (
     flying_files,
 )
 from skillwing.evaluation.campaign.ledger import LEDGER_FILE, read_results
-from skillwing.evaluation.campaign.plan import FlightPlan
-from skillwing.evaluation.campaign.result import End, FlightResult
+from skillwing.evaluation.flights.plan import FlightPlan
+from skillwing.evaluation.flights.result import End, FlightResult
 from skillwing.services.errors import InvalidOptionError
 
 PAPER = Path(__file__).parents[3] / "benchmarks" / "paper"
 A_MOMENT = """
 import json, sys
-from skillwing.evaluation.campaign.conditions import Condition
-from skillwing.evaluation.campaign.flight import fly
-from skillwing.evaluation.campaign.plan import FlightPlan
+from skillwing.evaluation.flights.conditions import Condition
+from skillwing.evaluation.flights.flight import fly
+from skillwing.evaluation.flights.plan import FlightPlan
 
 fly(FlightPlan(mission="inspection", world="inspection", seed=0, condition=Condition.NONE), longest=0.1)
 files = (getattr(module, "__file__", None) for name, module in sys.modules.items() if name.startswith("skillwing."))

@@ -16,15 +16,15 @@ from rich.text import Text
 
 from skillwing.dsl.model import UnknownNameError
 from skillwing.evaluation.campaign import page
-from skillwing.evaluation.campaign.again import comparison, same_flight, take_sample
-from skillwing.evaluation.campaign.conditions import Condition, conditions_of
-from skillwing.evaluation.campaign.crew import Crew, LostFlight
 from skillwing.evaluation.campaign.flight_code import FlyingCode, claim
 from skillwing.evaluation.campaign.ledger import Ledger
 from skillwing.evaluation.campaign.outcomes import outcomes, worst_of
-from skillwing.evaluation.campaign.plan import FlightPlan, Network, usual_world
+from skillwing.evaluation.campaign.output import Found, line_of, print_summary, tell, words
 from skillwing.evaluation.campaign.recordings import begin_recording, is_recorded, keep_recording
-from skillwing.evaluation.campaign.telling import Found, line_of, print_summary, tell, words
+from skillwing.evaluation.campaign.rerun import comparison, same_flight, take_sample
+from skillwing.evaluation.campaign.worker_pool import Crew, LostFlight
+from skillwing.evaluation.flights.conditions import Condition, conditions_of
+from skillwing.evaluation.flights.plan import FlightPlan, Network, usual_world
 from skillwing.services.cli import INTERRUPTED
 from skillwing.services.commands.completion import missions
 from skillwing.services.commands.exit_codes import FAILED, OK

@@ -13,7 +13,7 @@ from typing import TypeVar
 import msgspec
 from msgspec import Struct
 
-from skillwing.evaluation.campaign.besides import BESIDES, ROOT
+from skillwing.evaluation.flights.external_missions import BESIDES, ROOT
 from skillwing.services.errors import InvalidOptionError, SkillwingError
 
 _Flight = TypeVar("_Flight")
@@ -30,15 +30,15 @@ FLIES_NOTHING = (
     "dsl/editor",
     "dsl/generating",
     "dsl/printing",
-    "evaluation/campaign/again.py",
+    "evaluation/campaign/rerun.py",
     "evaluation/campaign/command.py",
-    "evaluation/campaign/crew.py",
+    "evaluation/campaign/worker_pool.py",
     "evaluation/campaign/flight_code.py",
     "evaluation/campaign/ledger.py",
     "evaluation/campaign/outcomes.py",
     "evaluation/campaign/page.py",
     "evaluation/campaign/recordings.py",
-    "evaluation/campaign/telling.py",
+    "evaluation/campaign/output.py",
     "m600/commands.py",
     "evaluation/dashboard",
     "evaluation/demo",

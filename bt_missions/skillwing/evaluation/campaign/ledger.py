@@ -15,8 +15,8 @@ from typing import BinaryIO
 
 import msgspec
 
-from skillwing.evaluation.campaign.plan import FlightPlan
-from skillwing.evaluation.campaign.result import FlightResult
+from skillwing.evaluation.flights.plan import FlightPlan
+from skillwing.evaluation.flights.result import FlightResult
 from skillwing.services.errors import InvalidOptionError
 
 LEDGER_FILE = "flights.jsonl"

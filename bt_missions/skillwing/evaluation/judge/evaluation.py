@@ -12,7 +12,7 @@ from pathlib import Path
 from msgspec.structs import replace as replaced
 
 from skillwing.dsl.model import Skillset
-from skillwing.evaluation.campaign.plan import planned_way
+from skillwing.evaluation.flights.plan import planned_way
 from skillwing.evaluation.judge.flight_log import SavedMap, read_flight, read_map
 from skillwing.evaluation.judge.flight_map import map_scene
 from skillwing.evaluation.judge.map_coverage import judge_map

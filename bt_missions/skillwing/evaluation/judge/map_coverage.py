@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from skillwing.evaluation.judge.coverage import Judge
+from skillwing.evaluation.flights.coverage import Judge
 from skillwing.evaluation.judge.flight_log import SavedMap
 from skillwing.onboard.topics import Vector3
 from skillwing.services.telemetry.report import Coverage

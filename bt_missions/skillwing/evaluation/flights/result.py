@@ -6,9 +6,9 @@ from enum import StrEnum
 
 import msgspec
 
-from skillwing.evaluation.campaign.conditions import met_from
-from skillwing.evaluation.campaign.plan import FlightPlan
-from skillwing.evaluation.campaign.price import Price
+from skillwing.evaluation.flights.conditions import met_from
+from skillwing.evaluation.flights.cost import Price
+from skillwing.evaluation.flights.plan import FlightPlan
 
 
 class End(StrEnum):

@@ -7,8 +7,8 @@ import math
 
 import numpy as np
 
-from skillwing.evaluation.campaign.price import PriceMeter
-from skillwing.evaluation.campaign.result import End
+from skillwing.evaluation.flights.cost import PriceMeter
+from skillwing.evaluation.flights.result import End
 from skillwing.evaluation.judge.flight_log import SavedMap
 from skillwing.onboard.extent import TIP_RADIUS
 from skillwing.onboard.topics import (

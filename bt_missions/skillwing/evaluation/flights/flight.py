@@ -9,12 +9,12 @@ import os
 from pathlib import Path
 from typing import Any
 
-from skillwing.evaluation.campaign.conditions import Condition
-from skillwing.evaluation.campaign.course import in_process, over_zenoh
-from skillwing.evaluation.campaign.plan import FlightPlan, Network, planned_circle, planned_way
-from skillwing.evaluation.campaign.price import PriceMeter
-from skillwing.evaluation.campaign.result import FlightResult
-from skillwing.evaluation.campaign.witness import Witness
+from skillwing.evaluation.flights.conditions import Condition
+from skillwing.evaluation.flights.cost import PriceMeter
+from skillwing.evaluation.flights.observer import Witness
+from skillwing.evaluation.flights.plan import FlightPlan, Network, planned_circle, planned_way
+from skillwing.evaluation.flights.result import FlightResult
+from skillwing.evaluation.flights.session import in_process, over_zenoh
 from skillwing.evaluation.judge.map_coverage import judge_map
 from skillwing.m600.robot import ROBOT
 from skillwing.services.processes.run_options import AS_FAST_AS_POSSIBLE

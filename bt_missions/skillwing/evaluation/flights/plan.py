@@ -11,8 +11,8 @@ from typing import Any, TypeAlias
 
 import msgspec
 
-from skillwing.evaluation.campaign.besides import ROOT, name_in_repository
-from skillwing.evaluation.campaign.conditions import Condition, draw
+from skillwing.evaluation.flights.conditions import Condition, draw
+from skillwing.evaluation.flights.external_missions import ROOT, name_in_repository
 from skillwing.m600.briefing import inspection_options, mapping_options
 from skillwing.services.errors import InvalidOptionError
 from skillwing.sim_mujoco.world.kinds import make_site

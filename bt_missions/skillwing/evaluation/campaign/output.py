@@ -10,10 +10,10 @@ import msgspec
 from rich.console import Console
 from rich.text import Text
 
-from skillwing.evaluation.campaign.again import Sample, end_alike, verdict
-from skillwing.evaluation.campaign.crew import LostFlight
 from skillwing.evaluation.campaign.outcomes import outcome_table, outcomes
-from skillwing.evaluation.campaign.result import FlightResult
+from skillwing.evaluation.campaign.rerun import Sample, end_alike, verdict
+from skillwing.evaluation.campaign.worker_pool import LostFlight
+from skillwing.evaluation.flights.result import FlightResult
 from skillwing.services.commands.output import print_json
 
 

@@ -11,8 +11,8 @@ from msgspec.structs import replace
 from skillwing.evaluation.campaign.flight_code import FlightCode, read_code
 from skillwing.evaluation.campaign.ledger import LEDGER_FILE, read_results
 from skillwing.evaluation.campaign.outcomes import metres, share
-from skillwing.evaluation.campaign.plan import FlightPlan, Network
-from skillwing.evaluation.campaign.result import FlightResult
+from skillwing.evaluation.flights.plan import FlightPlan, Network
+from skillwing.evaluation.flights.result import FlightResult
 from skillwing.services.errors import InvalidOptionError
 
 HEADINGS = ("flight", "ended", "again", "nearest", "again", "mapped", "again", "time", "again")

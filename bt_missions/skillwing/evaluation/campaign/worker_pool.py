@@ -16,8 +16,8 @@ from typing import IO, Self
 
 import msgspec
 
-from skillwing.evaluation.campaign.plan import FlightPlan
-from skillwing.evaluation.campaign.result import FlightResult
+from skillwing.evaluation.flights.plan import FlightPlan
+from skillwing.evaluation.flights.result import FlightResult
 from skillwing.services.processes.single_threaded import SINGLE_THREADED
 
 LONGEST = 3600.0
