@@ -23,7 +23,7 @@ from workers import workers
 
 from skillwing.evaluation.flights.conditions import Condition as Befalls
 from skillwing.evaluation.flights.flight import LONGEST, processes
-from skillwing.evaluation.flights.observer import Witness
+from skillwing.evaluation.flights.observer import FlightObserver
 from skillwing.evaluation.flights.plan import FlightPlan
 from skillwing.evaluation.flights.result import End
 from skillwing.evaluation.flights.session import in_process
@@ -148,8 +148,8 @@ def fly_well(seed: int, minutes: float) -> Flight:
     return Flight(alarms=alarms, good=60.0 * minutes, collisions=rounds.simulator.collisions)
 
 
-class Listener(Witness):
-    """A witness who hears as well what sensors say of themselves."""
+class Listener(FlightObserver):
+    """A observer who hears as well what sensors say of themselves."""
 
     def __init__(self, seed: int) -> None:
         super().__init__(ROBOT.skillset.stem, make_world(seed).terrain)

@@ -18,8 +18,8 @@ from skillwing.services.commands.output import print_json
 
 
 @dataclass
-class Found:
-    """What a campaign has found so far. lost: flights without a result. differing: names of flights that were not the
+class CampaignState:
+    """What a campaign has state so far. lost: flights without a result. differing: names of flights that were not the
     same again when they were recorded. unrecorded: flights whose process was lost when they were to be recorded.
     earlier: the campaign of which this one is a sample."""
 
@@ -55,7 +55,7 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
     alike: int | None = None
 
 
-def line_of(result: FlightResult | LostFlight, count: str, left: float) -> Text:
+def flight_line(result: FlightResult | LostFlight, count: str, left: float) -> Text:
     """One flight, and about how long the others will take [s]."""
     plan = result.plan
     text = Text(f"{count:>7} {plan.world} {plan.condition} {plan.seed}".ljust(33) + " ")
@@ -79,15 +79,15 @@ def _duration(seconds: float) -> str:
     return f"{minutes // 60} h {minutes % 60:02} min" if minutes >= 60 else f"{minutes} min"
 
 
-def tell(found: Found, console: Console) -> None:
+def show_summary(state: CampaignState, console: Console) -> None:
     """The table, and what else there is to say."""
-    if found.results:
+    if state.results:
         console.print()
-        console.print(outcome_table(outcomes(found.results)))
-    if found.earlier:
-        console.print(verdict(found.earlier, found.results), soft_wrap=True)
-    if found.lost:
-        console.print(f"{lost_flights(found.lost)} Fly what is missing by --resume.", style="red", soft_wrap=True)
+        console.print(outcome_table(outcomes(state.results)))
+    if state.earlier:
+        console.print(verdict(state.earlier, state.results), soft_wrap=True)
+    if state.lost:
+        console.print(f"{lost_flights(state.lost)} Fly what is missing by --resume.", style="red", soft_wrap=True)
 
 
 def lost_flights(lost: Sequence[LostFlight]) -> str:
@@ -97,25 +97,25 @@ def lost_flights(lost: Sequence[LostFlight]) -> str:
     return f"There is no result of {first.plan.name}{more}. {first.why}"
 
 
-def print_summary(folder: str, planned: int, found: Found) -> None:
+def print_summary(folder: str, planned: int, state: CampaignState) -> None:
     """The same as JSON. planned: so many flights were to be flown."""
-    pairs = found.earlier.pairs(found.results) if found.earlier else ()
+    pairs = state.earlier.pairs(state.results) if state.earlier else ()
     print_json(
         Summary(
             folder=folder,
             planned=planned,
-            flown=len(found.results),
-            outcomes=[msgspec.to_builtins(row) for row in outcomes(found.results)],
+            flown=len(state.results),
+            outcomes=[msgspec.to_builtins(row) for row in outcomes(state.results)],
             broken=[
                 {**msgspec.to_builtins(result), "broken": result.broken, "command": result.plan.command}
-                for result in found.results
+                for result in state.results
                 if not result.kept
             ],
-            lost=_names_and_reasons(found.lost),
-            differing=found.differing,
-            unrecorded=_names_and_reasons(found.unrecorded),
-            sampled=len(pairs) if found.earlier else None,
-            alike=sum(end_alike(*pair) for pair in pairs) if found.earlier else None,
+            lost=_names_and_reasons(state.lost),
+            differing=state.differing,
+            unrecorded=_names_and_reasons(state.unrecorded),
+            sampled=len(pairs) if state.earlier else None,
+            alike=sum(end_alike(*pair) for pair in pairs) if state.earlier else None,
         )
     )
 
@@ -124,7 +124,7 @@ def _names_and_reasons(lost: Sequence[LostFlight]) -> list[dict[str, str]]:
     return [{"flight": each.plan.name, "why": each.why} for each in lost]
 
 
-def words() -> list[str]:
+def command_words() -> list[str]:
     """The command that was given, as it is to be given again: into a new folder."""
     given, kept = iter(sys.argv[1:]), ["skillwing"]
     for word in given:

@@ -37,7 +37,7 @@ class LostFlight:
     why: str
 
 
-class Crew:
+class WorkerPool:
     """`jobs` flights at once. On leaving, flights that are under way are ended and leave no result.
 
     worker: the command that flies a plan and prints its result.
@@ -99,7 +99,7 @@ class Crew:
                 return LostFlight(plan, f"Its process {ended}. {last}".strip())
 
     def _start(self, command: list[str], complaints: IO[bytes]) -> subprocess.Popen[bytes] | None:
-        """The process of a flight; None once the crew is dismissed."""
+        """The process of a flight; None once the pool is dismissed."""
         with self._lock:
             if self._dismissed:
                 return None

@@ -1,6 +1,6 @@
-"""What a flight cost, and what an inspection showed: measured on the ground truth, for comparing missions.
+"""Costs of a flight, and the share of an inspection that was seen: measured on the ground truth, to compare missions.
 
-The witness of a campaign carries the meter; it looks on like him, and the robot knows nothing of it.
+The observer of a flight carries the meter. The robot does not see it.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ AWAY = 5.0
 """Farther than this from home over the ground the drone is out on its mission [m]."""
 
 
-class Price(msgspec.Struct, frozen=True, kw_only=True):
+class Cost(msgspec.Struct, frozen=True, kw_only=True):
     """charge: taken from the battery [% of its capacity], None if it never told. circled, circled_live: shares of the
     corners of the planned circle that the drone passed, and passed with live video; None without a circle. unseen:
     seconds of robot time in the air and away from home without live video, counted from the first picture; None for a
@@ -46,8 +46,8 @@ class Price(msgspec.Struct, frozen=True, kw_only=True):
     unseen: float | None = None
 
 
-class PriceMeter:
-    """Adds up the price. circle: corners of the planned circle, ENU metres."""
+class CostMeter:
+    """Sum of the costs so far. circle: corners of the planned circle, ENU metres."""
 
     def __init__(self, circle: Sequence[Vector3] = ()) -> None:
         self._circle = circle
@@ -67,10 +67,10 @@ class PriceMeter:
         bus.subscribe(TRUTH, message_reader(Truth, self.truth))
 
     @property
-    def price(self) -> Price:
+    def cost(self) -> Cost:
         """As of now."""
         count = len(self._circle)
-        return Price(
+        return Cost(
             charge=None if self._full is None else round(self._full - self._left, 3),
             circled=round(len(self._passed) / count, 4) if count else None,
             circled_live=round(len(self._passed_live) / count, 4) if count else None,

@@ -1,8 +1,7 @@
-"""The judge of a map: how much of what could be seen from the planned route is in it. It knows the true world.
+"""Map coverage: the share of the surface visible from the planned route that a map holds, by the ground truth.
 
-The surfaces are judged point by point: points are spread evenly over the true triangles, and those that are in line
-of sight from somewhere on the planned route count. They depend on the world and the route alone, never on what was
-flown, so that a flight with faults is judged by the same points as one without.
+Points are spread evenly over the true triangles. Those in line of sight of the planned route count. They depend on the
+world and the route alone and not on the flown path, so flights with and without faults are judged by the same points.
 """
 
 from __future__ import annotations
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from skillwing.onboard.frames.vectors import Vector
+from skillwing.services.telemetry.report import Coverage
 from skillwing.sim_mujoco.sensors.rays import RayScene
 from skillwing.sim_mujoco.world.triangles import Triangles
 from skillwing.sim_mujoco.world.world import BUILDING, TERRAIN, World
@@ -40,7 +40,7 @@ class Observable:
 
 
 @dataclass(frozen=True, slots=True)
-class Coverage:
+class MapQuality:
     """Shares of the observable surface that are mapped, 0 to 1; None where a world has nothing of the kind.
 
     error: median distance from an occupied voxel's centre to the true surface, as a measure of the map's own
@@ -53,8 +53,17 @@ class Coverage:
     error: float | None
 
 
-class Judge:
-    """Judges maps of one world against one planned route."""
+@dataclass(frozen=True, slots=True)
+class SavedMap:
+    """Centres (n, 3) of occupied voxels [m], and the mapping node's name for the source of its poses."""
+
+    centres: NDArray[np.float32]
+    voxel_size: float
+    pose_source: str
+
+
+class CoverageJudge:
+    """Ground-truth judge of maps of one world along one planned route."""
 
     def __init__(self, world: World, route: Sequence[Vector]) -> None:
         triangles = world.triangles()
@@ -62,7 +71,7 @@ class Judge:
         everything, _ = triangles.sample(STEP, np.random.default_rng(_SEED))
         self._surface = KDTree(everything)
 
-    def coverage(self, centres: NDArray[np.float32], voxel_size: float) -> Coverage:
+    def coverage(self, centres: NDArray[np.float32], voxel_size: float) -> MapQuality:
         """Judge a map by the centres (N, 3) of its occupied voxels.
 
         A point is mapped if an occupied voxel's centre lies within half a voxel's diagonal (0.35 m for voxels of
@@ -76,7 +85,7 @@ class Judge:
             distances, _ = KDTree(centres).query(points, distance_upper_bound=reach * (1.0 + 1e-6))
             mapped = np.isfinite(distances)
             error = float(np.median(self._surface.query(centres)[0]))
-        return Coverage(
+        return MapQuality(
             all=_share(mapped),
             buildings=_share(mapped[labels == BUILDING]),
             terrain=_share(mapped[labels == TERRAIN]),
@@ -110,3 +119,15 @@ def _viewpoints(route: Sequence[Vector]) -> NDArray[np.float32]:
 
 def _share(mapped: NDArray[np.bool_]) -> float | None:
     return float(mapped.mean()) if len(mapped) else None
+
+
+def judge_map(world: World, route: Sequence[Vector], saved: SavedMap | None) -> Coverage:
+    """Coverage of a flight's map, rounded for the report; without a map all shares are None."""
+    if saved is None:
+        return Coverage()
+    judged = CoverageJudge(world, route).coverage(saved.centres, saved.voxel_size)
+    return Coverage(all=_rounded(judged.all), buildings=_rounded(judged.buildings), terrain=_rounded(judged.terrain))
+
+
+def _rounded(share: float | None) -> float | None:
+    return None if share is None else round(share, 4)

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any
 
 from skillwing.evaluation.flights.conditions import Condition
-from skillwing.evaluation.flights.cost import PriceMeter
-from skillwing.evaluation.flights.observer import Witness
+from skillwing.evaluation.flights.cost import CostMeter
+from skillwing.evaluation.flights.coverage import judge_map
+from skillwing.evaluation.flights.observer import FlightObserver
 from skillwing.evaluation.flights.plan import FlightPlan, Network, planned_circle, planned_way
 from skillwing.evaluation.flights.result import FlightResult
 from skillwing.evaluation.flights.session import in_process, over_zenoh
-from skillwing.evaluation.judge.map_coverage import judge_map
 from skillwing.m600.robot import ROBOT
 from skillwing.services.processes.run_options import AS_FAST_AS_POSSIBLE
 from skillwing.services.robot import ProcessSpec
@@ -34,35 +34,35 @@ def fly(plan: FlightPlan, run_dir: Path | None = None, *, longest: float = LONGE
     longest: robot seconds after which it is given up. What breaks the flight off is told in the result.
     """
     begun = _processor_time()
-    meter = PriceMeter(planned_circle(plan.site(), plan.mission))
+    meter = CostMeter(planned_circle(plan.site(), plan.mission))
     terrain = make_world(plan.seed, plan.world).terrain
     pilot_returns = plan.condition is Condition.PILOT_RETURNS
-    witness = Witness(ROBOT.skillset.stem, terrain, pilot_returns=pilot_returns, meter=meter)
+    observer = FlightObserver(ROBOT.skillset.stem, terrain, pilot_returns=pilot_returns, meter=meter)
     options = plan.robot_options()
     if run_dir is not None:
         options["run_dir"] = str(run_dir)
     if plan.network is Network.IN_PROCESS:
-        course = in_process(witness, processes(plan, options), longest)
+        session = in_process(observer, processes(plan, options), longest)
     else:
         options["speed"] = AS_FAST_AS_POSSIBLE
-        course = over_zenoh(witness, processes(plan, options), longest, run_dir)
-    mission = witness.mission
+        session = over_zenoh(observer, processes(plan, options), longest, run_dir)
+    mission = observer.mission
     return FlightResult(
         plan=plan,
-        end=course.end,
+        end=session.end,
         phase=mission.phase if mission is not None else "",
         text=mission.text if mission is not None else "",
-        failsafes=tuple(witness.failsafes),
-        collisions=witness.collisions,
-        breaches=witness.breaches,
-        clearance=None if witness.clearance is None else round(witness.clearance, 3),
-        coverage=_coverage(plan, witness, run_dir),
-        end_time=round(course.end_time, 3),
-        digest=witness.digest,
+        failsafes=tuple(observer.failsafes),
+        collisions=observer.collisions,
+        breaches=observer.breaches,
+        clearance=None if observer.clearance is None else round(observer.clearance, 3),
+        coverage=_coverage(plan, observer, run_dir),
+        end_time=round(session.end_time, 3),
+        digest=observer.digest,
         processor_time=round(_processor_time() - begun, 2),
-        error=course.error,
-        deaths=course.deaths,
-        price=meter.price,
+        error=session.error,
+        deaths=session.deaths,
+        cost=meter.cost,
     )
 
 
@@ -78,7 +78,7 @@ def processes(plan: FlightPlan, options: dict[str, Any]) -> tuple[ProcessSpec, .
     return (*ROBOT.observers(options), *ROBOT.functional_layer(options), *ROBOT.managers(options), mission)
 
 
-def _coverage(plan: FlightPlan, witness: Witness, run_dir: Path | None) -> float | None:
+def _coverage(plan: FlightPlan, observer: FlightObserver, run_dir: Path | None) -> float | None:
     """The share that was mapped of what can be seen from the route, after a flight that came to its end.
 
     With a run directory the report is written as well.
@@ -90,10 +90,10 @@ def _coverage(plan: FlightPlan, witness: Witness, run_dir: Path | None) -> float
         skillset = ROBOT.load_skillset()
         report = evaluate(run_dir, skillset, mission=plan.mission, seed=plan.seed, world=plan.world, route=way)
         return report.coverage.all if plan.mission == MAPPING else None
-    if plan.mission != MAPPING or witness.map is None or not witness.over:
+    if plan.mission != MAPPING or observer.map is None or not observer.over:
         return None
     world = make_world(plan.seed, plan.world)
-    return judge_map(world, world.site.way, witness.map).all
+    return judge_map(world, world.site.way, observer.map).all
 
 
 def _processor_time() -> float:

@@ -7,9 +7,9 @@ import math
 
 import numpy as np
 
-from skillwing.evaluation.flights.cost import PriceMeter
+from skillwing.evaluation.flights.cost import CostMeter
+from skillwing.evaluation.flights.coverage import SavedMap
 from skillwing.evaluation.flights.result import End
-from skillwing.evaluation.judge.flight_log import SavedMap
 from skillwing.onboard.extent import TIP_RADIUS
 from skillwing.onboard.topics import (
     FLIGHT,
@@ -38,7 +38,7 @@ HELD_WITHIN = 2.0
 """And so near to where it was [m]."""
 
 
-class Witness:
+class FlightObserver:
     """A node that sees what the robot does not know: the truth.
 
     terrain: the ground of its world. pilot_returns: the safety pilot gives the authority back, so that a drone in his
@@ -49,11 +49,11 @@ class Witness:
     owns_clock = False
 
     def __init__(
-        self, skillset: str, terrain: Terrain, *, pilot_returns: bool = False, meter: PriceMeter | None = None
+        self, skillset: str, terrain: Terrain, *, pilot_returns: bool = False, meter: CostMeter | None = None
     ) -> None:
         self._keys = Keys(skillset)
         self._terrain = terrain
-        self.meter = meter or PriceMeter()
+        self.meter = meter or CostMeter()
         self._pilot_returns = pilot_returns
         self._digest = hashlib.sha256()
         self._state: FlightState | None = None

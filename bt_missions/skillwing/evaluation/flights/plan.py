@@ -7,12 +7,12 @@ import shlex
 from collections.abc import Sequence
 from enum import StrEnum
 from itertools import pairwise
+from pathlib import Path
 from typing import Any, TypeAlias
 
 import msgspec
 
 from skillwing.evaluation.flights.conditions import Condition, draw
-from skillwing.evaluation.flights.external_missions import ROOT, name_in_repository
 from skillwing.m600.briefing import inspection_options, mapping_options
 from skillwing.services.errors import InvalidOptionError
 from skillwing.sim_mujoco.world.kinds import make_site
@@ -25,6 +25,8 @@ CORNERS = 48
 """Of a circle as a way of straight legs."""
 PILOT_PATIENCE = 30.0
 """For how long missions wait for a drone that the safety pilot has taken [s of robot time]; he returns it within 15."""
+
+ALTERNATIVES = Path(__file__).parent / "alternatives"
 
 Place: TypeAlias = tuple[float, float, float]
 """ENU, home at the origin [m]."""
@@ -41,8 +43,8 @@ class FlightPlan(msgspec.Struct, frozen=True, kw_only=True):
     """world: the kind of world. watched: obstacle detection watches the way; without it drones collide.
 
     What follows is for comparisons. happens: options of the functional layer in place of what `condition` makes of the
-    seed. flown_as: a mission's file that is flown in place of `mission`, with `options` besides those of the site; one
-    of the repository is called the same wherever that lies. label: tells such flights apart.
+    seed. alternative: the mission of the same name in `alternatives/` flies, with `options` beside those of the site.
+    label: distinguishes such flights.
     """
 
     mission: str
@@ -52,18 +54,14 @@ class FlightPlan(msgspec.Struct, frozen=True, kw_only=True):
     watched: bool = True
     network: Network = Network.IN_PROCESS
     happens: dict[str, Any] | None = None
-    flown_as: str = ""
+    alternative: bool = False
     options: dict[str, Any] = {}
     label: str = ""
-
-    def __post_init__(self) -> None:
-        # The same flight has the same plan wherever the repository lies, and any other file is flown from anywhere.
-        msgspec.structs.force_setattr(self, "flown_as", name_in_repository(self.flown_as))
 
     @property
     def flown(self) -> str:
         """The mission that is flown: its name, or the path of its file."""
-        return str(ROOT / self.flown_as) if self.flown_as else self.mission
+        return str(ALTERNATIVES / f"{self.mission}.py") if self.alternative else self.mission
 
     @property
     def name(self) -> str:

@@ -7,7 +7,7 @@ from enum import StrEnum
 import msgspec
 
 from skillwing.evaluation.flights.conditions import met_from
-from skillwing.evaluation.flights.cost import Price
+from skillwing.evaluation.flights.cost import Cost
 from skillwing.evaluation.flights.plan import FlightPlan
 
 
@@ -26,14 +26,14 @@ class End(StrEnum):
 SAFE_ENDS = frozenset({End.HOME, End.ELSEWHERE, End.HANDED_OVER})
 
 
-class FlightResult(msgspec.Struct, frozen=True, kw_only=True):
+class FlightResult(msgspec.Struct, frozen=True, kw_only=True, rename={"cost": "price"}):
     """phase, text: how the mission ended, in its own words. failsafes: what the autopilot did by itself.
 
     breaches: how often the drone left the fence. clearance: from an obstacle to the blades' tips, the least [m].
     coverage: share of the surface in view of the route that was mapped, None if it was not judged. end_time: robot
     seconds. digest: of the timeline; two flights with the same one are the same flight. processor_time: seconds.
     error: why the flight broke off, empty if it did not. deaths: of processes that it did without, or that were started
-    again, in sentences. price: what it cost.
+    again, in sentences. cost: of energy and of seeing; stored as `price`.
     """
 
     plan: FlightPlan
@@ -50,7 +50,7 @@ class FlightResult(msgspec.Struct, frozen=True, kw_only=True):
     processor_time: float = 0.0
     error: str = ""
     deaths: tuple[str, ...] = ()
-    price: Price = Price()
+    cost: Cost = Cost()
 
     @property
     def met(self) -> bool:

@@ -1,4 +1,4 @@
-"""The course of a flight on either network: from the start of its processes until the witness has seen enough."""
+"""The course of a flight on either network: from the start of its processes until the observer has seen enough."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
-from skillwing.evaluation.flights.observer import Witness
+from skillwing.evaluation.flights.observer import FlightObserver
 from skillwing.evaluation.flights.result import End
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus.clock import FollowedClock
@@ -27,7 +27,7 @@ LONGEST_WALL = 3000.0
 
 
 @dataclass(frozen=True, slots=True)
-class Course:
+class SessionEnd:
     """Where it ended and when [robot s]; error: why it broke off, empty if it did not. deaths: of processes that it did
     without, or that were started again, in sentences."""
 
@@ -37,22 +37,24 @@ class Course:
     deaths: tuple[str, ...] = ()
 
 
-def in_process(witness: Witness, specs: Sequence[ProcessSpec], longest: float) -> Course:
+def in_process(observer: FlightObserver, specs: Sequence[ProcessSpec], longest: float) -> SessionEnd:
     """Host all processes here, in virtual time; whatever goes wrong in a node breaks the flight off."""
     with RobotInProcess(ROBOT) as robot:
-        robot.attach(witness)
+        robot.attach(observer)
         try:
             robot.start(specs)
-            robot.network.run_until(lambda: witness.over, longest)
-            course = Course(witness.end, robot.network.now())
-            witness.ask_for_map()
+            robot.network.run_until(lambda: observer.over, longest)
+            ended = SessionEnd(observer.end, robot.network.now())
+            observer.ask_for_map()
             robot.network.run_for(LAST_WORDS)
         except Exception as failure:  # noqa: BLE001 - a campaign goes on, whatever a node does
-            return Course(End.BROKE_OFF, robot.network.now(), f"{type(failure).__name__}: {failure}")
-    return course
+            return SessionEnd(End.BROKE_OFF, robot.network.now(), f"{type(failure).__name__}: {failure}")
+    return ended
 
 
-def over_zenoh(witness: Witness, specs: Sequence[ProcessSpec], longest: float, folder: Path | None) -> Course:
+def over_zenoh(
+    observer: FlightObserver, specs: Sequence[ProcessSpec], longest: float, folder: Path | None
+) -> SessionEnd:
     """Start real processes around a router, as `skillwing demo` does; the mission, last of them, when all are there.
 
     folder: gets their logs, None for nowhere. Raises TimedOutError where they seem to hang: a slow machine's clock on
@@ -73,19 +75,19 @@ def over_zenoh(witness: Witness, specs: Sequence[ProcessSpec], longest: float, f
         with launcher:
             try:
                 launcher.start_router()
-                with closing(ZenohBus(witness.name, ROBOT.name, launcher.endpoint, FollowedClock())) as bus:
-                    witness.attach(bus)
+                with closing(ZenohBus(observer.name, ROBOT.name, launcher.endpoint, FollowedClock())) as bus:
+                    observer.attach(bus)
                     launcher.start(robot)
                     launcher.start([mission])
-                    over = bus.run_until(lambda: witness.over or bool(dead()) or bus.now() > longest, LONGEST_WALL)
+                    over = bus.run_until(lambda: observer.over or bool(dead()) or bus.now() > longest, LONGEST_WALL)
                     if not over:
                         raise TimedOutError("The end of the flight", LONGEST_WALL)
-                    end = End.BROKE_OFF if dead() else witness.end
-                    course = Course(end, bus.now(), dead(), deaths(fatal=False))
-                    witness.ask_for_map()
-                    bus.run_until(lambda: witness.map is not None, MAP_TIMEOUT)
+                    end = End.BROKE_OFF if dead() else observer.end
+                    ended = SessionEnd(end, bus.now(), dead(), deaths(fatal=False))
+                    observer.ask_for_map()
+                    bus.run_until(lambda: observer.map is not None, MAP_TIMEOUT)
             except TimedOutError:
                 raise
             except (SkillwingError, OSError) as failure:
-                return Course(End.BROKE_OFF, 0.0, str(failure), deaths(fatal=False))
-    return course
+                return SessionEnd(End.BROKE_OFF, 0.0, str(failure), deaths(fatal=False))
+    return ended

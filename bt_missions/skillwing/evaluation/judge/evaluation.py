@@ -12,10 +12,10 @@ from pathlib import Path
 from msgspec.structs import replace as replaced
 
 from skillwing.dsl.model import Skillset
+from skillwing.evaluation.flights.coverage import SavedMap, judge_map
 from skillwing.evaluation.flights.plan import planned_way
-from skillwing.evaluation.judge.flight_log import SavedMap, read_flight, read_map
+from skillwing.evaluation.judge.flight_log import read_flight, read_map
 from skillwing.evaluation.judge.flight_map import map_scene
-from skillwing.evaluation.judge.map_coverage import judge_map
 from skillwing.evaluation.judge.map_picture import draw_map
 from skillwing.evaluation.judge.ply import write_ply
 from skillwing.onboard.topics import Truth, Vector3

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from skillwing.evaluation.judge.flight_log import SavedMap
+from skillwing.evaluation.flights.coverage import SavedMap
 from skillwing.evaluation.judge.map_picture import Flown, Happening, MapScene
 from skillwing.onboard.topics import Truth, Vector3
 from skillwing.services.telemetry.history import History

@@ -1,4 +1,4 @@
-"""The course of a flight with real processes, some of which die."""
+"""A flight's session with real processes, some of which die."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import Any, Self, cast
 
 import pytest
 
-from skillwing.evaluation.flights import session as course
-from skillwing.evaluation.flights.observer import Witness
+from skillwing.evaluation.flights import session
+from skillwing.evaluation.flights.observer import FlightObserver
 from skillwing.evaluation.flights.result import End
 from skillwing.services.processes.launcher import Death
 from skillwing.services.robot import ProcessSpec
@@ -59,27 +59,27 @@ class BusOnPaper:
 
 
 @pytest.fixture
-def fly(monkeypatch: pytest.MonkeyPatch) -> Callable[..., course.Course]:
-    def fly(*deaths: Death) -> course.Course:
+def fly(monkeypatch: pytest.MonkeyPatch) -> Callable[..., session.SessionEnd]:
+    def fly(*deaths: Death) -> session.SessionEnd:
         monkeypatch.setattr(LauncherOnPaper, "deaths", deaths)
-        monkeypatch.setattr(course, "Launcher", LauncherOnPaper)
-        monkeypatch.setattr(course, "ZenohBus", BusOnPaper)
+        monkeypatch.setattr(session, "Launcher", LauncherOnPaper)
+        monkeypatch.setattr(session, "ZenohBus", BusOnPaper)
         sees: Any = SimpleNamespace(
-            name="witness", over=True, end=End.HOME, map=b"", attach=lambda bus: None, ask_for_map=lambda: None
+            name="observer", over=True, end=End.HOME, map=b"", attach=lambda bus: None, ask_for_map=lambda: None
         )
-        return course.over_zenoh(cast(Witness, sees), SPECS, 100.0, None)
+        return session.over_zenoh(cast(FlightObserver, sees), SPECS, 100.0, None)
 
     return fly
 
 
-def test_a_death_that_a_flight_survives_is_told(fly: Callable[..., course.Course]) -> None:
+def test_a_death_that_a_flight_survives_is_told(fly: Callable[..., session.SessionEnd]) -> None:
     again, gone = Death("sim", 1, 1, None, (), pause=0.5), Death("recorder", 1, 1, None, ())
     survived = ("sim ended with exit code 1.", "recorder ended with exit code 1.")
-    assert fly() == course.Course(End.HOME, 60.0)
-    assert fly(again, gone) == course.Course(End.HOME, 60.0, deaths=survived)
+    assert fly() == session.SessionEnd(End.HOME, 60.0)
+    assert fly(again, gone) == session.SessionEnd(End.HOME, 60.0, deaths=survived)
 
 
-def test_a_death_that_breaks_a_flight_off_is_why(fly: Callable[..., course.Course]) -> None:
+def test_a_death_that_breaks_a_flight_off_is_why(fly: Callable[..., session.SessionEnd]) -> None:
     gone, again = Death("mission", 1, None, 9, ()), Death("hover", 1, 1, None, (), pause=0.5)
     told = ("hover ended with exit code 1.",)
-    assert fly(again, gone) == course.Course(End.BROKE_OFF, 60.0, "mission was killed by SIGKILL.", told)
+    assert fly(again, gone) == session.SessionEnd(End.BROKE_OFF, 60.0, "mission was killed by SIGKILL.", told)

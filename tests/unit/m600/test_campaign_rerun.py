@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from skillwing.evaluation.campaign.command import campaign
 from skillwing.evaluation.campaign.flight_code import FlightCode, claim
 from skillwing.evaluation.campaign.ledger import Ledger
-from skillwing.evaluation.campaign.output import line_of
+from skillwing.evaluation.campaign.output import flight_line
 from skillwing.evaluation.campaign.rerun import Sample, choose, comparison, end_alike, take_sample, verdict
 from skillwing.evaluation.flights.conditions import Condition
 from skillwing.evaluation.flights.plan import FlightPlan, Network
@@ -87,7 +87,7 @@ def test_a_death_on_a_flight_that_was_flown_again_is_told() -> None:
     again = replace(over_zenoh(flown(1)), deaths=("hover was killed by SIGSEGV.",))
     told = comparison(Sample(Path("runs/first"), [flown(1)], CODE), [again])
     assert "**landed at home, succeeded, hover was killed by SIGSEGV**" in told[-1]
-    assert "hover was killed by SIGSEGV." in line_of(again, "1/1", 0.0).plain
+    assert "hover was killed by SIGSEGV." in flight_line(again, "1/1", 0.0).plain
 
 
 def test_the_same_flight_is_told_to_be_the_same_bit_by_bit() -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from skillwing.evaluation.campaign.command import make_plans
-from skillwing.evaluation.campaign.worker_pool import Crew, LostFlight
+from skillwing.evaluation.campaign.worker_pool import LostFlight, WorkerPool
 from skillwing.evaluation.flights.plan import FlightPlan
 from skillwing.evaluation.flights.result import End, FlightResult
 
@@ -29,8 +29,8 @@ def plans(count: int) -> list[FlightPlan]:
 
 
 def test_each_plan_is_flown_once(tmp_path: Path) -> None:
-    with Crew(3, (sys.executable, "-c", LANDS)) as crew:
-        results = list(crew.fly(plans(5), lambda plan: tmp_path / plan.name))
+    with WorkerPool(3, (sys.executable, "-c", LANDS)) as pool:
+        results = list(pool.fly(plans(5), lambda plan: tmp_path / plan.name))
     flown = [result for result in results if isinstance(result, FlightResult)]
     assert sorted(result.plan.seed for result in flown) == [0, 1, 2, 3, 4]
     assert all(result.end is End.HOME for result in flown)
@@ -48,8 +48,8 @@ def test_each_plan_is_flown_once(tmp_path: Path) -> None:
     ],
 )
 def test_a_flight_whose_process_dies_is_lost_and_says_why(work: str, why: str) -> None:
-    with Crew(2, (sys.executable, "-c", work)) as crew:
-        assert list(crew.fly(plans(1), nowhere)) == [LostFlight(plans(1)[0], why)]
+    with WorkerPool(2, (sys.executable, "-c", work)) as pool:
+        assert list(pool.fly(plans(1), nowhere)) == [LostFlight(plans(1)[0], why)]
 
 
 def test_calling_a_campaign_off_ends_the_flights_that_are_under_way() -> None:
@@ -59,14 +59,14 @@ def test_calling_a_campaign_off_ends_the_flights_that_are_under_way() -> None:
         if next(looks, None) is None:
             raise KeyboardInterrupt
 
-    with pytest.raises(KeyboardInterrupt), Crew(2, (sys.executable, "-c", HANGS)) as crew:
-        list(crew.fly(plans(4), nowhere, look))
+    with pytest.raises(KeyboardInterrupt), WorkerPool(2, (sys.executable, "-c", HANGS)) as pool:
+        list(pool.fly(plans(4), nowhere, look))
 
 
 def test_the_real_worker_says_what_it_cannot_fly() -> None:
     unknown = FlightPlan(mission="picnic", world="courtyard", seed=1, condition=plans(1)[0].condition)
-    with Crew(1) as crew:
-        (result,) = crew.fly([unknown], nowhere)
+    with WorkerPool(1) as pool:
+        (result,) = pool.fly([unknown], nowhere)
     assert isinstance(result, FlightResult)
     assert result.end is End.BROKE_OFF
     assert "picnic" in result.error
