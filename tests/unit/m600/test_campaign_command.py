@@ -105,11 +105,11 @@ def test_the_summary_for_programs_tells_what_was_lost(fly: Fly, capsys: pytest.C
 
 def test_a_flight_by_code_that_changed_meanwhile_is_not_kept(fly: Fly, tmp_path: Path, package: Path) -> None:
     edits = PLAN + f"if plan['seed'] == 1: open({str(package / FLIES)!r}, 'w').close()\nprint(json.dumps(result))"
-    with pytest.raises(CodeChangedError, match=rf"while it flew: {FLIES}\. Flights under way are not kept"):
+    with pytest.raises(CodeChangedError, match=rf"while it flew: {FLIES}\. Running flights are not kept"):
         fly(edits, seeds="0:3", write=tmp_path / "page.md")
     assert seeds_in(tmp_path / "flights") == [0]
     assert not (tmp_path / "page.md").exists()
-    with pytest.raises(InvalidOptionError, match="Begin anew in another folder"):
+    with pytest.raises(InvalidOptionError, match="Start in another folder"):
         fly(LANDS, seeds="0:3", resume=True)
 
 
