@@ -1,8 +1,8 @@
-"""The library's mapping mission with another answer to the camera's failure, to compare its own with.
+"""Mapping with another reaction to the camera's failure, for comparison with the library's mission.
 
-Not for flying: one of the answers is none. It is the library's tree with its LiDAR branch left out or exchanged, and
-without coming home for want of a map, after the guards above have taken hold of the leaves, so that neither the
-operator nor the safety pilot can hold a new branch.
+Not for real flights: one of the reactions is none, and a new branch can be held neither by the operator nor by the
+safety pilot. The tree is the library's with its LiDAR branch removed or exchanged, and without the return for want of
+a map.
 """
 
 from __future__ import annotations
