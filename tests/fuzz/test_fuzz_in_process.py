@@ -18,6 +18,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from payloads import Spoiler, long_list, payload, valid, wide
 
+from skillwing.onboard import topics
 from skillwing.services.bus import Answered, Refused
 from skillwing.services.core.grants import LOCAL_OUTCOMES
 from skillwing.services.core.refusal import RefusedError
@@ -38,7 +39,6 @@ from skillwing.services.protocol import (
     decode,
     encode,
 )
-from skillwing.sim_mujoco import topics
 
 ENDPOINTS = (*QUERIES, *PUBLICATIONS)
 IN_PROCESS = tuple(endpoint for endpoint in ENDPOINTS if endpoint.key != topics.CLOCK)

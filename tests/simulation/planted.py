@@ -16,12 +16,7 @@ from skillwing.services.core.resource_core import ResourceCore
 from skillwing.services.core.skill_core import SkillCore
 from skillwing.services.journal.journal import Journal
 from skillwing.services.managers.standing import Standing
-from skillwing.services.protocol import (
-    Ended,
-    Ending,
-    EndKind,
-    State,
-)
+from skillwing.services.protocol import Ended, Ending, EndKind, State
 from skillwing.services.protocol import Granted as GrantedVerdict
 
 Wrong = Callable[..., Any]

@@ -17,13 +17,7 @@ from skillwing.services.core.grants import Ledger
 from skillwing.services.core.latest import LatestData
 from skillwing.services.core.resource_core import ResourceCore
 from skillwing.services.core.resource_table import ResourceTable
-from skillwing.services.protocol import (
-    BeginGoal,
-    DataSample,
-    EndGoal,
-    EndKind,
-    FireExtern,
-)
+from skillwing.services.protocol import BeginGoal, DataSample, EndGoal, EndKind, FireExtern
 from skillwing.services.replay.files import read_steps, step_files
 from skillwing.services.replay.recorded_core import RecordedCore
 from skillwing.services.replay.replaying import replay_folder

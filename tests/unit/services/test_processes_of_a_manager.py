@@ -7,15 +7,7 @@ from rig import Bench, granted
 
 from skillwing.services.core.kept import GoalOver, ManagerNoted
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.protocol import (
-    AttachManager,
-    Ended,
-    EndKind,
-    ErrorCode,
-    Lost,
-    Record,
-    RenewGoal,
-)
+from skillwing.services.protocol import AttachManager, Ended, EndKind, ErrorCode, Lost, Record, RenewGoal
 
 
 def test_a_lost_manager_loses_its_goals_and_its_token(bench: Bench) -> None:

@@ -9,15 +9,7 @@ from rig import Bench, granted
 from skillwing.services.core.grants import NO_TOKEN
 from skillwing.services.core.kept import GoalOver
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.protocol import (
-    DataSample,
-    Ended,
-    EndKind,
-    NotReady,
-    Record,
-    ResourceChange,
-    Violated,
-)
+from skillwing.services.protocol import DataSample, Ended, EndKind, NotReady, Record, ResourceChange, Violated
 
 
 def test_every_failing_precondition_is_named_with_its_reason() -> None:
