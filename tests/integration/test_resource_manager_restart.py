@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from skillwing.dsl import parse
-from skillwing.services.bus import Answer, Answered, Refused, Unanswered
+from skillwing.services.bus import Answer, Answered, NoReply, Refused
 from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import ResourceCore
@@ -214,7 +214,7 @@ def test_a_resource_manager_whose_journal_another_one_has_taken_ends(
     assert isinstance(refused, Refused)
     assert refused.error.code is ErrorCode.UNAVAILABLE
     assert "Another process goes on from the journal" in refused.error.message
-    assert unanswered == Unanswered(timed_out=False)
+    assert unanswered == NoReply(timed_out=False)
     assert alive == {keys.alive(RESOURCE_MANAGER): False}
     network.bus(RESOURCE_MANAGER).close()  # Its name is free, for it has left the network.
 

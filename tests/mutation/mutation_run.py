@@ -27,8 +27,8 @@ from rules import RULES
 from skillwing.services.marked_page import Marks, page_with
 
 UNIT_TESTS = (
-    "tests/unit/client/test_goal_pursuit.py",
-    "tests/unit/services/test_asking.py",
+    "tests/unit/client/test_goal_tracker.py",
+    "tests/unit/services/test_retry.py",
     "tests/unit/services/test_changes_from_outside.py",
     "tests/unit/services/test_data_core.py",
     "tests/unit/services/test_going_on.py",

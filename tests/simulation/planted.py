@@ -8,7 +8,7 @@ from typing import Any
 from unittest.mock import patch
 
 from simulation.run import simulate
-from skillwing.services.client.goal_pursuit import GoalPursuit
+from skillwing.services.client.goal_tracker import GoalTracker
 from skillwing.services.core import resource_core
 from skillwing.services.core.grants import Ledger
 from skillwing.services.core.kept import GoalOver, GrantOpened
@@ -139,7 +139,7 @@ BUGS: Mapping[str, tuple[tuple[Any, str, Callable[[Wrong], Wrong]], ...]] = {
     "a local outcome is not written down": ((Ledger, "remember", _write_no_local_outcomes),),
     "a question in doubt that nobody answers is not asked again": ((SkillCore, "_bear_doubt", _always(None)),),
     "a replaced manager that nobody asks anything does not notice": ((Standing, "_ask_after", _always(None)),),
-    "clients learn of no loss": ((GoalPursuit, "probe", _always(None)), (GoalPursuit, "judged", _always(None))),
+    "clients learn of no loss": ((GoalTracker, "probe", _always(None)), (GoalTracker, "judged", _always(None))),
 }
 """By name: what is replaced, and by what it makes of the right one."""
 LATE: Mapping[str, int] = {

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from skillwing.dsl.model import Skill
+from skillwing.services.core.bounded_dict import BoundedDict
 from skillwing.services.core.kept import GoalOver, GrantOpened, Keep, Shelf
-from skillwing.services.core.memory import Recent
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.protocol import (
     EndGoal,
@@ -66,7 +66,7 @@ class Ledger:
     ) -> None:
         self._keep = keep
         self._grants = {grant.goal_id: grant for grant in grants}
-        self._past: dict[Shelf, Recent[str, GoalOver]] = {shelf: Recent(GOALS_REMEMBERED) for shelf in Shelf}
+        self._past: dict[Shelf, BoundedDict[str, GoalOver]] = {shelf: BoundedDict(GOALS_REMEMBERED) for shelf in Shelf}
         for over in past:
             self._note(over)
         self._last_token = last_token

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from skillwing.services.core.bounded_dict import BoundedDict
 from skillwing.services.core.kept import Keep, ManagerNoted
-from skillwing.services.core.memory import Recent
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.protocol import ErrorCode
 
@@ -20,8 +20,8 @@ class Incarnations:
 
     def __init__(self, keep: Keep, kept: Iterable[ManagerNoted] = ()) -> None:
         self._keep = keep
-        self._latest: Recent[str, str] = Recent(INCARNATIONS_REMEMBERED)
-        self._replaced: Recent[tuple[str, str], None] = Recent(INCARNATIONS_REMEMBERED)
+        self._latest: BoundedDict[str, str] = BoundedDict(INCARNATIONS_REMEMBERED)
+        self._replaced: BoundedDict[tuple[str, str], None] = BoundedDict(INCARNATIONS_REMEMBERED)
         for noted in kept:
             self._take(noted)
 

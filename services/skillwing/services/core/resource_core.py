@@ -28,9 +28,9 @@ from skillwing.services.core.incarnations import Incarnations
 from skillwing.services.core.judge import why_not
 from skillwing.services.core.kept import DatumKept, Entry, GoalOver, Kept
 from skillwing.services.core.latest import LatestData
+from skillwing.services.core.outbox import Outbox
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_table import Event, ResourceTable
-from skillwing.services.core.scribe import Scribe
 from skillwing.services.core.values import fit_fields
 from skillwing.services.protocol import (
     AttachManager,
@@ -93,8 +93,8 @@ class ResourceCore:
         self._source = source
         self._entries: list[Entry] = []
         keep = self._entries.append
-        self._scribe: Scribe[Event] = Scribe(source, new_record_id)
-        self._table = ResourceTable(skillset, self._scribe, keep, found=found, kept=kept.resources)
+        self._outbox: Outbox[Event] = Outbox(source, new_record_id)
+        self._table = ResourceTable(skillset, self._outbox, keep, found=found, kept=kept.resources)
         grants = (
             Grant(skillset.skill(each.skill), each.inputs, each.manager, each.incarnation, each.granted)
             for each in kept.grants
@@ -159,7 +159,7 @@ class ResourceCore:
         again: list[Publication] = [record for record in kept.records if record.t >= since]
         verdicts = (over.verdict for over in kept.goals)
         again += [each for each in verdicts if isinstance(each, (Violated, Lost)) and each.t >= since]
-        self._scribe.record(now, RecordKind.PROCESS, self._source, None, "RESUMED", text)
+        self._outbox.record(now, RecordKind.PROCESS, self._source, None, "RESUMED", text)
         return self._finish(tuple(again))
 
     # --- from the functional layer and operators ---------------------------------------------------------------------
@@ -413,7 +413,7 @@ class ResourceCore:
             token=grant.token,
         )
         self._ledger.close(grant, lost)
-        self._scribe.add(lost)
+        self._outbox.add(lost)
 
     # --- invariants --------------------------------------------------------------------------------------------------
 
@@ -440,7 +440,7 @@ class ResourceCore:
     def _violate(self, grant: Grant, invariant: Invariant, why: str, data_records: dict[str, str], now: float) -> None:
         skill = grant.skill
         subject, cause = self._culprit(grant, invariant, why, data_records, now)
-        record = self._scribe.record(
+        record = self._outbox.record(
             now,
             RecordKind.GOAL,
             f"{skill.name}.{invariant.name}",
@@ -462,7 +462,7 @@ class ResourceCore:
             token=grant.token,
         )
         self._ledger.close(grant, violated)
-        self._scribe.add(violated)
+        self._outbox.add(violated)
 
     def _culprit(
         self, grant: Grant, invariant: Invariant, why: str, data_records: dict[str, str], now: float
@@ -479,7 +479,7 @@ class ResourceCore:
         if datum not in data_records:
             reading = self._data.reading(datum, now)
             after = "STALE" if reading.stale else str(reading.value)
-            data_records[datum] = self._scribe.record(now, RecordKind.DATA, datum, None, after, why)
+            data_records[datum] = self._outbox.record(now, RecordKind.DATA, datum, None, after, why)
         return datum, data_records[datum]
 
     def _keep_what_lasts(self, kept: Mapping[str, object]) -> None:
@@ -520,12 +520,12 @@ class ResourceCore:
             raise unknown_name(error) from error
 
     def _record(self, skill: Skill, after: str, now: float, goal_id: str, cause: str | None, text: str) -> str:
-        return self._scribe.record(now, RecordKind.GOAL, skill.name, None, after, text, cause=cause, goal_id=goal_id)
+        return self._outbox.record(now, RecordKind.GOAL, skill.name, None, after, text, cause=cause, goal_id=goal_id)
 
     def _finish(self, reply: R) -> Step[R]:
         entries = tuple(self._entries)
         self._entries.clear()
-        return Step(reply, self._scribe.hand_over(), entries)
+        return Step(reply, self._outbox.drain(), entries)
 
 
 def _is_of_predecessor(grant: Grant, request: BeginGoal) -> bool:

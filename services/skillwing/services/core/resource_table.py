@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 from skillwing.dsl.model import Skillset
 from skillwing.services.core.kept import Keep, ResourceStands
-from skillwing.services.core.scribe import Scribe
+from skillwing.services.core.outbox import Outbox
 from skillwing.services.protocol import Lost, RecordKind, ResourceChange, Violated
 
 Event: TypeAlias = ResourceChange | Violated | Lost
@@ -25,7 +25,7 @@ class ResourceTable:
     def __init__(
         self,
         skillset: Skillset,
-        scribe: Scribe[Event],
+        scribe: Outbox[Event],
         keep: Keep,
         *,
         found: Mapping[str, str] | None = None,
@@ -33,7 +33,7 @@ class ResourceTable:
     ) -> None:
         self._resources = {resource.name: resource for resource in skillset.resources}
         self._states = {resource.name: resource.initial for resource in skillset.resources} | dict(found or {})
-        self._scribe = scribe
+        self._outbox = scribe
         self._keep = keep
         self._last_change: dict[str, tuple[int, str]] = {}
         for stands in kept:
@@ -76,12 +76,12 @@ class ResourceTable:
         self.revision += 1
         for name, target in changing:
             before, self._states[name] = self._states[name], target
-            record = self._scribe.record(
+            record = self._outbox.record(
                 now, RecordKind.RESOURCE, name, before, target, text, cause=cause, goal_id=goal_id
             )
             self._last_change[name] = (self.revision, record)
             self._keep(self._standing(name))
-            self._scribe.add(
+            self._outbox.add(
                 ResourceChange(
                     resource=name,
                     before=before,

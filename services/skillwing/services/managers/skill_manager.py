@@ -12,8 +12,8 @@ import msgspec
 
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
-from skillwing.services.bus import Answer, Answered, Bus, Handle, Node, Refused, Sample, Unanswered
-from skillwing.services.client.asking import CUT_OFF_DELAY, retry_delay
+from skillwing.services.bus import Answer, Answered, Bus, Handle, Node, NoReply, Refused, Sample
+from skillwing.services.client.retry import CUT_OFF_DELAY, retry_delay
 from skillwing.services.core.skill_actions import Action, AskResources, CallHook, Hook
 from skillwing.services.core.skill_core import RENEWAL_PERIOD, SkillCore
 from skillwing.services.core.values import fit_fields
@@ -163,7 +163,7 @@ class SkillManagerNode:
             self._standing.ask()
 
     def _on_resources_answer(self, asked: AskResources, answer: Answer) -> None:
-        if isinstance(answer, Unanswered) and not self._bus.connected:
+        if isinstance(answer, NoReply) and not self._bus.connected:
             # Nobody's silence but ours.
             self._bus.after(CUT_OFF_DELAY, lambda: self._ask(asked), wall=True)
             return
@@ -250,7 +250,7 @@ class SkillManagerNode:
         self._keep_renewing()
 
     def _on_renewal_answer(self, renewal: RenewGoal, answer: Answer) -> None:
-        if isinstance(answer, Unanswered) and not self._bus.connected:
+        if isinstance(answer, NoReply) and not self._bus.connected:
             return  # Nobody's silence but ours.
         verdict = _verdict(answer)
         self._perform(self._core.renewed(renewal, verdict, self._bus.now()))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from skillwing.services.bus import Answer, Answered, Bus, Refused, Unanswered
+from skillwing.services.bus import Answer, Answered, Bus, NoReply, Refused
 from skillwing.services.protocol import ErrorCode, Keys, QueryStates, encode
 
 ASK_TIMEOUT = 0.5
@@ -72,7 +72,7 @@ class SoleJudge:
                 self._give_way("Another resource manager judges here.")
             case Refused(error) if error.code is not ErrorCode.UNAVAILABLE:
                 self._give_way("Another resource manager judges here.")
-            case Unanswered(timed_out=False) if connected and self._is_next():
+            case NoReply(timed_out=False) if connected and self._is_next():
                 self._begin()
             case _ if self._bus.wall() >= self._give_up_at:
                 self._give_way("Another resource manager is here and does not answer, as if it hung.")

@@ -6,7 +6,7 @@ import logging
 from collections.abc import Callable
 
 from skillwing.services.bus import Answered, Bus, Handle, Refused
-from skillwing.services.client.asking import ask_until_answered
+from skillwing.services.client.retry import ask_until_answered
 from skillwing.services.errors import WrongSkillsetError
 from skillwing.services.protocol import (
     AttachManager,
@@ -48,7 +48,7 @@ class Standing:
     def ask(self) -> None:
         """Ask now. Idempotent: to attach again changes nothing for the latest process of a name."""
         if not self._over:
-            ask_until_answered(self._bus, self._key, self._question, self._on_answer, keep_asking=self._goes_on)
+            ask_until_answered(self._bus, self._key, self._question, self._on_answer, keep_retrying=self._goes_on)
 
     def give_up(self) -> None:
         """Leave the place to whoever comes next."""
