@@ -15,6 +15,7 @@ from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.services.core.bounded_dict import BoundedDict
 from skillwing.services.core.checks import check_goal_id, check_schema
 from skillwing.services.core.grants import NO_TOKEN
+from skillwing.services.core.outbox import Outbox
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.skill_actions import Action, AskResources, CallHook, Ending, GoalRun, Hook
 from skillwing.services.core.values import by_path, fit_fields, sendable_text
