@@ -15,9 +15,9 @@ import msgspec
 from linearizability import Operation
 
 from skillwing.dsl.model import Skillset
-from skillwing.services.core.kept import Entry, GoalOver, GrantOpened, Kept, ManagerNoted, ResourceStands
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import NOTHING_KEPT, ResourceCore, Step
+from skillwing.services.core.snapshot import Entry, GoalOver, GrantOpened, Kept, ManagerNoted, ResourceStands
 from skillwing.services.protocol import (
     AttachManager,
     BeginGoal,

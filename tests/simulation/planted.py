@@ -11,11 +11,11 @@ from simulation.run import simulate
 from skillwing.services.client.goal_tracker import GoalTracker
 from skillwing.services.core import resource_core
 from skillwing.services.core.grants import Ledger
-from skillwing.services.core.kept import GoalOver, GrantOpened
 from skillwing.services.core.resource_core import ResourceCore
 from skillwing.services.core.skill_core import SkillCore
+from skillwing.services.core.snapshot import GoalOver, GrantOpened
 from skillwing.services.journal.journal import Journal
-from skillwing.services.managers.standing import Standing
+from skillwing.services.managers.registration import Standing
 from skillwing.services.protocol import Ended, Ending, EndKind, State
 from skillwing.services.protocol import Granted as GrantedVerdict
 

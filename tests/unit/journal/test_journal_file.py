@@ -12,7 +12,7 @@ import msgspec
 import pytest
 
 from skillwing.services.core.grants import GOALS_REMEMBERED, NO_TOKEN, Ledger
-from skillwing.services.core.kept import DatumKept, GoalOver, GrantOpened, Kept, ManagerNoted, ResourceStands
+from skillwing.services.core.snapshot import DatumKept, GoalOver, GrantOpened, Kept, ManagerNoted, ResourceStands
 from skillwing.services.journal import rows
 from skillwing.services.journal.errors import (
     JournalRefusedError,

@@ -14,7 +14,7 @@ from recorded_crane import CRANE, QUESTIONS, RecordedLife
 
 from skillwing.services.core import resource_core
 from skillwing.services.core.grants import Ledger
-from skillwing.services.core.latest import LatestData
+from skillwing.services.core.latest_data import LatestData
 from skillwing.services.core.resource_core import ResourceCore
 from skillwing.services.core.resource_table import ResourceTable
 from skillwing.services.protocol import BeginGoal, DataSample, EndGoal, EndKind, FireExtern

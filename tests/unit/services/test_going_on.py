@@ -10,7 +10,9 @@ from gate import GATE, Gate
 from rig import Bench, granted
 from soundness import assert_all_sound
 
-from skillwing.services.core.kept import (
+from skillwing.services.core.refusal import RefusedError
+from skillwing.services.core.resource_core import SAID_AGAIN, ResourceCore
+from skillwing.services.core.snapshot import (
     DatumKept,
     GoalOver,
     GrantOpened,
@@ -18,8 +20,6 @@ from skillwing.services.core.kept import (
     ManagerNoted,
     ResourceStands,
 )
-from skillwing.services.core.refusal import RefusedError
-from skillwing.services.core.resource_core import SAID_AGAIN, ResourceCore
 from skillwing.services.ids import RecordIds
 from skillwing.services.protocol import ErrorCode, FireExtern, Granted, Record, RecordKind, Violated
 

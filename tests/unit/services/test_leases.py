@@ -18,7 +18,7 @@ from skillwing.services.core.leases import LONGEST_PAUSE, LOOK_PERIOD, RECOVERY,
 from skillwing.services.journal.errors import JournalWriteError
 from skillwing.services.journal.journal import Journal
 from skillwing.services.managers.lease_watch import LeaseWatch
-from skillwing.services.managers.presence import LOSS_DEBOUNCE, Presence
+from skillwing.services.managers.liveliness_monitor import LOSS_DEBOUNCE, Presence
 from skillwing.services.managers.resource_manager import GRANT_LEASE, WRITE_AGAIN, ResourceManagerNode
 from skillwing.services.protocol import BeginGoal, Keys, Lost, encode
 

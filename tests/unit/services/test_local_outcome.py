@@ -10,10 +10,10 @@ from rig import Bench
 from skill_desk import REFUSED, TOKEN, VIOLATED, Desk
 
 from skillwing.services.core.grants import GOALS_REMEMBERED, LONGEST_LOCAL_OUTCOME, NO_TOKEN
-from skillwing.services.core.kept import GoalOver
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.skill_actions import AskResources, Hook
 from skillwing.services.core.skill_core import DOUBTS_AT_ONCE, SILENCES_UNTIL_ERROR, SILENCES_UNTIL_SETTLED
+from skillwing.services.core.snapshot import GoalOver
 from skillwing.services.protocol import (
     Ended,
     EndKind,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from rig import Bench, granted
 
-from skillwing.services.core.kept import GoalOver, ManagerNoted
 from skillwing.services.core.refusal import RefusedError
+from skillwing.services.core.snapshot import GoalOver, ManagerNoted
 from skillwing.services.protocol import AttachManager, Ended, EndKind, ErrorCode, Lost, Record, RenewGoal
 
 

@@ -7,8 +7,8 @@ from gate import Gate
 from rig import Bench, granted
 
 from skillwing.services.core.grants import NO_TOKEN
-from skillwing.services.core.kept import GoalOver
 from skillwing.services.core.refusal import RefusedError
+from skillwing.services.core.snapshot import GoalOver
 from skillwing.services.protocol import DataSample, Ended, EndKind, NotReady, Record, ResourceChange, Violated
 
 

@@ -9,7 +9,7 @@ import pytest
 from skillwing.dsl import parse
 from skillwing.dsl.expressions import Comparison, Environment, Literal, Name
 from skillwing.dsl.model import ArrayType, EnumType, Field, ScalarType, Type
-from skillwing.services.core.judge import why_not
+from skillwing.services.core.guards import why_not
 from skillwing.services.core.values import LONGEST_TEXT, PROBLEMS_TOLD, fit_fields, sendable_text
 
 

@@ -9,9 +9,9 @@ from rig import RIG, Bench, granted
 
 from skillwing.dsl import parse
 from skillwing.services.core.grants import NO_TOKEN
-from skillwing.services.core.kept import GoalOver
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import ResourceCore
+from skillwing.services.core.snapshot import GoalOver
 from skillwing.services.ids import RecordIds
 from skillwing.services.protocol import (
     BeginGoal,

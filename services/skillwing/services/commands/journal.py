@@ -14,7 +14,7 @@ from skillwing.services.client.connection import find_target
 from skillwing.services.commands.connection import JsonOption
 from skillwing.services.commands.output import make_console, print_json, print_table, state_text, value_text
 from skillwing.services.commands.records import print_records, time_text
-from skillwing.services.core.kept import Kept
+from skillwing.services.core.snapshot import Kept
 from skillwing.services.errors import NoSystemError
 from skillwing.services.journal.journal import look_into
 from skillwing.services.journal.schema import Identity

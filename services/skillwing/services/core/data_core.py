@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.services.core.checks import unknown_name
-from skillwing.services.core.latest import LatestData
+from skillwing.services.core.latest_data import LatestData
 from skillwing.services.core.outbox import Outbox
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.protocol import DataReading, DataSample, ErrorCode, Record, RecordKind

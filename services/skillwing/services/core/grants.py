@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from skillwing.dsl.model import Skill
 from skillwing.services.core.bounded_dict import BoundedDict
-from skillwing.services.core.kept import GoalOver, GrantOpened, Keep, Shelf
 from skillwing.services.core.refusal import RefusedError
+from skillwing.services.core.snapshot import GoalOver, GrantOpened, Keep, Shelf
 from skillwing.services.protocol import (
     EndGoal,
     Ending,

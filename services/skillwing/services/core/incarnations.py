@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from skillwing.services.core.bounded_dict import BoundedDict
-from skillwing.services.core.kept import Keep, ManagerNoted
 from skillwing.services.core.refusal import RefusedError
+from skillwing.services.core.snapshot import Keep, ManagerNoted
 from skillwing.services.protocol import ErrorCode
 
 INCARNATIONS_REMEMBERED = 1000

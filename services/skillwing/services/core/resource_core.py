@@ -24,13 +24,13 @@ from skillwing.services.core.grants import (
     gives_up_unheard,
     unknown_goal,
 )
+from skillwing.services.core.guards import why_not
 from skillwing.services.core.incarnations import Incarnations
-from skillwing.services.core.judge import why_not
-from skillwing.services.core.kept import DatumKept, Entry, GoalOver, Kept
-from skillwing.services.core.latest import LatestData
+from skillwing.services.core.latest_data import LatestData
 from skillwing.services.core.outbox import Outbox
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_table import Event, ResourceTable
+from skillwing.services.core.snapshot import DatumKept, Entry, GoalOver, Kept
 from skillwing.services.core.values import fit_fields
 from skillwing.services.protocol import (
     AttachManager,

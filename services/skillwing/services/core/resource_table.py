@@ -7,8 +7,8 @@ from types import MappingProxyType
 from typing import TypeAlias
 
 from skillwing.dsl.model import Skillset
-from skillwing.services.core.kept import Keep, ResourceStands
 from skillwing.services.core.outbox import Outbox
+from skillwing.services.core.snapshot import Keep, ResourceStands
 from skillwing.services.protocol import Lost, RecordKind, ResourceChange, Violated
 
 Event: TypeAlias = ResourceChange | Violated | Lost

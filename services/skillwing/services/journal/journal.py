@@ -11,7 +11,7 @@ from pathlib import Path
 
 import msgspec
 
-from skillwing.services.core.kept import Entry, Kept
+from skillwing.services.core.snapshot import Entry, Kept
 from skillwing.services.journal.errors import (
     JournalError,
     JournalTakenError,

@@ -9,7 +9,7 @@ import msgspec
 
 from skillwing.services.core.grants import GOALS_REMEMBERED
 from skillwing.services.core.incarnations import INCARNATIONS_REMEMBERED
-from skillwing.services.core.kept import (
+from skillwing.services.core.snapshot import (
     DatumKept,
     Entry,
     GoalOver,

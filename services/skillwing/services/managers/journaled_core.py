@@ -7,10 +7,10 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, TypeAlias, TypeVar
 
-from skillwing.services.core.kept import Kept
-from skillwing.services.core.latest import LatestData
+from skillwing.services.core.latest_data import LatestData
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import NOTHING_KEPT, ResourceCore, Step
+from skillwing.services.core.snapshot import Kept
 from skillwing.services.journal.errors import JournalError, JournalTakenError
 from skillwing.services.journal.journal import Journal
 from skillwing.services.protocol import ErrorCode, Record

@@ -12,20 +12,20 @@ from typing import Any, NoReturn, TypeVar
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Answer, Answered, Bus, Handle, Node, Publisher, Sample
-from skillwing.services.core.kept import Kept
-from skillwing.services.core.latest import LatestData
+from skillwing.services.core.latest_data import LatestData
 from skillwing.services.core.leases import Expired
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import Publication, ResourceCore, Step
+from skillwing.services.core.snapshot import Kept
 from skillwing.services.journal.errors import JournalError, JournalTakenError
 from skillwing.services.journal.journal import Journal
 from skillwing.services.journal.schema import Identity
 from skillwing.services.managers.alarm import Alarm
 from skillwing.services.managers.journaled_core import JournaledCore, TakeStep, UnwrittenError
+from skillwing.services.managers.leader_election import SoleJudge
 from skillwing.services.managers.lease_watch import LeaseWatch
-from skillwing.services.managers.presence import Presence
+from skillwing.services.managers.liveliness_monitor import Presence
 from skillwing.services.managers.serving import serve
-from skillwing.services.managers.sole_judge import SoleJudge
 from skillwing.services.names import RESOURCE_MANAGER, STEPS_FOLDER
 from skillwing.services.options import required
 from skillwing.services.protocol import (

@@ -21,9 +21,9 @@ from skillwing.services.errors import InvalidOptionError
 from skillwing.services.managers.alarm import Alarm
 from skillwing.services.managers.hook_bus import HookBus
 from skillwing.services.managers.hooks import Goal, SkillHooks
-from skillwing.services.managers.presence import Presence
+from skillwing.services.managers.liveliness_monitor import Presence
+from skillwing.services.managers.registration import Standing
 from skillwing.services.managers.serving import serve
-from skillwing.services.managers.standing import Standing
 from skillwing.services.names import BLOCKED, CLIENT, skill_process
 from skillwing.services.options import imported, required
 from skillwing.services.protocol import (

@@ -9,9 +9,9 @@ from typing import Any
 import msgspec
 
 from skillwing.dsl.model import Skillset
-from skillwing.services.core.kept import DatumKept, Kept
-from skillwing.services.core.latest import LatestData
+from skillwing.services.core.latest_data import LatestData
 from skillwing.services.core.resource_core import ResourceCore, Step
+from skillwing.services.core.snapshot import DatumKept, Kept
 from skillwing.services.journal.errors import JournalError
 from skillwing.services.protocol import (
     AttachManager,

@@ -8,9 +8,9 @@ from typing import Any, TypeAlias
 
 import msgspec
 
-from skillwing.services.core.kept import Kept
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import ResourceCore, Step
+from skillwing.services.core.snapshot import Kept
 from skillwing.services.journal.schema import Identity
 from skillwing.services.protocol import (
     AttachManager,

@@ -12,9 +12,9 @@ from skillwing.services.bus import Request
 from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork
 from skillwing.services.errors import WrongSkillsetError
 from skillwing.services.managers.hooks import SkillHooks
+from skillwing.services.managers.registration import STANDING_PERIOD, Standing
 from skillwing.services.managers.resource_manager import ResourceManagerNode
 from skillwing.services.managers.skill_manager import SkillManagerNode
-from skillwing.services.managers.standing import STANDING_PERIOD, Standing
 from skillwing.services.protocol import AttachManager, ErrorCode, ErrorReply, Keys, ResourceStates, encode
 
 KEYS = Keys(RIG.name)
