@@ -97,7 +97,7 @@ def forgets(self: Ledger, grant: Any) -> None:
     ("place", "name", "rule", "first"),
     [
         (ResourceTable, "obstacle", no_obstacle, 12),
-        (resource_core, "why_not", never_false, 4),
+        (resource_core, "explain_failure", never_false, 4),
         (Ledger, "next_token", fixed_token, 3),
         (LatestData, "_fresh_until", for_ever, 9),
         (Ledger, "open", forgets, 3),

@@ -16,7 +16,7 @@ PATIENCE = 10.0
 its token."""
 
 
-class SoleJudge:
+class LeaderElection:
     """Finds out whether this process may judge, and whether it still may.
 
     It declares itself a candidate, then asks for the states of the resources. Who gets an answer gives way. Who gets

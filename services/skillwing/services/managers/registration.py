@@ -16,13 +16,13 @@ from skillwing.services.protocol import (
     encode,
 )
 
-STANDING_PERIOD = 5.0
+REGISTRATION_PERIOD = 5.0
 """Wall time in seconds between two questions of a manager that nobody asks anything."""
 
 log = logging.getLogger(__name__)
 
 
-class Standing:
+class Registration:
     """Attaches a manager to the resource manager, and asks from time to time whether another process has come after it.
 
     on_replaced is called once, with the refusal that says so. Questions end then, or with `give_up`. Where the resource
@@ -66,7 +66,7 @@ class Standing:
         match answer:
             case Answered():
                 self._refused = False
-                self._ask_after(STANDING_PERIOD)
+                self._ask_after(REGISTRATION_PERIOD)
             case Refused(error) if error.code is ErrorCode.REPLACED:
                 self.give_up()
                 self._on_replaced(error)
@@ -76,7 +76,7 @@ class Standing:
                 if not self._refused:
                     log.warning("the resource manager does not take us for %s yet: %s", self._manager, error.message)
                 self._refused = True
-                self._ask_after(STANDING_PERIOD)
+                self._ask_after(REGISTRATION_PERIOD)
 
     def _ask_after(self, seconds: float) -> None:
         if self._timer is not None:
