@@ -13,7 +13,7 @@ LOSS_DEBOUNCE = 1.0
 """Wall time in seconds for which an alive token has to be away: a healing network lets tokens flap."""
 
 
-class Presence:
+class LivelinessMonitor:
     """Watches the alive tokens of `processes`, a key expression such as `**`.
 
     on_gone gets the name of each process whose token was away for a second while we were connected. from_outside: they

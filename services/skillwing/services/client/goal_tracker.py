@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from skillwing.services.bus import Answered, Bus, Refused
-from skillwing.services.client.asking import LONGEST_DELAY, ask_until_answered
 from skillwing.services.client.goal_handle import GoalHandle
+from skillwing.services.client.retry import LONGEST_DELAY, ask_until_answered
 from skillwing.services.core.verdicts import terminal_of
 from skillwing.services.protocol import (
     Ending,
@@ -37,7 +37,7 @@ VERDICT_PATIENCE = 1.0
 """Wall time in seconds that a manager has to pass on the resource manager's verdict; one that hangs never will."""
 
 
-class GoalPursuit:
+class GoalTracker:
     """One goal's correspondence with its manager.
 
     Ends the handle as LOST when the manager is gone, and as ERROR when it refuses the request for good.
@@ -73,7 +73,7 @@ class GoalPursuit:
             self._keys.start(self.handle.skill),
             encode(request),
             self._start_answered,
-            keep_asking=self._keep_asking,
+            keep_retrying=self._keep_retrying,
             on_silence=self._lose_to_silence,
         )
 
@@ -89,7 +89,7 @@ class GoalPursuit:
             self._keys.interrupt(self.handle.skill),
             encode(request),
             lambda answer: self._interrupt_answered(answer, cause, seen=seen),
-            keep_asking=self._keep_asking,
+            keep_retrying=self._keep_retrying,
             on_silence=self._lose_to_silence,
         )
 
@@ -104,7 +104,7 @@ class GoalPursuit:
             return
         self._probing = True
         seen = self._seen
-        self._ask_how_it_is(lambda answer: self._probe_answered(answer, seen=seen))
+        self._ask_status(lambda answer: self._probe_answered(answer, seen=seen))
 
     def judged(self, verdict: Violated | Lost) -> None:
         """The resource manager has ended the goal. Its manager is about to say so, if it still can."""
@@ -127,17 +127,17 @@ class GoalPursuit:
         """Whether a manager is known to have taken the goal."""
         return self.handle.state is not None
 
-    def _ask_how_it_is(self, on_answer: Callable[[Answered | Refused], None]) -> None:
+    def _ask_status(self, on_answer: Callable[[Answered | Refused], None]) -> None:
         ask_until_answered(
             self._bus,
             self._keys.goal(self.handle.skill),
             encode(QueryGoal(goal_id=self.handle.goal_id)),
             on_answer,
-            keep_asking=self._keep_asking,
+            keep_retrying=self._keep_retrying,
             on_silence=self._lose_to_silence,
         )
 
-    def _keep_asking(self, silences: int) -> bool:
+    def _keep_retrying(self, silences: int) -> bool:
         limit = SILENCES_OF_THE_LIVING if self._manager_alive() else SILENCES_OF_THE_ABSENT
         return not self.handle.done and silences < limit
 
@@ -149,7 +149,7 @@ class GoalPursuit:
         refusal = Terminal(ending=Ending.ERROR, reason=text, detected_by="client")
         if answer.error.code is ErrorCode.INTERNAL or self._seen:
             # It may have taken the goal before it failed, or another process of its name has.
-            self._ask_how_it_is(lambda told: self._answered(told) if isinstance(told, Answered) else self._end(refusal))
+            self._ask_status(lambda told: self._answered(told) if isinstance(told, Answered) else self._end(refusal))
         else:
             self._end(refusal)
 

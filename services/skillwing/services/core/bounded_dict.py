@@ -8,7 +8,7 @@ K = TypeVar("K")
 V = TypeVar("V")
 
 
-class Recent(Generic[K, V]):
+class BoundedDict(Generic[K, V]):
     """A mapping that holds the `limit` entries written last and forgets the older ones."""
 
     def __init__(self, limit: int) -> None:

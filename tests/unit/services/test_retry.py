@@ -9,7 +9,7 @@ import pytest
 
 from skillwing.services.bus import Answered, Refused, Request
 from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork
-from skillwing.services.client.asking import CUT_OFF_DELAY, ask_until_answered
+from skillwing.services.client.retry import CUT_OFF_DELAY, ask_until_answered
 from skillwing.services.protocol import ErrorCode, ErrorReply
 
 
@@ -38,7 +38,7 @@ def ask(network: InProcessNetwork, patience: int) -> list[Answered | Refused | N
         "x",
         b"",
         told.append,
-        keep_asking=lambda silences: silences < patience,
+        keep_retrying=lambda silences: silences < patience,
         on_silence=lambda: told.append(None),
     )
     network.run_for(60.0)
@@ -74,11 +74,11 @@ def test_silence_counts_for_nothing_while_we_are_cut_off_and_anew_when_we_are_ba
     assert isinstance(asker, InProcessBus)
     counts: list[tuple[float, int]] = []
 
-    def keep_asking(silences: int) -> bool:
+    def keep_retrying(silences: int) -> bool:
         counts.append((network.now(), silences))
         return True
 
-    ask_until_answered(asker, "nobody", b"", lambda answer: None, keep_asking=keep_asking)
+    ask_until_answered(asker, "nobody", b"", lambda answer: None, keep_retrying=keep_retrying)
     network.run_for(0.3)
     asker.given_up = True
     network.run_for(2.0)

@@ -9,7 +9,7 @@ from skillwing.dsl.expressions import Environment, Expression, Name, evaluate, r
 from skillwing.services.core.values import sendable_text
 
 
-def why_not(expression: Expression, environment: Environment) -> str | None:
+def explain_failure(expression: Expression, environment: Environment) -> str | None:
     """None if the expression holds, else a sentence that names what it is about and what that is now."""
     if evaluate(expression, environment):
         return None

@@ -12,9 +12,9 @@ from skillwing.services.bus import Request
 from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork
 from skillwing.services.errors import WrongSkillsetError
 from skillwing.services.managers.hooks import SkillHooks
+from skillwing.services.managers.registration import REGISTRATION_PERIOD, Registration
 from skillwing.services.managers.resource_manager import ResourceManagerNode
 from skillwing.services.managers.skill_manager import SkillManagerNode
-from skillwing.services.managers.standing import STANDING_PERIOD, Standing
 from skillwing.services.protocol import AttachManager, ErrorCode, ErrorReply, Keys, ResourceStates, encode
 
 KEYS = Keys(RIG.name)
@@ -45,8 +45,8 @@ class Judge:
         return [later - earlier for earlier, later in zip(self.asked_at, self.asked_at[1:], strict=False)]
 
 
-def standing(network: InProcessNetwork, on_replaced: Callable[[ErrorReply], None]) -> Standing:
-    result = Standing(network.bus("skill/watch"), KEYS, THIS, on_replaced)
+def standing(network: InProcessNetwork, on_replaced: Callable[[ErrorReply], None]) -> Registration:
+    result = Registration(network.bus("skill/watch"), KEYS, THIS, on_replaced)
     result.ask()
     return result
 
@@ -55,8 +55,8 @@ def test_whoever_counts_asks_again_from_time_to_time() -> None:
     network = InProcessNetwork()
     judge, replaced = Judge(network), list[ErrorReply]()
     standing(network, replaced.append)
-    network.run_for(4.5 * STANDING_PERIOD)
-    assert judge.pauses == [pytest.approx(STANDING_PERIOD, abs=SLACK)] * 4
+    network.run_for(4.5 * REGISTRATION_PERIOD)
+    assert judge.pauses == [pytest.approx(REGISTRATION_PERIOD, abs=SLACK)] * 4
     assert replaced == []
 
 
@@ -68,11 +68,11 @@ def test_whoever_was_replaced_hears_it_once_and_asks_no_more() -> None:
     judge.refuses = ErrorCode.REPLACED
     mine.ask()
     mine.ask()
-    network.run_for(3 * STANDING_PERIOD)
+    network.run_for(3 * REGISTRATION_PERIOD)
     assert [error.code for error in replaced] == [ErrorCode.REPLACED]
     asked = len(judge.asked_at)
     mine.ask()
-    network.run_for(3 * STANDING_PERIOD)
+    network.run_for(3 * REGISTRATION_PERIOD)
     assert len(judge.asked_at) == asked
 
 
@@ -87,7 +87,7 @@ def test_what_cannot_be_written_down_is_asked_again_with_growing_pauses() -> Non
     judge.refuses = None
     network.run_for(1.0 + SLACK)
     asked = len(judge.asked_at)
-    network.run_for(STANDING_PERIOD - 2 * SLACK - 1.0)
+    network.run_for(REGISTRATION_PERIOD - 2 * SLACK - 1.0)
     assert len(judge.asked_at) == asked, "once it is written down there is no haste"
     assert replaced == []
 
@@ -97,8 +97,8 @@ def test_any_other_refusal_is_no_reason_to_hurry() -> None:
     judge = Judge(network)
     judge.refuses = ErrorCode.BAD_REQUEST
     standing(network, lambda error: None)
-    network.run_for(2.5 * STANDING_PERIOD)
-    assert judge.pauses == [pytest.approx(STANDING_PERIOD, abs=SLACK)] * 2
+    network.run_for(2.5 * REGISTRATION_PERIOD)
+    assert judge.pauses == [pytest.approx(REGISTRATION_PERIOD, abs=SLACK)] * 2
 
 
 def test_a_refusal_is_logged_once_until_it_has_ended(caplog: pytest.LogCaptureFixture) -> None:
@@ -107,7 +107,7 @@ def test_a_refusal_is_logged_once_until_it_has_ended(caplog: pytest.LogCaptureFi
     standing(network, lambda error: None)
     for refuses in (ErrorCode.BAD_REQUEST, None, ErrorCode.BAD_REQUEST):
         judge.refuses = refuses
-        network.run_for(3 * STANDING_PERIOD)
+        network.run_for(3 * REGISTRATION_PERIOD)
     warnings = [record.message for record in caplog.records if record.levelname == "WARNING"]
     assert len(warnings) == 2
     assert "skill/watch" in warnings[0]
@@ -121,7 +121,7 @@ def test_who_gives_up_asks_no_more_even_of_nobody() -> None:
     mine.give_up()
     network.run_for(3.0)
     judge = Judge(network)
-    network.run_for(3 * STANDING_PERIOD)
+    network.run_for(3 * REGISTRATION_PERIOD)
     assert judge.asked_at == []
 
 
@@ -139,7 +139,7 @@ def test_an_idle_manager_that_was_replaced_says_so_and_ends(caplog: pytest.LogCa
     network.run_for(1.0)
     rival = AttachManager(manager="skill/watch", incarnation="that")
     network.bus("rival").ask(KEYS.resource_attach, encode(rival), lambda answer: None)
-    network.run_for(STANDING_PERIOD + SLACK)
+    network.run_for(REGISTRATION_PERIOD + SLACK)
     assert loser.closed
     assert [record.message for record in caplog.records if record.levelname == "ERROR"] == [
         "Another process has taken the place of this `skill/watch`. This one ends."

@@ -58,23 +58,23 @@ class LatestData:
         stamped = self._latest.get(name)
         return None if stamped is None else stamped.value
 
-    def lasts(self, name: str) -> bool:
+    def never_expires(self, name: str) -> bool:
         """Tell whether values of the datum never turn stale."""
         return self._items[name].stale_after is None
 
-    def set_back(self, now: float) -> None:
+    def clamp_timestamps(self, now: float) -> None:
         """Take values of later than `now` for ones of now: somebody has set a clock, and they must not shut out their
         successors."""
         for name, stamped in self._latest.items():
             self._latest[name] = _Stamped(stamped.value, min(stamped.t, now))
 
-    def await_news(self, now: float) -> None:
+    def mark_unknown(self, now: float) -> None:
         """Take every datum without a value for one whose value is not known here, but may be fresh."""
         for item in self._items.values():
             if item.name not in self._latest and item.stale_after is not None:
                 self._awaited[item.name] = now + item.stale_after
 
-    def awaited(self, names: Iterable[str], now: float) -> bool:
+    def freshness_unknown(self, names: Iterable[str], now: float) -> bool:
         """Tell whether one of these data may be fresh although its value is not known here."""
         return any(now < self._awaited.get(name, float("-inf")) for name in names)
 

@@ -9,9 +9,9 @@ import pytest
 from skillwing.services.bus import Request
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.bus.reading import message_reader
-from skillwing.services.client.asking import LONGEST_DELAY
 from skillwing.services.client.goal_handle import GoalHandle
-from skillwing.services.client.goal_pursuit import VERDICT_PATIENCE, GoalPursuit
+from skillwing.services.client.goal_tracker import VERDICT_PATIENCE, GoalTracker
+from skillwing.services.client.retry import LONGEST_DELAY
 from skillwing.services.protocol import (
     Ending,
     ErrorCode,
@@ -97,7 +97,7 @@ class Desk:
         self.records: list[Record] = []
         self.network.bus("listener").subscribe(KEYS.timeline, message_reader(Record, self.records.append), events=True)
         bus = self.network.bus("mission")
-        self.pursuit = GoalPursuit(
+        self.tracker = GoalTracker(
             bus,
             KEYS,
             Timeline(bus, KEYS),
@@ -113,7 +113,7 @@ class Desk:
         self.changes.append(handle.terminal.label if handle.terminal else str(handle.state))
 
     def start(self) -> None:
-        self.pursuit.start(
+        self.tracker.start(
             StartGoal(goal_id="g", inputs={"speed": 1.0}, client="mission", schema="s", owner="client/x")
         )
 
@@ -206,8 +206,8 @@ def test_who_failed_at_the_start_is_asked_what_became_of_it(answer: GoalStatus |
 def test_interrupting_twice_asks_once() -> None:
     desk = Desk()
     desk.asked.to_interrupt.append(INTERRUPTING)
-    desk.pursuit.interrupt(cause="tree#3")
-    desk.pursuit.interrupt(cause="tree#4")
+    desk.tracker.interrupt(cause="tree#3")
+    desk.tracker.interrupt(cause="tree#4")
     desk.wait()
     [request] = desk.asked.interrupts
     assert (request.goal_id, request.client, request.cause) == ("g", "mission", "tree#3")
@@ -215,9 +215,9 @@ def test_interrupting_twice_asks_once() -> None:
 
 def test_nothing_is_asked_for_what_is_over() -> None:
     desk = Desk()
-    desk.pursuit.advance(ENDED)
-    desk.pursuit.interrupt()
-    desk.pursuit.probe()
+    desk.tracker.advance(ENDED)
+    desk.tracker.interrupt()
+    desk.tracker.probe()
     desk.wait()
     assert not desk.asked.interrupts
     assert not desk.asked.questions
@@ -226,11 +226,11 @@ def test_nothing_is_asked_for_what_is_over() -> None:
 def test_an_interrupt_is_repeated_until_somebody_hears_it_and_lost_with_a_manager_that_is_gone() -> None:
     desk = Desk()
     desk.asked.to_interrupt.extend([None, INTERRUPTING])
-    desk.pursuit.interrupt()
+    desk.tracker.interrupt()
     desk.wait()
     assert (len(desk.asked.interrupts), desk.handle.state) == (2, State.INTERRUPTING)
     desk = Desk(alive=False)
-    desk.pursuit.interrupt()
+    desk.tracker.interrupt()
     desk.wait()
     assert (len(desk.asked.interrupts), desk.terminal.ending) == (6, Ending.LOST)
 
@@ -238,7 +238,7 @@ def test_an_interrupt_is_repeated_until_somebody_hears_it_and_lost_with_a_manage
 def test_an_interrupt_that_was_not_carried_out_is_asked_for_again_with_its_cause() -> None:
     desk = Desk()
     desk.asked.to_interrupt.extend([ErrorReply(code=ErrorCode.INTERNAL, message="It failed.", help=""), INTERRUPTING])
-    desk.pursuit.interrupt(cause="tree#3")
+    desk.tracker.interrupt(cause="tree#3")
     desk.wait(LONGEST_DELAY / 2)
     assert len(desk.asked.interrupts) == 1
     desk.wait()
@@ -249,13 +249,13 @@ def test_an_interrupt_that_was_not_carried_out_is_asked_for_again_with_its_cause
 def test_an_interrupt_that_was_heard_is_said_again_to_whoever_runs_the_goal_all_the_same() -> None:
     desk = Desk()
     desk.asked.to_interrupt.extend([UNKNOWN, INTERRUPTING])
-    desk.pursuit.interrupt(cause="tree#3")
+    desk.tracker.interrupt(cause="tree#3")
     desk.wait()
     assert (len(desk.asked.interrupts), desk.handle.done) == (1, False)
-    desk.pursuit.advance(RUNNING)
+    desk.tracker.advance(RUNNING)
     desk.wait()
     assert [each.cause for each in desk.asked.interrupts] == ["tree#3", "tree#3"]
-    desk.pursuit.advance(INTERRUPTING)
+    desk.tracker.advance(INTERRUPTING)
     desk.wait()
     assert len(desk.asked.interrupts) == 2
 
@@ -263,8 +263,8 @@ def test_an_interrupt_that_was_heard_is_said_again_to_whoever_runs_the_goal_all_
 def test_a_goal_that_its_manager_has_forgotten_is_lost() -> None:
     desk = Desk()
     desk.asked.to_question.append(UNKNOWN)
-    desk.pursuit.advance(RUNNING)
-    desk.pursuit.probe()
+    desk.tracker.advance(RUNNING)
+    desk.tracker.probe()
     desk.wait()
     assert (desk.terminal.ending, desk.terminal.detected_by) == (Ending.LOST, "client")
     assert desk.terminal.reason == "The manager of `drive` was replaced and no longer knows the goal."
@@ -275,7 +275,7 @@ def test_a_goal_that_its_manager_has_forgotten_is_lost() -> None:
 def test_a_goal_that_nobody_knows_yet_may_still_arrive() -> None:
     desk = Desk()
     desk.asked.to_question.append(UNKNOWN)
-    desk.pursuit.probe()
+    desk.tracker.probe()
     desk.wait()
     assert not desk.handle.done
 
@@ -285,8 +285,8 @@ def test_a_question_that_has_overtaken_the_start_does_not_make_the_goal_lost(que
     desk = Desk()
     desk.asked.to_interrupt.append(UNKNOWN)
     desk.asked.to_question.extend([UNKNOWN] * (question == "probe") + [ENDED])
-    getattr(desk.pursuit, question)()
-    desk.pursuit.advance(RUNNING)
+    getattr(desk.tracker, question)()
+    desk.tracker.advance(RUNNING)
     desk.wait()
     assert desk.terminal.label == "S_THERE"
 
@@ -294,7 +294,7 @@ def test_a_question_that_has_overtaken_the_start_does_not_make_the_goal_lost(que
 def test_whoever_follows_a_goal_that_nobody_knows_is_told_so() -> None:
     desk = Desk()
     desk.asked.to_question.append(UNKNOWN)
-    desk.pursuit.follow()
+    desk.tracker.follow()
     desk.wait()
     assert (desk.terminal.ending, desk.terminal.reason, desk.terminal.detected_by) == (
         Ending.ERROR,
@@ -306,11 +306,11 @@ def test_whoever_follows_a_goal_that_nobody_knows_is_told_so() -> None:
 def test_one_asks_once_at_a_time_how_a_goal_is_and_then_again() -> None:
     desk = Desk()
     desk.asked.to_question.extend([RUNNING, ENDED])
-    desk.pursuit.probe()
-    desk.pursuit.probe()
+    desk.tracker.probe()
+    desk.tracker.probe()
     desk.wait()
     assert (len(desk.asked.questions), desk.handle.state) == (1, State.RUNNING)
-    desk.pursuit.probe()
+    desk.tracker.probe()
     desk.wait()
     assert (len(desk.asked.questions), desk.terminal.label) == (2, "S_THERE")
 
@@ -334,14 +334,14 @@ def test_an_answer_that_cannot_be_read_is_an_error() -> None:
 )
 def test_news_of_others_and_news_that_contradict_themselves_change_nothing(news: GoalStatus) -> None:
     desk = Desk()
-    desk.pursuit.advance(news)
+    desk.tracker.advance(news)
     assert (desk.handle.state, desk.changes) == (None, [])
 
 
 def test_old_news_change_nothing() -> None:
     desk = Desk()
-    desk.pursuit.advance(RUNNING)
-    desk.pursuit.advance(status(State.DISPATCHING))
+    desk.tracker.advance(RUNNING)
+    desk.tracker.advance(status(State.DISPATCHING))
     assert (desk.handle.state, desk.changes) == (State.RUNNING, ["RUNNING"])
 
 
@@ -350,8 +350,8 @@ def test_a_verdict_that_the_manager_does_not_pass_on_counts_after_a_second(
     verdict: Violated | Lost, label: str
 ) -> None:
     desk = Desk()
-    desk.pursuit.advance(RUNNING)
-    desk.pursuit.judged(verdict)
+    desk.tracker.advance(RUNNING)
+    desk.tracker.judged(verdict)
     assert desk.ended_after() == pytest.approx(VERDICT_PATIENCE)
     desk.wait(1.0)
     assert desk.terminal.label == label
@@ -362,8 +362,8 @@ def test_a_verdict_that_the_manager_does_not_pass_on_counts_after_a_second(
 
 def test_the_managers_own_word_comes_before_the_verdict() -> None:
     desk = Desk()
-    desk.pursuit.advance(RUNNING)
-    desk.pursuit.judged(LOST)
-    desk.pursuit.advance(ENDED)
+    desk.tracker.advance(RUNNING)
+    desk.tracker.judged(LOST)
+    desk.tracker.advance(ENDED)
     desk.wait()
     assert (desk.terminal.label, desk.changes, desk.records) == ("S_THERE", ["RUNNING", "S_THERE"], [])

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from skillwing.services.bus import Answer, Answered, Bus, Refused, Unanswered
+from skillwing.services.bus import Answer, Answered, Bus, NoReply, Refused
+from skillwing.services.errors import NoReplyError, RefusedError
 from skillwing.services.protocol import ErrorCode
 
+ANSWER_TIMEOUT = 4.0
+"""Seconds after which nobody is taken to be there; a query itself gives up after two."""
 FIRST_DELAY = 0.05
 LONGEST_DELAY = 1.0
 CUT_OFF_DELAY = 0.25
@@ -29,12 +32,12 @@ def ask_until_answered(
     payload: bytes,
     on_answer: Callable[[Answered | Refused], None],
     *,
-    keep_asking: Callable[[int], bool] = lambda silences: True,
+    keep_retrying: Callable[[int], bool] = lambda silences: True,
     on_silence: Callable[[], None] = lambda: None,
 ) -> None:
     """Send the same request until somebody answers it, so the request has to be idempotent.
 
-    After each silence `keep_asking(number of silences)` decides: True asks again, False ends it with `on_silence`.
+    After each silence `keep_retrying(number of silences)` decides: True asks again, False ends it with `on_silence`.
     The refusal UNAVAILABLE, by which somebody says that he cannot take up a request now, is as good as silence.
     While this node is cut off from the network nothing is counted, and the count begins anew when it is back.
     Waiting is in wall time, since a robot clock that stands still is no reason to stop talking.
@@ -47,13 +50,32 @@ def ask_until_answered(
     def receive(answer: Answer) -> None:
         nonlocal silences
         unavailable = isinstance(answer, Refused) and answer.error.code is ErrorCode.UNAVAILABLE
-        if not (isinstance(answer, Unanswered) or unavailable):
+        if not (isinstance(answer, NoReply) or unavailable):
             on_answer(answer)
             return
         silences = silences + 1 if bus.connected else 0
-        if keep_asking(silences):
+        if keep_retrying(silences):
             bus.after(retry_delay(silences), send, wall=True)
         else:
             on_silence()
 
     send()
+
+
+def accepted(answer: Answer | None, key: str) -> Answered:
+    """The answer to what was asked at a key. Raises RefusedError if it is a refusal, NoReplyError for none."""
+    match answer:
+        case Answered():
+            return answer
+        case Refused(error):
+            raise RefusedError(error.code, error.message, help=error.help, known=error.known)
+        case _:
+            raise NoReplyError(key)
+
+
+def wait_for_answer(bus: Bus, key: str, ask: Callable[[Callable[[Answer], None]], None]) -> Answered:
+    """Call `ask` with a callback and run the bus until that is called. Raises as `ask` and `accepted` do."""
+    answers: list[Answer] = []
+    ask(answers.append)
+    bus.run_until(lambda: bool(answers), ANSWER_TIMEOUT)
+    return accepted(answers[0] if answers else None, key)

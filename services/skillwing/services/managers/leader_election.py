@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from skillwing.services.bus import Answer, Answered, Bus, Refused, Unanswered
+from skillwing.services.bus import Answer, Answered, Bus, NoReply, Refused
 from skillwing.services.protocol import ErrorCode, Keys, QueryStates, encode
 
 ASK_TIMEOUT = 0.5
@@ -16,7 +16,7 @@ PATIENCE = 10.0
 its token."""
 
 
-class SoleJudge:
+class LeaderElection:
     """Finds out whether this process may judge, and whether it still may.
 
     It declares itself a candidate, then asks for the states of the resources. Who gets an answer gives way. Who gets
@@ -37,14 +37,14 @@ class SoleJudge:
         self._candidates: set[str] = set()
         self._judging = False
         self._over = False
-        bus.watch_alive(keys.judge("*"), self._on_judge)
+        bus.watch_alive(keys.leader("*"), self._on_judge)
         bus.watch_alive(keys.candidate("*"), self._on_candidate)
         self._candidacy = bus.declare_alive(keys.candidate(self._mark))
         self._give_up_at = bus.wall() + PATIENCE
         self._ask()
 
     def _on_judge(self, key: str, alive: bool) -> None:
-        mark = key.removeprefix(self._keys.judge(""))
+        mark = key.removeprefix(self._keys.leader(""))
         self._note(self._judges, mark, alive)
         if alive and self._judging and mark > self._mark:
             self._give_way("Another resource manager has begun to judge while this one was away.")
@@ -72,7 +72,7 @@ class SoleJudge:
                 self._give_way("Another resource manager judges here.")
             case Refused(error) if error.code is not ErrorCode.UNAVAILABLE:
                 self._give_way("Another resource manager judges here.")
-            case Unanswered(timed_out=False) if connected and self._is_next():
+            case NoReply(timed_out=False) if connected and self._is_next():
                 self._begin()
             case _ if self._bus.wall() >= self._give_up_at:
                 self._give_way("Another resource manager is here and does not answer, as if it hung.")
@@ -85,7 +85,7 @@ class SoleJudge:
 
     def _begin(self) -> None:
         self._judging = True
-        self._bus.declare_alive(self._keys.judge(self._mark))
+        self._bus.declare_alive(self._keys.leader(self._mark))
         self._candidacy.cancel()
         self._on_free()
 

@@ -6,7 +6,7 @@ import logging
 from collections.abc import Callable
 
 from skillwing.services.bus import Answered, Bus, Handle, Refused
-from skillwing.services.client.asking import ask_until_answered
+from skillwing.services.client.retry import ask_until_answered
 from skillwing.services.errors import WrongSkillsetError
 from skillwing.services.protocol import (
     AttachManager,
@@ -16,13 +16,13 @@ from skillwing.services.protocol import (
     encode,
 )
 
-STANDING_PERIOD = 5.0
+REGISTRATION_PERIOD = 5.0
 """Wall time in seconds between two questions of a manager that nobody asks anything."""
 
 log = logging.getLogger(__name__)
 
 
-class Standing:
+class Registration:
     """Attaches a manager to the resource manager, and asks from time to time whether another process has come after it.
 
     on_replaced is called once, with the refusal that says so. Questions end then, or with `give_up`. Where the resource
@@ -48,7 +48,7 @@ class Standing:
     def ask(self) -> None:
         """Ask now. Idempotent: to attach again changes nothing for the latest process of a name."""
         if not self._over:
-            ask_until_answered(self._bus, self._key, self._question, self._on_answer, keep_asking=self._goes_on)
+            ask_until_answered(self._bus, self._key, self._question, self._on_answer, keep_retrying=self._goes_on)
 
     def give_up(self) -> None:
         """Leave the place to whoever comes next."""
@@ -66,7 +66,7 @@ class Standing:
         match answer:
             case Answered():
                 self._refused = False
-                self._ask_after(STANDING_PERIOD)
+                self._ask_after(REGISTRATION_PERIOD)
             case Refused(error) if error.code is ErrorCode.REPLACED:
                 self.give_up()
                 self._on_replaced(error)
@@ -76,7 +76,7 @@ class Standing:
                 if not self._refused:
                     log.warning("the resource manager does not take us for %s yet: %s", self._manager, error.message)
                 self._refused = True
-                self._ask_after(STANDING_PERIOD)
+                self._ask_after(REGISTRATION_PERIOD)
 
     def _ask_after(self, seconds: float) -> None:
         if self._timer is not None:

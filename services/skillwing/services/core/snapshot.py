@@ -15,7 +15,7 @@ from skillwing.services.protocol import Ended, Ending, GoalVerdict, Granted, Not
 
 
 @dataclass(frozen=True, slots=True)
-class ResourceStands:
+class ResourceEntry:
     """The state of a resource, the revision that brought it there, and the timeline record of that; "" for none."""
 
     resource: str
@@ -25,7 +25,7 @@ class ResourceStands:
 
 
 @dataclass(frozen=True, slots=True)
-class GrantOpened:
+class GrantEntry:
     """A goal holds from now on what it was granted. inputs: defaults filled in."""
 
     skill: str
@@ -35,7 +35,7 @@ class GrantOpened:
     granted: Granted
 
 
-class Shelf(StrEnum):
+class HistoryBucket(StrEnum):
     """Verdicts that are remembered together: none of another kind pushes them out."""
 
     GRANTED = "granted"
@@ -47,7 +47,7 @@ class Shelf(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class GoalOver:
+class FinishedGoal:
     """A goal holds nothing any more, or never did. token: of its grant, if it had one; verdict: the last word on it."""
 
     goal_id: str
@@ -56,18 +56,18 @@ class GoalOver:
     verdict: GoalVerdict
 
     @property
-    def shelf(self) -> Shelf:
+    def bucket(self) -> HistoryBucket:
         match self.verdict:
             case _ if self.token:
-                return Shelf.GRANTED
+                return HistoryBucket.GRANTED
             case NotReady() | Ended(terminal=Terminal(ending=Ending.BUSY | Ending.NOT_VALIDATED)):
-                return Shelf.REFUSED
+                return HistoryBucket.REFUSED
             case _:
-                return Shelf.GIVEN_UP
+                return HistoryBucket.GIVEN_UP
 
 
 @dataclass(frozen=True, slots=True)
-class ManagerNoted:
+class ManagerEntry:
     """Another process has taken the place of a manager, or is the first of its name."""
 
     manager: str
@@ -75,7 +75,7 @@ class ManagerNoted:
 
 
 @dataclass(frozen=True, slots=True)
-class DatumKept:
+class DatumEntry:
     """The value of a datum that never turns stale; any other is measured anew sooner than it matters."""
 
     name: str
@@ -83,24 +83,24 @@ class DatumKept:
     t: float
 
 
-Entry: TypeAlias = ResourceStands | GrantOpened | GoalOver | ManagerNoted | DatumKept
-Keep: TypeAlias = Callable[[Entry], None]
+Entry: TypeAlias = ResourceEntry | GrantEntry | FinishedGoal | ManagerEntry | DatumEntry
+OnEntry: TypeAlias = Callable[[Entry], None]
 """Where parts of a core put their entries."""
 
 
 @dataclass(frozen=True, slots=True)
-class Kept:
+class Snapshot:
     """What the entries of all steps add up to, each kind in the order in which it was kept.
 
     resources: one for each; goals, managers: the latest of them; last_token: the largest that was ever granted;
     records: the latest timeline records; t: robot time of the last step.
     """
 
-    resources: tuple[ResourceStands, ...]
-    grants: tuple[GrantOpened, ...]
-    goals: tuple[GoalOver, ...]
-    managers: tuple[ManagerNoted, ...]
-    data: tuple[DatumKept, ...]
+    resources: tuple[ResourceEntry, ...]
+    grants: tuple[GrantEntry, ...]
+    goals: tuple[FinishedGoal, ...]
+    managers: tuple[ManagerEntry, ...]
+    data: tuple[DatumEntry, ...]
     last_token: int
     records: tuple[Record, ...]
     t: float

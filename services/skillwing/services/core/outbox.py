@@ -10,7 +10,7 @@ from skillwing.services.protocol import Record, RecordKind
 P = TypeVar("P")
 
 
-class Scribe(Generic[P]):
+class Outbox(Generic[P]):
     """Collects, in order, what one step publishes; gives timeline records their ids.
 
     source: name of the process. new_record_id: where ids of records come from.
@@ -52,7 +52,7 @@ class Scribe(Generic[P]):
         self._pages.append(record)
         return record.id
 
-    def hand_over(self) -> tuple[P | Record, ...]:
+    def drain(self) -> tuple[P | Record, ...]:
         """Everything since the last call."""
         pages, self._pages = tuple(self._pages), []
         return pages
