@@ -6,11 +6,11 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from skillwing.dsl.reading.dialect import Dialect
-from skillwing.dsl.reading.extents import spans
+from skillwing.dsl.reading.lalr.machine import Machine, Outlook
+from skillwing.dsl.reading.lalr.tables import END, Tables
 from skillwing.dsl.reading.lexemes import Lexeme
-from skillwing.dsl.reading.machine import Machine, Outlook
-from skillwing.dsl.reading.tables import END, Tables
-from skillwing.dsl.reading.terminals import BROKEN, CLOSERS
+from skillwing.dsl.reading.syntax import spans
+from skillwing.dsl.reading.vocabulary import BROKEN, CLOSERS
 
 _LOOKAHEAD = 3  # words behind a repair that the parser has to be able to read
 
@@ -142,13 +142,13 @@ class Cursor:
         """The index of the first lexeme that went into these values, the last on the stack."""
         start = min(((span.line, span.column) for span in spans(values)), default=None)
         index = self.at
-        while index and start is not None and self._place(index - 1) >= start:
+        while index and start is not None and self._position(index - 1) >= start:
             index -= 1
         return index
 
-    def _place(self, index: int) -> tuple[int, int]:
+    def _position(self, index: int) -> tuple[int, int]:
         lexeme = self.lexemes[index]
-        return lexeme.source.place(lexeme.start)
+        return lexeme.source.position(lexeme.start)
 
     def blocks(self) -> list[Block]:
         """The brackets that are open, outermost first: they wait on the machine's stack for their rule's end."""

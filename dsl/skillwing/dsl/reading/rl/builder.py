@@ -9,8 +9,9 @@ from skillwing.dsl.expressions import And, Expression, Implies, Not, Or
 from skillwing.dsl.reading import syntax
 from skillwing.dsl.reading.lexemes import Lexeme
 from skillwing.dsl.reading.node_builder import NodeBuilder, number
-from skillwing.dsl.reading.rl_lowering import lowered
-from skillwing.dsl.reading.rl_syntax import (
+from skillwing.dsl.reading.rl.lowering import lowered
+from skillwing.dsl.reading.rl.syntax import (
+    EVERY_STATE,
     ChecksNode,
     IncludeNode,
     InterruptNode,
@@ -26,7 +27,6 @@ from skillwing.dsl.reading.rl_syntax import (
     StartNode,
     TypesNode,
 )
-from skillwing.dsl.reading.rl_transitions import EVERY_STATE
 from skillwing.dsl.spans import Span
 
 _Kind = TypeVar("_Kind")

@@ -18,6 +18,9 @@ from skillwing.dsl.reading.syntax import (
     Word,
 )
 
+EVERY_STATE = "*"
+"""The state of a transition from, or into, any state."""
+
 
 @dataclass(frozen=True, slots=True)
 class IncludeNode:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from skillwing.dsl.reading.lalr.tables import Reduction, Tables
 from skillwing.dsl.reading.lexemes import Lexeme
-from skillwing.dsl.reading.tables import Reduction, Tables
 
 
 class Machine:

@@ -1,8 +1,10 @@
-"""The terminals of the `.skillset` dialect in words."""
+"""The `.skillset` dialect: its grammar, its builder, and its terminals in words."""
 
 from __future__ import annotations
 
-from skillwing.dsl.reading.terminals import Vocabulary
+from skillwing.dsl.reading.dialect import Dialect
+from skillwing.dsl.reading.skillset.builder import SkillsetBuilder
+from skillwing.dsl.reading.vocabulary import Vocabulary
 
 _ELEMENTS = frozenset({"SKILL", "RESOURCE", "DATA", "TYPE", "ENUM", "EVENT"})
 
@@ -13,7 +15,7 @@ _SECTIONS = frozenset(
     }
 )
 
-SKILLSET_WORDS = Vocabulary(
+_VOCABULARY = Vocabulary(
     signs={
         "COLON": ":",
         "EQUALS": "=",
@@ -49,3 +51,5 @@ SKILLSET_WORDS = Vocabulary(
         "TIMEOUT": "`interrupt`",
     },
 )
+
+SKILLSET = Dialect("skillset/skillset.lark", SkillsetBuilder(), _VOCABULARY)

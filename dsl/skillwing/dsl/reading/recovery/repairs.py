@@ -1,6 +1,6 @@
 """Going on behind mistakes, so that one run finds every syntax problem of a file.
 
-Slips of single characters are mended first, then a `}` that is missing is put where the file's layout shows its place.
+Slips of single characters are fixed first, then a `}` that is missing is put where the file's layout shows its place.
 A mistake among the words is repaired in place (a sign or a word is supposed, replaced or passed over), as in Burke and
 Fisher, "A Practical Method for LR and LL Syntactic Error Diagnosis and Recovery" (TOPLAS 1987): a repair counts if the
 parser can read on for some words behind it. Where no repair helps, the innermost block gives up the element and the
@@ -12,14 +12,14 @@ from __future__ import annotations
 from itertools import groupby, islice
 from operator import itemgetter
 
-from skillwing.dsl.reading.broken_text import BEHIND_A_NAME, BrokenText
-from skillwing.dsl.reading.cursor import Block
-from skillwing.dsl.reading.layout import behind_what_belongs, unclosed_by_layout
+from skillwing.dsl.reading.lalr.machine import Outlook
+from skillwing.dsl.reading.lalr.tables import END
 from skillwing.dsl.reading.lexemes import Lexeme
-from skillwing.dsl.reading.machine import Outlook
-from skillwing.dsl.reading.slips import mend_slips
-from skillwing.dsl.reading.tables import END
-from skillwing.dsl.reading.terminals import BROKEN, capitalised
+from skillwing.dsl.reading.recovery.broken_text import BEHIND_A_NAME, BrokenText
+from skillwing.dsl.reading.recovery.cursor import Block
+from skillwing.dsl.reading.recovery.layout import behind_what_belongs, unclosed_by_layout
+from skillwing.dsl.reading.recovery.lexical_errors import fix_lexical_errors
+from skillwing.dsl.reading.vocabulary import BROKEN, capitalised
 from skillwing.dsl.suggest import closest
 
 _MOST_PROBLEMS = 100
@@ -41,26 +41,26 @@ class Recovery:
             self._text.report("SW006", cursor.next, "The file is empty.", "Write `skillset NAME { ... }`.")
             return None
         if not cursor.run():
-            self._mend_characters()
+            self._fix_lexical_errors()
             self._cursor.is_balanced = self._text.balance() == 0
-            self._mend_layout()
+            self._close_by_layout()
         while not cursor.run():
-            if len(self._text.diagnostics) >= _MOST_PROBLEMS or not self._mend(cursor.next):
+            if len(self._text.diagnostics) >= _MOST_PROBLEMS or not self._repair(cursor.next):
                 return None
             cursor.mark()
         return cursor.machine.values[0]
 
     # --- before the words are judged
 
-    def _mend_characters(self) -> None:
+    def _fix_lexical_errors(self) -> None:
         """Mend all slips; the words before the first mistake have none."""
         cursor = self._cursor
-        self._text.losses.pass_over(lexeme for lexeme in cursor.lexemes if lexeme.kind == "UNCLOSED_COMMENT")
-        mended, found = mend_slips(cursor.lexemes, self._words)
-        cursor.lexemes[:] = mended
+        self._text.recovery.skip(lexeme for lexeme in cursor.lexemes if lexeme.kind == "UNCLOSED_COMMENT")
+        fixed, found = fix_lexical_errors(cursor.lexemes, self._words)
+        cursor.lexemes[:] = fixed
         self._text.diagnostics += found[:_MOST_PROBLEMS]
 
-    def _mend_layout(self) -> None:
+    def _close_by_layout(self) -> None:
         """Close the blocks that are not closed where the layout shows it, and read the file anew."""
         cursor = self._cursor
         found = [
@@ -77,7 +77,7 @@ class Recovery:
 
     # --- the mistakes among the words, the likeliest first
 
-    def _mend(self, lexeme: Lexeme) -> bool:
+    def _repair(self, lexeme: Lexeme) -> bool:
         """Change the words ahead, or the parser's state, so that the parse can go on; False if it cannot."""
         return (
             self._word_as_name(lexeme)
@@ -104,7 +104,7 @@ class Recovery:
             return False
         if not cursor.reads(["NAME", follower]):
             return False
-        self._text.replace(lexeme.supposed("NAME", lexeme.text))
+        self._text.replace(lexeme.synthesised("NAME", lexeme.text))
         return True
 
     def _no_header(self, lexeme: Lexeme) -> bool:
@@ -114,8 +114,8 @@ class Recovery:
         message = f"`{lexeme.text}` stands outside a skillset."
         self._text.report("SW006", lexeme, message, "Put everything into one `skillset NAME { ... }`.")
         header = [("SKILLSET", "skillset"), ("NAME", "unnamed"), ("OPEN", "{")]
-        cursor.lexemes[:0] = [lexeme.supposed(kind, text) for kind, text in header]
-        cursor.lexemes.insert(-1, cursor.lexemes[-2].supposed("CLOSE", "}"))
+        cursor.lexemes[:0] = [lexeme.synthesised(kind, text) for kind, text in header]
+        cursor.lexemes.insert(-1, cursor.lexemes[-2].synthesised("CLOSE", "}"))
         return True
 
     def _behind_the_end(self, lexeme: Lexeme) -> bool:
@@ -137,7 +137,7 @@ class Recovery:
             self._text.pass_over(cursor.at, len(cursor.lexemes) - 1)
             return True
         if self._text.balance() == 0:
-            cursor.lexemes.insert(-1, cursor.lexemes[-2].supposed("CLOSE", "}"))
+            cursor.lexemes.insert(-1, cursor.lexemes[-2].synthesised("CLOSE", "}"))
         cursor.machine.states.pop()
         cursor.machine.values.pop()
         return True
@@ -173,15 +173,15 @@ class Recovery:
 
     def _replace_misspelt(self, lexeme: Lexeme, word: str) -> None:
         self._text.report("SW003", lexeme, f"`{lexeme.text}` is no word of the language.", f"Did you mean `{word}`?")
-        self._text.replace(lexeme.supposed(word.upper(), word))
+        self._text.replace(lexeme.synthesised(word.upper(), word))
 
     def _nameless(self, lexeme: Lexeme) -> bool:
         """A name is missing: that of a block, or the one in front of an effect, its change or a predicate."""
         cursor, last = self._cursor, self._cursor.last
         if last is not None and last.kind in self._words.named_blocks and cursor.reads(["NAME", *cursor.kinds_from(0)]):
             self._text.report("SW005", lexeme, f"This {last.text} has no name.", f"Write `{last.text} NAME {{ ... }}`.")
-            cursor.lexemes.insert(cursor.at, lexeme.supposed("NAME", ""))
-            self._text.losses.nameless.add(last.text)
+            cursor.lexemes.insert(cursor.at, lexeme.synthesised("NAME", ""))
+            self._text.recovery.nameless.add(last.text)
             return True
         heading = ["NAME"] if lexeme.kind in BEHIND_A_NAME else ["NAME", "COLON"]
         if lexeme.kind != "NAME" and cursor.reads([*heading, *cursor.kinds_from(0)]):
@@ -193,7 +193,7 @@ class Recovery:
         for kind in (last.text.upper(), "NAME"):  # A word of the language may have been read as a name.
             if cursor.reads(["NAME", "COLON", kind, *cursor.kinds_from(0)], Outlook(earlier.states)):
                 cursor.go_back(earlier)
-                self._text.replace(last.supposed(kind, last.text))
+                self._text.replace(last.synthesised(kind, last.text))
                 self._supply_name(cursor.next)
                 return True
         return False
@@ -201,15 +201,15 @@ class Recovery:
     def _supply_name(self, lexeme: Lexeme) -> None:
         cursor = self._cursor
         message = f"A name is missing before {self._words.lexeme_text(lexeme)}."
-        supposed = [lexeme.supposed("NAME", ""), lexeme.supposed("COLON", ":")]
+        synthesised = [lexeme.synthesised("NAME", ""), lexeme.synthesised("COLON", ":")]
         written = f"NAME: {lexeme.text} ..."
         if lexeme.kind in BEHIND_A_NAME:
-            supposed, written = supposed[:1], "NAME: ..." if lexeme.kind == "COLON" else "NAME { ... }"
+            synthesised, written = synthesised[:1], "NAME: ..." if lexeme.kind == "COLON" else "NAME { ... }"
         self._text.report("SW005", lexeme, message, f"Write `{written}`.")
-        self._text.losses.nameless.update(block.keyword for block in cursor.blocks()[-1:])
+        self._text.recovery.nameless.update(block.keyword for block in cursor.blocks()[-1:])
         self._text.doubt_statement()
-        self._text.losses.guessed.append(lexeme.span)
-        cursor.lexemes[cursor.at : cursor.at] = supposed
+        self._text.recovery.guessed.append(lexeme.span)
+        cursor.lexemes[cursor.at : cursor.at] = synthesised
 
     def _misplaced(self, lexeme: Lexeme) -> bool:
         """A section or an element stands in a wrong block, and is read as if it stood behind the one it fits behind."""
@@ -256,8 +256,8 @@ class Recovery:
             if cursor.last is not None and cursor.reads([sign, *cursor.kinds_from(0)]):
                 message = f"Missing `{text}` {self._text.before(lexeme)}."
                 self._text.report("SW005", self._text.behind(cursor.at), message, f"Write `{text}` here.")
-                self._text.losses.guessed.append(cursor.last.span)
-                cursor.lexemes.insert(cursor.at, cursor.last.supposed(sign, text))
+                self._text.recovery.guessed.append(cursor.last.span)
+                cursor.lexemes.insert(cursor.at, cursor.last.synthesised(sign, text))
                 return True
         return False
 
@@ -270,8 +270,8 @@ class Recovery:
                 self._text.report(
                     "SW005", lexeme, f"`{lexeme.text}` stands where `{text}` belongs.", f"Write `{text}`."
                 )
-                self._text.losses.guessed.append(lexeme.span)
-                self._text.replace(lexeme.supposed(sign, text))
+                self._text.recovery.guessed.append(lexeme.span)
+                self._text.replace(lexeme.synthesised(sign, text))
                 return True
         return False
 
@@ -298,10 +298,10 @@ class Recovery:
         self._text.doubt_name(lexeme)
         start = cursor.start_of(values[depth - 1 :])
         del states[depth:], values[depth - 1 :]
-        cursor.machine.run([lexeme.supposed(BROKEN, "")])
+        cursor.machine.run([lexeme.synthesised(BROKEN, "")])
         opened = 0
         while cursor.kind_at(0) != END and not (opened == 0 and cursor.reads(cursor.kinds_from(0, 2))):
             opened += {"OPEN": 1, "CLOSE": -1 if opened else 0}.get(cursor.kind_at(0), 0)
             cursor.at += 1
-        self._text.losses.pass_over(cursor.lexemes[start : cursor.at])
+        self._text.recovery.skip(cursor.lexemes[start : cursor.at])
         return True

@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from skillwing.dsl.reading.lalr.tables import END
 from skillwing.dsl.reading.lexemes import Lexeme
-from skillwing.dsl.reading.tables import END
-from skillwing.dsl.reading.terminals import Vocabulary
+from skillwing.dsl.reading.vocabulary import Vocabulary
 
 _MOST = 20
 
@@ -40,7 +40,7 @@ def unclosed_by_layout(lexemes: Sequence[Lexeme]) -> list[Unclosed]:
     blocks: list[tuple[int, int]] = []  # index of the bracket, indentation of its line
     line, indentation = 0, 0
     for index, lexeme in enumerate(lexemes):
-        here, column = lexeme.source.place(lexeme.start)
+        here, column = lexeme.source.position(lexeme.start)
         if here != line:
             line, indentation = here, column
             while blocks and (blocks[-1][1] > column or (blocks[-1][1] == column and lexeme.kind != "CLOSE")):

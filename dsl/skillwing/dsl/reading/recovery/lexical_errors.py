@@ -1,4 +1,4 @@
-"""Lexical slips: characters and signs that the language does not have, reported and mended before syntax is judged."""
+"""Lexical errors: characters and signs that the language does not have, reported and mended before syntax is judged."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic
 from skillwing.dsl.expressions import literal_text
 from skillwing.dsl.reading.lexemes import Lexeme
-from skillwing.dsl.reading.terminals import Vocabulary
+from skillwing.dsl.reading.vocabulary import Vocabulary
 from skillwing.dsl.spans import Span
 
 # What other languages write, with the terminal and the text that stand for it here.
@@ -27,27 +27,27 @@ _FOREIGN = {
 _SEPARATORS = frozenset({",", ";"})
 
 
-def mend_slips(lexemes: Sequence[Lexeme], words: Vocabulary) -> tuple[list[Lexeme], list[Diagnostic]]:
+def fix_lexical_errors(lexemes: Sequence[Lexeme], words: Vocabulary) -> tuple[list[Lexeme], list[Diagnostic]]:
     """Return the lexemes with every slip replaced by what was meant, or left out, and what is to be said of them."""
-    slips = _Slips(lexemes, words)
-    slips.mend()
-    return slips.mended, slips.diagnostics
+    errors = _LexicalErrors(lexemes, words)
+    errors.fix()
+    return errors.fixed, errors.diagnostics
 
 
-class _Slips:
+class _LexicalErrors:
     def __init__(self, lexemes: Sequence[Lexeme], words: Vocabulary) -> None:
-        self.mended: list[Lexeme] = []
+        self.fixed: list[Lexeme] = []
         self.diagnostics: list[Diagnostic] = []
         self._lexemes = lexemes
         self._words = words
         self._parentheses = 0
 
-    def mend(self) -> None:
+    def fix(self) -> None:
         at = 0
         while at < len(self._lexemes):
-            at += self._mend(at)
+            at += self._fix(at)
 
-    def _mend(self, at: int) -> int:
+    def _fix(self, at: int) -> int:
         """Deal with the lexeme at an index; return how many lexemes that were."""
         lexeme = self._lexemes[at]
         match lexeme.kind:
@@ -56,12 +56,12 @@ class _Slips:
                 self._report(place, "This comment is never closed.", "Close it with `*/`.")
             case "UNCLOSED_STRING":
                 self._report(lexeme.span, "This string is never closed.", 'Close it with `"` on the same line.')
-                self.mended.append(lexeme.supposed("STRING", '""'))
+                self.fixed.append(lexeme.synthesised("STRING", '""'))
             case "UNCLOSED_BRACKET":
                 self._report(lexeme.span, "This bracket is never closed.", f"Write `{lexeme.text}]`.")
             case "OVERSIZED_NUMBER":
                 self._report(lexeme.span, "This number is too large.", "Write one of at most 1.79e308.")
-                self.mended.append(lexeme.supposed("NUMBER", "1"))
+                self.fixed.append(lexeme.synthesised("NUMBER", "1"))
             case "HALF_NUMBER":
                 self._half_number(lexeme)
             case "FOREIGN":
@@ -70,14 +70,14 @@ class _Slips:
                 return self._unknown(at)
             case _:
                 self._parentheses += {"OPEN_PAREN": 1, "CLOSE_PAREN": -1}.get(lexeme.kind, 0)
-                self.mended.append(lexeme)
+                self.fixed.append(lexeme)
         return 1
 
     def _half_number(self, lexeme: Lexeme) -> None:
         whole, _, fraction = lexeme.text.partition(".")
         number = f"{whole if whole[-1:].isdigit() else whole + '0'}.{fraction or 0}"
         self._report(lexeme.span, "A number has digits on both sides of its point.", f"Write `{number}`.")
-        self.mended.append(lexeme.supposed("NUMBER", number))
+        self.fixed.append(lexeme.synthesised("NUMBER", number))
 
     def _foreign(self, lexeme: Lexeme) -> None:
         text = lexeme.text
@@ -92,20 +92,20 @@ class _Slips:
         else:
             meant = _FOREIGN[text]
         self._report(lexeme.span, f"The language does not write `{text}`.", f"Write `{meant[1]}`.", "SW005")
-        self.mended.append(lexeme.supposed(*meant))
+        self.fixed.append(lexeme.synthesised(*meant))
 
     # --- unknown characters
 
     def _unknown(self, at: int) -> int:
         lexeme = self._lexemes[at]
         behind = self._lexemes[at + 1] if at + 1 < len(self._lexemes) else lexeme
-        before = self.mended[-1] if self.mended else lexeme
+        before = self.fixed[-1] if self.fixed else lexeme
         sides = [
             self._is_name(before) and before.end == lexeme.start,
             self._is_name(behind) and behind.start == lexeme.end,
         ]
         if lexeme.text not in _SEPARATORS and (all(sides) or lexeme.text.isalpha()):
-            return self._misshapen_name(at, self.mended.pop() if sides[0] else lexeme)
+            return self._misshapen_name(at, self.fixed.pop() if sides[0] else lexeme)
         run = [lexeme]
         for other in self._lexemes[at + 1 :]:
             if other.kind != "UNKNOWN_CHARACTER" or other.start != run[-1].end:
@@ -134,7 +134,7 @@ class _Slips:
         strange = next(character for character in text if not re.match(r"\w", character, re.ASCII))
         message = f"A name cannot hold the character `{shown(strange)}`."
         self._report(source.span(first.start, end), message, f"{advice}.")
-        self.mended.append(Lexeme("NAME", name, first.start, end, source))
+        self.fixed.append(Lexeme("NAME", name, first.start, end, source))
         return count
 
     def _is_name(self, lexeme: Lexeme) -> bool:

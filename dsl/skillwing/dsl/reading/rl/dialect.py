@@ -1,10 +1,12 @@
-"""The terminals of the `.rl` dialect in words."""
+"""The `.rl` dialect: its grammar, its builder, and its terminals in words."""
 
 from __future__ import annotations
 
-from skillwing.dsl.reading.terminals import Vocabulary
+from skillwing.dsl.reading.dialect import Dialect
+from skillwing.dsl.reading.rl.builder import RlBuilder
+from skillwing.dsl.reading.vocabulary import Vocabulary
 
-RL_WORDS = Vocabulary(
+_VOCABULARY = Vocabulary(
     signs={
         "COLON": ":",
         "OPEN_PAREN": "(",
@@ -28,3 +30,5 @@ RL_WORDS = Vocabulary(
     elements=frozenset({"SKILL", "RESOURCE", "DATA", "EVENT", "PARAMETER"}),
     named_blocks=frozenset({"SKILLSET", "SKILL", "RESOURCE", "EVENT", "SUCCESS", "FAILURE", "INVARIANT"}),
 )
+
+RL = Dialect("rl/rl.lark", RlBuilder(), _VOCABULARY)

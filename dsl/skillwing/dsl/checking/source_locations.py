@@ -9,14 +9,14 @@ from functools import cached_property
 from typing import TypeAlias
 
 from skillwing.dsl.reading import syntax
-from skillwing.dsl.reading.extents import spans
 from skillwing.dsl.reading.lexemes import Lexeme
+from skillwing.dsl.reading.syntax import spans
 from skillwing.dsl.spans import Span
 
-_Place: TypeAlias = tuple[int, int]
+_Position: TypeAlias = tuple[int, int]
 
 
-class Places:
+class SourceLocations:
     """The elements and statements of a file by where they stand."""
 
     def __init__(self, root: syntax.SkillsetSyntax) -> None:
@@ -38,11 +38,11 @@ class Places:
         return bisect(self._statements, _start(span))
 
     @cached_property
-    def _statements(self) -> list[_Place]:
+    def _statements(self) -> list[_Position]:
         return sorted(_starts(self._root))
 
 
-def _starts(node: object) -> Iterator[_Place]:
+def _starts(node: object) -> Iterator[_Position]:
     """Where the statements in a node begin: the items of all its lists."""
     for field in dataclasses.fields(node) if dataclasses.is_dataclass(node) else ():
         value: object = getattr(node, field.name)
@@ -57,11 +57,11 @@ def _is_empty(element: syntax.Element) -> bool:
     return next(spans(element), None) is None
 
 
-def _extent(element: syntax.Element) -> tuple[_Place, _Place]:
+def _extent(element: syntax.Element) -> tuple[_Position, _Position]:
     """From the first character of an element's name to behind its last word."""
     found = list(spans(element))
     return min(map(_start, found)), max((span.end_line, span.end_column) for span in found)
 
 
-def _start(span: Span) -> _Place:
+def _start(span: Span) -> _Position:
     return span.line, span.column

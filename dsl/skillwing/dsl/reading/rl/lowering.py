@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence, Set
 from dataclasses import replace
 from functools import reduce
 from typing import TypeVar
@@ -10,8 +10,9 @@ from typing import TypeVar
 from skillwing.dsl.diagnostics.report import Report
 from skillwing.dsl.expressions import And, Expression, depth, references
 from skillwing.dsl.reading import syntax
-from skillwing.dsl.reading.rl_effects import InlineEffects
-from skillwing.dsl.reading.rl_syntax import (
+from skillwing.dsl.reading.rl.effects import InlineEffects
+from skillwing.dsl.reading.rl.syntax import (
+    EVERY_STATE,
     ChecksNode,
     IncludeNode,
     InterruptNode,
@@ -26,8 +27,7 @@ from skillwing.dsl.reading.rl_syntax import (
     StartNode,
     TypesNode,
 )
-from skillwing.dsl.reading.rl_transitions import divided
-from skillwing.dsl.reading.rl_types import RlTypes
+from skillwing.dsl.reading.rl.types import RlTypes
 from skillwing.dsl.reading.syntax import CoinedWord, Word
 
 _Kind = TypeVar("_Kind")
@@ -59,7 +59,7 @@ class _Lowering:
                 case syntax.DataSyntax(items):
                     yield syntax.DataSyntax(tuple(replace(item, type=self._types.use(item.type)) for item in items))
                 case syntax.ResourceSyntax():
-                    yield divided(node, by_skills, by_events)
+                    yield _divided(node, by_skills, by_events)
                 case syntax.EventSyntax():
                     yield node
                 case SkillNode():
@@ -209,6 +209,42 @@ def _joined(posts: Iterable[PostNode]) -> syntax.PredicateSyntax | None:
         return None
     expression = reduce(And, (predicate.expression for predicate in predicates))
     return syntax.PredicateSyntax("resource", expression, predicates[0].span.to(predicates[-1].span))
+
+
+# --- the takers of transitions, which an `.rl` file leaves to what its skills and events do
+
+
+def _divided(
+    resource: syntax.ResourceSyntax, by_skills: Set[tuple[str, str]], by_events: Set[tuple[str, str]]
+) -> syntax.ResourceSyntax:
+    """Mark the transitions of a resource as internal, extern or both. by_...: (resource, target state) pairs.
+
+    What a skill brings about is internal, what an event does is extern. What nobody in the file brings about is
+    extern, too: published files leave it to the robot, a pilot handing over authority for instance.
+    """
+    name = resource.name.text
+    items: list[syntax.StatesSyntax | syntax.InitialSyntax | syntax.TransitionSyntax] = []
+    for item in resource.items:
+        if not isinstance(item, syntax.TransitionSyntax):
+            items.append(item)
+            continue
+        for edge in _by_target(item, resource):
+            change = (name, edge.target.text)
+            if change in by_skills:
+                items.append(edge)
+            if change in by_events or change not in by_skills:
+                items.append(replace(edge, extern=True))
+    return syntax.ResourceSyntax(resource.name, tuple(items))
+
+
+def _by_target(edge: syntax.TransitionSyntax, resource: syntax.ResourceSyntax) -> Iterator[syntax.TransitionSyntax]:
+    """A transition into any state as one transition for each state, since they may differ in who takes them."""
+    if edge.target.text != EVERY_STATE:
+        yield edge
+        return
+    for states in (item for item in resource.items if isinstance(item, syntax.StatesSyntax)):
+        for state in states.names:
+            yield replace(edge, target=CoinedWord(state.text, edge.target.span))
 
 
 # --- looking into nodes

@@ -2,19 +2,37 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
 
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic
-from skillwing.dsl.reading.cursor import Block, Cursor
 from skillwing.dsl.reading.dialect import Dialect
+from skillwing.dsl.reading.lalr.tables import END
 from skillwing.dsl.reading.lexemes import Lexeme, Source
-from skillwing.dsl.reading.losses import Losses
-from skillwing.dsl.reading.tables import END
-from skillwing.dsl.reading.terminals import BROKEN, capitalised, either
+from skillwing.dsl.reading.recovery.cursor import Block, Cursor
+from skillwing.dsl.reading.vocabulary import BROKEN, capitalised, either
 from skillwing.dsl.spans import Span
 
 BEHIND_A_NAME = ("COLON", "OPEN")
 """Signs with which no item begins."""
+
+
+@dataclass(slots=True)
+class RecoveryReport:
+    """Parts of a file that error recovery did not read, or read in another way than they are written.
+
+    skipped_words: words of skipped text; a name that seems unknown may be declared there. nameless: keywords of the
+    blocks without a name, or with something nameless in them. guessed: spans in statements that were changed.
+    """
+
+    skipped_words: set[str] = field(default_factory=set[str])
+    nameless: set[str] = field(default_factory=set[str])
+    guessed: list[Span] = field(default_factory=list[Span])
+
+    def skip(self, lexemes: Iterable[Lexeme]) -> None:
+        for lexeme in lexemes:
+            self.skipped_words.update(re.findall(r"\w+", lexeme.text))  # a comment that is never closed has many
 
 
 class BrokenText:
@@ -22,7 +40,7 @@ class BrokenText:
 
     def __init__(self, dialect: Dialect, lexemes: Iterable[Lexeme], source: Source) -> None:
         self.diagnostics: list[Diagnostic] = []
-        self.losses = Losses()
+        self.recovery = RecoveryReport()
         self.words = dialect.vocabulary
         self._source = source
         read = list(lexemes)
@@ -37,7 +55,7 @@ class BrokenText:
     # --- changing it
 
     def pass_over(self, start: int, end: int) -> None:
-        self.losses.pass_over(self.cursor.lexemes[start:end])
+        self.recovery.skip(self.cursor.lexemes[start:end])
         del self.cursor.lexemes[start:end]
 
     def replace(self, lexeme: Lexeme) -> None:
@@ -53,7 +71,7 @@ class BrokenText:
             "SW001", self.behind(at), f"Missing {text} of {titles}.", f"Add {text} here, {self.before(lexemes[at])}."
         )
         lexemes[at:at] = [
-            lexemes[at - 1].supposed(block.closer, sign) for block, sign in zip(blocks, signs, strict=True)
+            lexemes[at - 1].synthesised(block.closer, sign) for block, sign in zip(blocks, signs, strict=True)
         ]
         return len(blocks)
 
@@ -63,12 +81,12 @@ class BrokenText:
         """The statement before a word without a place, if not closed, may have taken what was not meant for it."""
         last = self.cursor.last
         if last is not None and last.kind != "CLOSE":
-            self.losses.guessed.append(last.span)
+            self.recovery.guessed.append(last.span)
 
     def doubt_name(self, lexeme: Lexeme) -> None:
         """A sign without a place where an item begins may have stood behind the name of one."""
         if lexeme.kind in BEHIND_A_NAME and self.cursor.reads([BROKEN]):
-            self.losses.nameless.update(block.keyword for block in self.cursor.blocks()[-1:])
+            self.recovery.nameless.update(block.keyword for block in self.cursor.blocks()[-1:])
 
     # --- reporting
 
@@ -77,7 +95,7 @@ class BrokenText:
         return self._character(self.cursor.lexemes[at - 1].end if at else 0)
 
     def _character(self, offset: int) -> Span:
-        line, column = self._source.place(offset)
+        line, column = self._source.position(offset)
         return Span(self._source.file, line, column, line, column + 1)
 
     def before(self, lexeme: Lexeme) -> str:

@@ -2,7 +2,7 @@
 
 An element is damaged if an error stands in it that leaves its behaviour open, or if it speaks of a damaged resource.
 Whatever a damaged skill may turn out to do, the resources that it can move count as moved at any time
-(`StateSpace.unruly`), so what is called impossible of the sound elements stays so when the damage is mended.
+(`StateSpace.unconstrained`), so what is called impossible of the sound elements stays so when the damage is mended.
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
-from skillwing.dsl.checking.places import Places
+from skillwing.dsl.checking.source_locations import SourceLocations
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic
-from skillwing.dsl.expressions import names_used
-from skillwing.dsl.model import Event, Skill, Skillset
+from skillwing.dsl.model import Skill, Skillset
+from skillwing.dsl.queries import named_by
 from skillwing.dsl.reading import syntax
 from skillwing.dsl.spans import Span
 
@@ -26,16 +26,20 @@ _LEAVES_RESOURCES_OPEN = frozenset({"SW010", "SW092"})
 
 
 @dataclass(frozen=True, slots=True)
-class Remainder:
+class PartialModel:
     """The sound part of a skillset, and the resources that the rest may move at any time."""
 
     skillset: Skillset
-    unruly: frozenset[str]
+    unconstrained: frozenset[str]
 
 
-def remainder(
-    skillset: Skillset, places: Places, misread: Iterable[Diagnostic], wrong: Iterable[Diagnostic], lost: Iterable[Span]
-) -> Remainder:
+def partial_model(
+    skillset: Skillset,
+    locations: SourceLocations,
+    misread: Iterable[Diagnostic],
+    wrong: Iterable[Diagnostic],
+    lost: Iterable[Span],
+) -> PartialModel:
     """Return what can be judged.
 
     misread: the syntax errors. wrong: what was found in names and types. lost: where something was left out because of
@@ -43,39 +47,27 @@ def remainder(
     """
     misread, wrong = tuple(misread), tuple(item for item in wrong if item.severity == "error")
     spans = [item.span for item in (*misread, *wrong) if item.code not in _LEAVES_BEHAVIOUR]
-    hurt = [element for element in map(places.at, (*spans, *lost)) if element is not None]
+    hurt = [element for element in map(locations.at, (*spans, *lost)) if element is not None]
     gone = {element.name.text for element in hurt if isinstance(element, syntax.ResourceSyntax)}
     named = {element.name.text for element in hurt if isinstance(element, syntax.SkillSyntax)}
     silent = {element.name.text for element in hurt if isinstance(element, syntax.EventSyntax)}
-    sound = [skill for skill in skillset.skills if skill.name not in named and gone.isdisjoint(_speaks_of(skill))]
+    sound = [skill for skill in skillset.skills if skill.name not in named and gone.isdisjoint(named_by(skill))]
     damaged = {skill.name for skill in skillset.skills} - {skill.name for skill in sound}
     resources = tuple(resource for resource in skillset.resources if resource.name not in gone)
     if misread or any(item.code in _LEAVES_RESOURCES_OPEN for item in wrong):
-        unruly = {resource.name for resource in resources}
+        unconstrained = {resource.name for resource in resources}
     else:
-        unruly = {name for skill in skillset.skills if skill.name in damaged for name in _may_move(skill, places)}
-    events = tuple(
-        event for event in skillset.events if event.name not in silent and gone.isdisjoint(_event_speaks_of(event))
-    )
+        unconstrained = {
+            name for skill in skillset.skills if skill.name in damaged for name in _may_move(skill, locations)
+        }
+    events = tuple(event for event in skillset.events if event.name not in silent and gone.isdisjoint(named_by(event)))
     left = replace(skillset, resources=resources, events=events, skills=tuple(sound))
-    return Remainder(left, frozenset(unruly))
+    return PartialModel(left, frozenset(unconstrained))
 
 
-def _speaks_of(skill: Skill) -> set[str]:
-    guards = [item.expression for item in (*skill.preconditions.checks, *skill.invariants)]
-    guards += [result.post for result in skill.results if result.post is not None]
-    names = {name for guard in guards for name in names_used(guard, "resource")}
-    return names.union(name for effect in skill.effects for name, _ in effect.transitions)
-
-
-def _event_speaks_of(event: Event) -> set[str]:
-    guarded = names_used(event.guard, "resource") if event.guard is not None else ()
-    return {*guarded, *(name for name, _ in event.effect.transitions)}
-
-
-def _may_move(skill: Skill, places: Places) -> Iterator[str]:
+def _may_move(skill: Skill, locations: SourceLocations) -> Iterator[str]:
     """The resources that the effects of a skill name, those that could not be resolved included."""
-    declaration = places.at(skill.span) if skill.span else None
+    declaration = locations.at(skill.span) if skill.span else None
     if isinstance(declaration, syntax.SkillSyntax):
         for section in declaration.sections:
             if isinstance(section, syntax.EffectSection):

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
+from skillwing.dsl.reading.lalr.tables import END
 from skillwing.dsl.reading.lexemes import Lexeme
-from skillwing.dsl.reading.tables import END
 
 BROKEN = "_BROKEN"  # stands in the grammar where an element was given up
 _UNREADABLE = frozenset(
