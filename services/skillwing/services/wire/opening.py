@@ -9,6 +9,7 @@ from skillwing.services.bus.zenoh_session import LEASE
 from skillwing.services.core.checks import LONGEST_GOAL_ID
 from skillwing.services.protocol import MAX_MESSAGE_BYTES, MAX_NESTING, PROTOCOL_VERSION
 
+WAITING = f"{MOST_BYTES // MIB} MiB"
 OPENING = f"""\
 # The wire protocol
 
@@ -71,9 +72,9 @@ lost.
 
 | kind | at most | beyond that |
 |---|---|---|
-| streams | {STREAM_BACKLOG} samples of a subscription, and {MOST_BYTES // MIB} MiB of all subscriptions | the oldest sample is dropped |
-| events | {MOST_BYTES // MIB} MiB of all subscriptions | the oldest event is dropped, and the log reports it |
-| queries | {MOST_REQUESTS} queries, and {MOST_BYTES // MIB} MiB of them | the query is refused as `UNAVAILABLE` |
+| streams | {STREAM_BACKLOG} samples of a subscription, {WAITING} of all subscriptions | the oldest sample is dropped |
+| events | {WAITING} of all subscriptions | the oldest event is dropped, and the log reports it |
+| queries | {MOST_REQUESTS} queries, and {WAITING} of them | the query is refused as `UNAVAILABLE` |
 
 When the bytes are too many, the subscription with the most waiting bytes loses its oldest sample: a flood on one key
 costs the subscriptions to other keys nothing. Payloads of more than {MAX_MESSAGE_BYTES} bytes are no events and never
