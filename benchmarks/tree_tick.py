@@ -18,7 +18,7 @@ from py_trees.composites import Parallel, Sequence
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.running.tree_text import TreePortrait
+from skillwing.bt_missions.running.tree_snapshot import TreePortrait
 from skillwing.dsl import parse
 from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.protocol import DataReading, State

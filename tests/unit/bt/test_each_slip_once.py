@@ -15,15 +15,15 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from py_trees.decorators import SuccessIsFailure
 
-from skillwing.bt_missions.checking.rehearsal import grounded_context, rehearse
+from skillwing.bt_missions.checking.mission_check import grounded_context, rehearse
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
+from skillwing.bt_missions.mission.mission import Mission, MissionOptions, MissionTrees, Progress
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside, first_that_works, guarded, in_order
 from skillwing.bt_missions.subtrees.flight import unless_the_pilot_flies
-from skillwing.bt_missions.subtrees.holding import Change, WhileGranted
 from skillwing.bt_missions.subtrees.landing import land_where_it_is
+from skillwing.bt_missions.subtrees.pausing import Change, WhileGranted
 from skillwing.bt_missions.xml.document import parse_document
 from skillwing.bt_missions.xml.mission import XmlMission
 from skillwing.bt_missions.xml.tree_file import tree_file
@@ -34,7 +34,7 @@ M600 = load(ROOT / "services/skillwing/m600/m600.skillset")
 DRONE = grounded_context(M600)
 FILE = Path("mission.xml")
 
-TEMPLATE = (files("skillwing.bt_missions.templates") / "template.xml").read_text(encoding="utf-8")
+TEMPLATE = (files("skillwing.bt_missions.cli.templates") / "template.xml").read_text(encoding="utf-8")
 NAMES = {"resource", "states", "ended_by", "success_on", "failure_on", "ID", "type", "question", "_autoremap"}
 """Attributes whose words are names, besides those of options, which stand in braces or are declared as a `name`."""
 FREE = {"name", "default", "root", "Metadata", "MetadataFields"}

@@ -7,9 +7,9 @@ from xml.etree import ElementTree
 
 import pytest
 
-from skillwing.bt_missions.checking.rehearsal import grounded_context
+from skillwing.bt_missions.checking.mission_check import grounded_context
+from skillwing.bt_missions.mission.mission import Mission
 from skillwing.bt_missions.missions import inspection, mapping
-from skillwing.bt_missions.running.mission import Mission
 from skillwing.bt_missions.xml.writer import write_mission, write_models
 from skillwing.dsl import load
 

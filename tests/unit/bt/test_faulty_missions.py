@@ -13,10 +13,10 @@ from typing import NoReturn
 import pytest
 from typer.testing import CliRunner, Result
 
-from skillwing.bt_missions import commands
-from skillwing.bt_missions.checking.misfit import FaultyMissionError
-from skillwing.bt_missions.running import library
-from skillwing.bt_missions.templates.template import write_template
+from skillwing.bt_missions import library
+from skillwing.bt_missions.cli import mission as commands
+from skillwing.bt_missions.cli.templates.template import write_template
+from skillwing.bt_missions.mission.problems import FaultyMissionError
 from skillwing.bt_missions.xml import mission as xml_mission
 from skillwing.dsl import load
 from skillwing.dsl.model import UnknownNameError

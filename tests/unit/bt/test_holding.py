@@ -10,14 +10,14 @@ from py_trees.behaviour import Behaviour
 from py_trees.behaviours import Failure, Running, StatusQueue, Success
 from py_trees.common import Status
 
+from skillwing.bt_missions.leaves.branch_switch import NeverSwitched
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import CALM
-from skillwing.bt_missions.leaves.holds import HELD
-from skillwing.bt_missions.leaves.settling import NeverSwitched
+from skillwing.bt_missions.leaves.pause_gate import HELD
 from skillwing.bt_missions.leaves.skill_action import GoalPhase, SkillAction
 from skillwing.bt_missions.planning.waypoints import POSITION_PATIENCE, PointAbove
 from skillwing.bt_missions.subtrees.composites import OnEnding, in_order
-from skillwing.bt_missions.subtrees.holding import Change, Pausable, WhileGranted
+from skillwing.bt_missions.subtrees.pausing import Change, Pausable, WhileGranted
 from skillwing.services.protocol import Terminal
 
 

@@ -11,7 +11,7 @@ from py_trees.common import Status
 from skillwing.bt_missions.checking.preflight import preflight
 from skillwing.bt_missions.leaves.context import CALM
 from skillwing.bt_missions.missions.inspection import MISSION, InspectionOptions
-from skillwing.bt_missions.subtrees.holding import Pausable
+from skillwing.bt_missions.subtrees.pausing import Pausable
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
 

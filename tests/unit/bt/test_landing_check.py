@@ -13,11 +13,11 @@ from py_trees.behaviours import Failure, Success
 from py_trees.decorators import FailureIsSuccess, Inverter, Repeat, Retry, SuccessIsFailure, SuccessIsRunning
 
 from skillwing.bt_missions.checking.landing_check import landing_problems
-from skillwing.bt_missions.checking.rehearsal import grounded_context
+from skillwing.bt_missions.checking.mission_check import grounded_context
 from skillwing.bt_missions.leaves.conditions import ResourceIs
-from skillwing.bt_missions.leaves.flying import may_land
+from skillwing.bt_missions.leaves.placeholder import Unbuilt
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.leaves.unbuilt import Unbuilt
+from skillwing.bt_missions.leaves.takeoff_and_landing import may_land
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside, first_that_works, guarded, in_order
 from skillwing.bt_missions.subtrees.decorators import Deadline
 from skillwing.bt_missions.subtrees.flight import or_pause, rescue, unless_the_pilot_flies

@@ -9,12 +9,12 @@ from fake_interface import FakeMission
 from py_trees.behaviours import Failure, Running, StatusQueue, Success
 from py_trees.common import Status
 
+from skillwing.bt_missions.leaves.branch_switch import CALM, NoteSwitch, Settled
 from skillwing.bt_missions.leaves.conditions import DataCompare, ResourceIs, Sign
-from skillwing.bt_missions.leaves.settling import CALM, NoteSwitch, Settled
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.planning.detour import RoutePlanner
 from skillwing.bt_missions.planning.waypoints import POSITION_PATIENCE, Route, WaypointWriter
-from skillwing.bt_missions.running.tree_text import TreePortrait, render
+from skillwing.bt_missions.running.tree_snapshot import TreePortrait, render
 from skillwing.bt_missions.subtrees.composites import alongside, guarded
 from skillwing.bt_missions.subtrees.decorators import Deadline
 from skillwing.bt_missions.subtrees.loop import Until

@@ -14,9 +14,9 @@ from py_trees.common import Status
 
 from skillwing.bt_missions.checking.preflight import preflight
 from skillwing.bt_missions.leaves.context import CALM
+from skillwing.bt_missions.library import find_mission
 from skillwing.bt_missions.missions.mapping import MISSION, MappingOptions
-from skillwing.bt_missions.running.library import find_mission
-from skillwing.bt_missions.subtrees.holding import Pausable
+from skillwing.bt_missions.subtrees.pausing import Pausable
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.services.errors import InvalidOptionError

@@ -16,20 +16,20 @@ from py_trees.composites import Parallel, Selector, Sequence
 from py_trees.decorators import FailureIsSuccess, Inverter, Repeat, Retry, SuccessIsFailure
 from typer.testing import CliRunner
 
-from skillwing.bt_missions.checking.rehearsal import grounded_context, rehearse
-from skillwing.bt_missions.commands import mission as mission_command
+from skillwing.bt_missions.checking.mission_check import grounded_context, rehearse
+from skillwing.bt_missions.cli.mission import mission as mission_command
+from skillwing.bt_missions.leaves.branch_switch import NeverSwitched, NoteSwitch, Settled
 from skillwing.bt_missions.leaves.conditions import SIGNS, DataCompare, ResourceIs
-from skillwing.bt_missions.leaves.settling import NeverSwitched, NoteSwitch, Settled
 from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.library import find_mission
+from skillwing.bt_missions.mission.mission import Mission, MissionTrees, Progress
 from skillwing.bt_missions.missions import inspection, mapping
 from skillwing.bt_missions.planning.detour import RoutePlanner
 from skillwing.bt_missions.planning.waypoints import Route, WaypointWriter
-from skillwing.bt_missions.running.library import find_mission
-from skillwing.bt_missions.running.mission import Mission, MissionTrees, Progress
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside
 from skillwing.bt_missions.subtrees.decorators import Deadline
-from skillwing.bt_missions.subtrees.holding import Change, Pausable, WhileGranted
 from skillwing.bt_missions.subtrees.loop import Until
+from skillwing.bt_missions.subtrees.pausing import Change, Pausable, WhileGranted
 from skillwing.bt_missions.xml.document import parse_document
 from skillwing.bt_missions.xml.mission import XmlMission
 from skillwing.bt_missions.xml.problems import TreeFileError

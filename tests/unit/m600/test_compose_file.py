@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 import yaml
 
-from skillwing.bt_missions.running.library import installed_missions
+from skillwing.bt_missions.library import installed_missions
 from skillwing.m600.mocked import ROBOT as MOCKS
 from skillwing.m600.robot import ROBOT
 from skillwing.services.processes.run_options import RUN_OPTIONS

@@ -20,10 +20,10 @@ from matplotlib.colors import to_rgb
 from matplotlib.image import imread
 from msgspec.structs import replace
 
-from skillwing.bt_missions.checking.rehearsal import grounded_context, rehearse
+from skillwing.bt_missions.checking.mission_check import grounded_context, rehearse
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.running.library import find_mission
-from skillwing.bt_missions.running.mission import MissionTrees
+from skillwing.bt_missions.library import find_mission
+from skillwing.bt_missions.mission.mission import MissionTrees
 from skillwing.evaluation.campaign.besides import BESIDES
 from skillwing.evaluation.campaign.conditions import Condition
 from skillwing.evaluation.campaign.crew import Crew

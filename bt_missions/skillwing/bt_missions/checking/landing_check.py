@@ -20,17 +20,25 @@ from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel, Selector, Sequence
 from py_trees.decorators import FailureIsSuccess, Inverter, Repeat, Retry, SuccessIsFailure, SuccessIsRunning
 
-from skillwing.bt_missions.checking.meaning import meant
+from skillwing.bt_missions.checking.intended_names import meant
 from skillwing.bt_missions.checking.tree_check import ends_of, skill_of
 from skillwing.bt_missions.leaves.claims import needed_by
 from skillwing.bt_missions.leaves.conditions import ResourceIs
-from skillwing.bt_missions.leaves.flying import FLIGHT_STATUS, IN_AIR, LAND, ON_GROUND, TAKEOFF, flies, holds_landing
+from skillwing.bt_missions.leaves.placeholder import Unbuilt, is_guessed, is_incomplete
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.leaves.unbuilt import Unbuilt, is_guessed, is_incomplete
+from skillwing.bt_missions.leaves.takeoff_and_landing import (
+    FLIGHT_STATUS,
+    IN_AIR,
+    LAND,
+    ON_GROUND,
+    TAKEOFF,
+    flies,
+    holds_landing,
+)
 from skillwing.bt_missions.subtrees.composites import OnEnding
 from skillwing.bt_missions.subtrees.decorators import Deadline
-from skillwing.bt_missions.subtrees.holding import Pausable, WhileGranted
 from skillwing.bt_missions.subtrees.loop import Until
+from skillwing.bt_missions.subtrees.pausing import Pausable, WhileGranted
 from skillwing.dsl.model import Skillset
 from skillwing.dsl.suggest import listed
 

@@ -7,18 +7,18 @@ from collections.abc import Callable, Iterable, Iterator
 from py_trees.behaviour import Behaviour
 
 from skillwing.bt_missions.checking.comparison_check import comparison_problems
+from skillwing.bt_missions.checking.intended_names import forgotten
 from skillwing.bt_missions.checking.landing_check import landing_problems
-from skillwing.bt_missions.checking.meaning import forgotten
-from skillwing.bt_missions.checking.misfit import Misfit
 from skillwing.bt_missions.checking.tree_check import shape_problems, skill_of
 from skillwing.bt_missions.leaves.conditions import DataCompare, ResourceIs
-from skillwing.bt_missions.leaves.holds import HELD
-from skillwing.bt_missions.leaves.places import place_of
+from skillwing.bt_missions.leaves.pause_gate import HELD
+from skillwing.bt_missions.leaves.placeholder import Unbuilt, is_guessed, is_incomplete
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.leaves.unbuilt import Unbuilt, is_guessed, is_incomplete
-from skillwing.bt_missions.running.mission import Mission, MissionTrees
+from skillwing.bt_missions.leaves.source_location import place_of
+from skillwing.bt_missions.mission.mission import Mission, MissionTrees
+from skillwing.bt_missions.mission.problems import Misfit
 from skillwing.bt_missions.subtrees.composites import OnEnding
-from skillwing.bt_missions.subtrees.holding import WhileGranted
+from skillwing.bt_missions.subtrees.pausing import WhileGranted
 from skillwing.dsl.model import Skill, Skillset, UnknownNameError
 from skillwing.services.core.values import fit_fields
 from skillwing.services.protocol import Ending

@@ -10,7 +10,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from skillwing.bt_missions.leaves.context import MissionContext
-from skillwing.bt_missions.leaves.places import put_caller
+from skillwing.bt_missions.leaves.source_location import put_caller
 
 Sign: TypeAlias = Literal["==", "!=", "<", "<=", ">", ">="]
 

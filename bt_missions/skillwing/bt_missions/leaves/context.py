@@ -11,8 +11,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from skillwing.bt_missions.leaves.interface import Goal, Interface
 from skillwing.bt_missions.leaves.reaper import Reaper
-from skillwing.bt_missions.leaves.skills import Goal, Interface
 from skillwing.dsl.model import Skillset
 
 CALM = 0.2

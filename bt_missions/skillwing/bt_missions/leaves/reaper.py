@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import TypeAlias
 
 from skillwing.bt_missions.leaves.claims import needed_by, taken_by
-from skillwing.bt_missions.leaves.skills import Goal, Interface
+from skillwing.bt_missions.leaves.interface import Goal, Interface
 from skillwing.dsl.model import Skillset
 from skillwing.services.protocol import Ending
 

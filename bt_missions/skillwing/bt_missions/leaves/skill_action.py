@@ -15,10 +15,10 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from skillwing.bt_missions.leaves.context import CALM, MissionContext
-from skillwing.bt_missions.leaves.holds import HELD, Hold
-from skillwing.bt_missions.leaves.places import put_caller
+from skillwing.bt_missions.leaves.interface import Goal
+from skillwing.bt_missions.leaves.pause_gate import HELD, Hold
 from skillwing.bt_missions.leaves.reaper import Mark
-from skillwing.bt_missions.leaves.skills import Goal
+from skillwing.bt_missions.leaves.source_location import put_caller
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.errors import InvalidInputError
 from skillwing.services.protocol import Ending, State, Terminal

@@ -6,14 +6,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from skillwing.bt_missions.checking.rehearsal import drafted
+from skillwing.bt_missions.checking.mission_check import drafted
 from skillwing.bt_missions.leaves.context import MissionContext
-from skillwing.bt_missions.running.announcer import Announcer
-from skillwing.bt_missions.running.flight import Flight
-from skillwing.bt_missions.running.library import find_mission
-from skillwing.bt_missions.running.mission import Mission, MissionOptions
-from skillwing.bt_missions.running.orders import serve_orders
+from skillwing.bt_missions.library import find_mission
+from skillwing.bt_missions.mission.mission import Mission, MissionOptions
+from skillwing.bt_missions.running.mission_run import Flight
+from skillwing.bt_missions.running.operator_requests import serve_orders
 from skillwing.bt_missions.running.phase import ENDED
+from skillwing.bt_missions.running.publisher import Announcer
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Bus

@@ -5,9 +5,9 @@ from __future__ import annotations
 from py_trees.behaviour import Behaviour
 from py_trees.composites import Sequence
 
+from skillwing.bt_missions.leaves.branch_switch import NoteSwitch, Settled
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
-from skillwing.bt_missions.leaves.settling import NoteSwitch, Settled
 from skillwing.bt_missions.subtrees.composites import OnEnding, first_that_works, in_order
 from skillwing.bt_missions.subtrees.depth_map import CAMERA, LIDAR, Sensor, flown_with
 from skillwing.bt_missions.subtrees.flight import fly_home

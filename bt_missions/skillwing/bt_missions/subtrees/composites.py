@@ -8,8 +8,8 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Composite, Parallel, Selector, Sequence
 
-from skillwing.bt_missions.leaves.places import put_caller
 from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.leaves.source_location import put_caller
 
 
 def in_order(name: str, *steps: Behaviour) -> Sequence:

@@ -6,16 +6,16 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from py_trees.decorators import SuccessIsFailure
 
+from skillwing.bt_missions.leaves.branch_switch import NoteSwitch
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
-from skillwing.bt_missions.leaves.flying import FLIGHT_STATUS, IN_AIR, LAND, ON_GROUND, TAKEOFF
-from skillwing.bt_missions.leaves.settling import NoteSwitch
 from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.leaves.takeoff_and_landing import FLIGHT_STATUS, IN_AIR, LAND, ON_GROUND, TAKEOFF
 from skillwing.bt_missions.planning.waypoints import PointAbove
 from skillwing.bt_missions.subtrees.composites import OnEnding, first_that_works, guarded, in_order
 from skillwing.bt_missions.subtrees.decorators import Deadline
-from skillwing.bt_missions.subtrees.holding import Change, Pausable, WhileGranted
 from skillwing.bt_missions.subtrees.landing import LANDED, land_where_it_is
+from skillwing.bt_missions.subtrees.pausing import Change, Pausable, WhileGranted
 
 PILOT_PATIENCE = 120.0
 """Robot seconds for which the safety pilot may have the drone before the mission ends."""

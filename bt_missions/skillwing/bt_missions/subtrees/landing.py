@@ -7,11 +7,11 @@ from py_trees.common import Status
 from py_trees.composites import Sequence
 from py_trees.decorators import Retry
 
+from skillwing.bt_missions.leaves.branch_switch import Settled
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
-from skillwing.bt_missions.leaves.flying import FLIGHT_STATUS, LAND, ON_GROUND
-from skillwing.bt_missions.leaves.settling import Settled
 from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.leaves.takeoff_and_landing import FLIGHT_STATUS, LAND, ON_GROUND
 from skillwing.bt_missions.subtrees.composites import first_that_works, in_order
 
 LANDED = {"S_LANDED": Status.SUCCESS, "S_BLOCKED": Status.FAILURE}

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 from py_trees.behaviour import Behaviour
 
-from skillwing.bt_missions.checking.meaning import meant
+from skillwing.bt_missions.checking.intended_names import meant
 from skillwing.bt_missions.leaves.context import MissionContext
-from skillwing.bt_missions.leaves.places import put_place
-from skillwing.bt_missions.leaves.unbuilt import Unbuilt, mark_guessed, mark_incomplete
+from skillwing.bt_missions.leaves.placeholder import Unbuilt, mark_guessed, mark_incomplete
+from skillwing.bt_missions.leaves.source_location import put_place
+from skillwing.bt_missions.xml.blackboard import Cell, Scope
 from skillwing.bt_missions.xml.document import Element
 from skillwing.bt_missions.xml.node_type import Call, Category, NodeType, PortError
 from skillwing.bt_missions.xml.problems import Problem
-from skillwing.bt_missions.xml.scope import Cell, Scope
 from skillwing.bt_missions.xml.tree_file import RESCUE, SUBTREE, TreeFile, TreeModel
 from skillwing.dsl.suggest import closest, listed
 

@@ -8,8 +8,8 @@ from typing import cast
 from py_trees.behaviour import Behaviour
 from py_trees.behaviours import Failure, Success
 
+from skillwing.bt_missions.leaves.branch_switch import NeverSwitched, NoteSwitch, Settled
 from skillwing.bt_missions.leaves.conditions import SIGNS, DataCompare, ResourceIs, Sign
-from skillwing.bt_missions.leaves.settling import NeverSwitched, NoteSwitch, Settled
 from skillwing.bt_missions.xml.node_type import TRUTHS, Call, Category, NodeType, Port
 from skillwing.bt_missions.xml.values import written
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from py_trees.behaviour import Behaviour
 
-from skillwing.bt_missions.subtrees.holding import Change, Pausable, WhileGranted
+from skillwing.bt_missions.subtrees.pausing import Change, Pausable, WhileGranted
 from skillwing.bt_missions.xml.node_type import Call, Category, NodeType, Port, PortError
 from skillwing.bt_missions.xml.values import written
 

@@ -12,7 +12,7 @@ from py_trees.behaviour import Behaviour
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.planning.detour import Position, RoutePlanner
 from skillwing.bt_missions.planning.waypoints import Route
-from skillwing.bt_missions.xml.scope import Cell, Scope
+from skillwing.bt_missions.xml.blackboard import Cell, Scope
 from skillwing.dsl.suggest import closest
 
 T = TypeVar("T")

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from skillwing.bt_missions.checking.misfit import FaultyMissionError, Misfit
+from skillwing.bt_missions.mission.problems import FaultyMissionError, Misfit
 
 
 @dataclass(frozen=True, slots=True, order=True)

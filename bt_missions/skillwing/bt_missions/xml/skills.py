@@ -9,8 +9,8 @@ from py_trees.common import Status
 
 from skillwing.bt_missions.leaves.skill_action import DEFAULT_PATIENCE, SkillAction
 from skillwing.bt_missions.planning.waypoints import PointAbove, Route
+from skillwing.bt_missions.xml.blackboard import Cell
 from skillwing.bt_missions.xml.node_type import Call, Category, NodeType, Port, PortError
-from skillwing.bt_missions.xml.scope import Cell
 from skillwing.bt_missions.xml.values import read, written
 from skillwing.dsl.model import ArrayType, Field, Skill, Skillset, Type
 from skillwing.services.core.values import type_text

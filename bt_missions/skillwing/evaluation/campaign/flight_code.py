@@ -22,10 +22,7 @@ CODE_FILE = "code.json"
 PORTIONS = ("dsl", "services", "sim_mujoco", "bt_missions")
 """Where the package lies in the repository."""
 FLIES_NOTHING = (
-    "bt_missions/at_a_terminal.py",
-    "bt_missions/commands.py",
-    "bt_missions/templates",
-    "bt_missions/watching.py",
+    "bt_missions/cli",
     "dsl/commands",
     "dsl/editor",
     "dsl/generating",

@@ -5,8 +5,8 @@ from __future__ import annotations
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 
-from skillwing.bt_missions.running.mission import Mission
-from skillwing.bt_missions.running.python_file import load_python_mission
+from skillwing.bt_missions.mission.files import load_python_mission
+from skillwing.bt_missions.mission.mission import Mission
 from skillwing.bt_missions.xml.mission import load_mission
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.errors import InvalidOptionError

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from skillwing.bt_missions.leaves.claims import taken_by
-from skillwing.bt_missions.leaves.flying import FLIGHT_STATUS, IN_AIR, LAND, flies, may_land
-from skillwing.bt_missions.leaves.skills import Interface
+from skillwing.bt_missions.leaves.interface import Interface
+from skillwing.bt_missions.leaves.takeoff_and_landing import FLIGHT_STATUS, IN_AIR, LAND, flies, may_land
 from skillwing.dsl.model import Skillset
 
 

@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 from py_trees.behaviour import Behaviour
 
-from skillwing.bt_missions.running.mission import Progress
+from skillwing.bt_missions.mission.mission import Progress
 from skillwing.bt_missions.running.phase import Phase
-from skillwing.bt_missions.running.tree_text import TreePortrait
+from skillwing.bt_missions.running.tree_snapshot import TreePortrait
 from skillwing.services.bus import Bus, Publisher
 from skillwing.services.protocol import Keys, MissionStatus, RecordKind, TreeSnapshot, encode
 from skillwing.services.timeline import Timeline

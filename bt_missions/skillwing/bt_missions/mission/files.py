@@ -8,8 +8,8 @@ from itertools import takewhile
 from pathlib import Path
 from types import CodeType, ModuleType
 
-from skillwing.bt_missions.checking.misfit import FaultyMissionError, Misfit
-from skillwing.bt_missions.running.mission import Mission
+from skillwing.bt_missions.mission.mission import Mission
+from skillwing.bt_missions.mission.problems import FaultyMissionError, Misfit
 from skillwing.bt_missions.running.source_file import read_source, refuse_if_not_utf8
 from skillwing.services.failing_code import failure, import_failure
 

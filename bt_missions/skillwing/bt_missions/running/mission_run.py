@@ -14,14 +14,14 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from skillwing.bt_missions.leaves.context import CALM, MissionContext
-from skillwing.bt_missions.leaves.flying import FLIGHT_STATUS, IN_AIR
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.running.announcer import Announcer
-from skillwing.bt_missions.running.landing_gear import LandingGear
-from skillwing.bt_missions.running.mission import Mission, MissionTrees
+from skillwing.bt_missions.leaves.takeoff_and_landing import FLIGHT_STATUS, IN_AIR
+from skillwing.bt_missions.mission.mission import Mission, MissionTrees
+from skillwing.bt_missions.running.airborne_check import LandingGear
+from skillwing.bt_missions.running.clock_watchdog import STILL_CLOCK_TIMEOUT, StillClock
+from skillwing.bt_missions.running.pause_state import Holders, Standing
 from skillwing.bt_missions.running.phase import Phase
-from skillwing.bt_missions.running.standing import Holders, Standing
-from skillwing.bt_missions.running.still_clock import STILL_CLOCK_TIMEOUT, StillClock
+from skillwing.bt_missions.running.publisher import Announcer
 from skillwing.services.bus import Bus, Handle
 
 SETTLED_TICK = 0.01

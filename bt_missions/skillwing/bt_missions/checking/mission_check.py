@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NoReturn
 
-from skillwing.bt_missions.checking.misfit import FaultyMissionError, Misfit
 from skillwing.bt_missions.checking.preflight import preflight
 from skillwing.bt_missions.leaves.context import MissionContext
-from skillwing.bt_missions.leaves.skills import Goal
-from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees
-from skillwing.bt_missions.running.python_file import failure_in
+from skillwing.bt_missions.leaves.interface import Goal
+from skillwing.bt_missions.mission.files import failure_in
+from skillwing.bt_missions.mission.mission import Mission, MissionOptions, MissionTrees
+from skillwing.bt_missions.mission.problems import FaultyMissionError, Misfit
 from skillwing.dsl.model import Skillset
 from skillwing.services.protocol import DataReading
 

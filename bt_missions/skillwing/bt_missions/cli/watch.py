@@ -9,7 +9,7 @@ from rich.live import Live
 from rich.text import Text
 
 from skillwing.bt_missions.running.phase import ENDED, Phase
-from skillwing.bt_missions.running.tree_text import render
+from skillwing.bt_missions.running.tree_snapshot import render
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.commands.connection import System
 from skillwing.services.commands.keyboard import when_pressed

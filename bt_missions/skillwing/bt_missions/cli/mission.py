@@ -10,18 +10,18 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from skillwing.bt_missions.at_a_terminal import fly, say
-from skillwing.bt_missions.checking.misfit import FaultyMissionError
-from skillwing.bt_missions.checking.rehearsal import grounded_context, rehearse, require_fit
-from skillwing.bt_missions.running.library import find_draft, find_mission, installed_missions
-from skillwing.bt_missions.running.mission import Mission
-from skillwing.bt_missions.running.option_values import written
+from skillwing.bt_missions.checking.mission_check import grounded_context, rehearse, require_fit
+from skillwing.bt_missions.cli.foreground import fly, say
+from skillwing.bt_missions.cli.templates.template import write_template
+from skillwing.bt_missions.cli.watch import MissionWatch, status_line, stay
+from skillwing.bt_missions.library import find_draft, find_mission, installed_missions
+from skillwing.bt_missions.mission.mission import Mission
+from skillwing.bt_missions.mission.options import written
+from skillwing.bt_missions.mission.problems import FaultyMissionError
 from skillwing.bt_missions.running.option_words import parse_options
 from skillwing.bt_missions.running.phase import Phase
 from skillwing.bt_missions.running.runner import MissionNode
-from skillwing.bt_missions.running.tree_text import render
-from skillwing.bt_missions.templates.template import write_template
-from skillwing.bt_missions.watching import MissionWatch, status_line, stay
+from skillwing.bt_missions.running.tree_snapshot import render
 from skillwing.bt_missions.xml.writer import write_mission, write_models
 from skillwing.dsl import load
 from skillwing.services.commands.briefing import briefing

@@ -7,9 +7,9 @@ from typing import NamedTuple
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from skillwing.bt_missions.leaves.skills import Interface
+from skillwing.bt_missions.leaves.interface import Interface
 from skillwing.bt_missions.running.phase import Phase
-from skillwing.bt_missions.subtrees.holding import Pausable, WhileGranted
+from skillwing.bt_missions.subtrees.pausing import Pausable, WhileGranted
 
 
 class Standing(NamedTuple):

@@ -17,8 +17,8 @@ from py_trees.decorators import Decorator
 
 from skillwing.bt_missions.leaves.claims import checks_of, needed_by, taken_by
 from skillwing.bt_missions.leaves.context import MissionContext
-from skillwing.bt_missions.leaves.places import put_caller
 from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.leaves.source_location import put_caller
 from skillwing.services.protocol import Ending, Terminal
 
 AGAIN_AFTER = 1.0

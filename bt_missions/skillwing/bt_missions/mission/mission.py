@@ -13,10 +13,10 @@ from typing import Any
 import msgspec
 from py_trees.behaviour import Behaviour
 
-from skillwing.bt_missions.checking.misfit import Misfit
 from skillwing.bt_missions.leaves.context import MissionContext
+from skillwing.bt_missions.mission.options import default_values, read_values
+from skillwing.bt_missions.mission.problems import Misfit
 from skillwing.bt_missions.planning.detour import Position, RoutePlanner
-from skillwing.bt_missions.running.option_values import default_values, read_values
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.errors import InvalidOptionError
 
