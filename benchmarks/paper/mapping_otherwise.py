@@ -20,9 +20,9 @@ from skillwing.bt_missions.mission.mission import MissionTrees
 from skillwing.bt_missions.missions.mapping import LEG_FLOWN, MappingMission, MappingOptions
 from skillwing.bt_missions.planning.waypoints import Route, WaypointWriter
 from skillwing.bt_missions.subtrees.composites import in_order
+from skillwing.bt_missions.subtrees.decorators import Until
 from skillwing.bt_missions.subtrees.depth_map import LIDAR, flown_with
 from skillwing.bt_missions.subtrees.flight import fly_home
-from skillwing.bt_missions.subtrees.loop import Until
 
 TIME_LIMIT = 240.0
 """Robot seconds until one that flies blind lands: a drone that hangs on a wall does not end by itself."""

@@ -16,6 +16,7 @@ from py_trees.behaviours import Failure, StatusQueue, Success
 from py_trees.common import Status
 from py_trees.decorators import FailureIsSuccess, SuccessIsFailure
 
+from skillwing.bt_missions.cli.foreground import when_stopped
 from skillwing.bt_missions.leaves.branch_switch import NoteSwitch
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
@@ -23,9 +24,8 @@ from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.mission.mission import Mission, MissionOptions, MissionTrees, Progress
 from skillwing.bt_missions.running import mission_run as flight_module
 from skillwing.bt_missions.running.runner import LANDING_TIMEOUT, MissionNode, make_mission
-from skillwing.bt_missions.running.stopped_system import when_stopped
 from skillwing.bt_missions.subtrees.composites import alongside, first_that_works, guarded, in_order
-from skillwing.bt_missions.subtrees.landing import land_where_it_is
+from skillwing.bt_missions.subtrees.flight import land_where_it_is
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.bus import Answer, Answered, Bus, Handle, Refused
 from skillwing.services.bus.inprocess import InProcessNetwork

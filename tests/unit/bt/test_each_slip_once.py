@@ -21,8 +21,7 @@ from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.mission.mission import Mission, MissionOptions, MissionTrees, Progress
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside, first_that_works, guarded, in_order
-from skillwing.bt_missions.subtrees.flight import unless_the_pilot_flies
-from skillwing.bt_missions.subtrees.landing import land_where_it_is
+from skillwing.bt_missions.subtrees.flight import land_where_it_is, unless_the_pilot_flies
 from skillwing.bt_missions.subtrees.pausing import Change, WhileGranted
 from skillwing.bt_missions.xml.document import parse_document
 from skillwing.bt_missions.xml.mission import XmlMission

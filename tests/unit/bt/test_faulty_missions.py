@@ -15,7 +15,7 @@ from typer.testing import CliRunner, Result
 
 from skillwing.bt_missions import library
 from skillwing.bt_missions.cli import mission as commands
-from skillwing.bt_missions.cli.templates.template import write_template
+from skillwing.bt_missions.cli.mission import write_template
 from skillwing.bt_missions.mission.problems import FaultyMissionError
 from skillwing.bt_missions.xml import mission as xml_mission
 from skillwing.dsl import load

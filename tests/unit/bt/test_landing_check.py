@@ -19,10 +19,8 @@ from skillwing.bt_missions.leaves.placeholder import Unbuilt
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.leaves.takeoff_and_landing import may_land
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside, first_that_works, guarded, in_order
-from skillwing.bt_missions.subtrees.decorators import Deadline
-from skillwing.bt_missions.subtrees.flight import or_pause, rescue, unless_the_pilot_flies
-from skillwing.bt_missions.subtrees.landing import land_where_it_is
-from skillwing.bt_missions.subtrees.loop import Until
+from skillwing.bt_missions.subtrees.decorators import Deadline, Until
+from skillwing.bt_missions.subtrees.flight import land_where_it_is, or_pause, rescue, unless_the_pilot_flies
 from skillwing.dsl import load, parse
 
 ROOT = next(folder for folder in Path(__file__).parents if (folder / "pyproject.toml").exists())

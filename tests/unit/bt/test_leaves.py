@@ -16,8 +16,7 @@ from skillwing.bt_missions.planning.detour import RoutePlanner
 from skillwing.bt_missions.planning.waypoints import POSITION_PATIENCE, Route, WaypointWriter
 from skillwing.bt_missions.running.tree_snapshot import TreePortrait, render
 from skillwing.bt_missions.subtrees.composites import alongside, guarded
-from skillwing.bt_missions.subtrees.decorators import Deadline
-from skillwing.bt_missions.subtrees.loop import Until
+from skillwing.bt_missions.subtrees.decorators import Deadline, Until
 from skillwing.services.protocol import Ending, Terminal, TreeSnapshot
 
 HERE = {"x": 0.0, "y": 0.0, "z": 4.0}

@@ -15,9 +15,8 @@ from typer.testing import CliRunner
 
 from skillwing.bt_missions import library
 from skillwing.bt_missions.cli.mission import mission
-from skillwing.bt_missions.mission.options import written
+from skillwing.bt_missions.mission.options import parse_options, written
 from skillwing.bt_missions.missions.mapping import MISSION, MappingOptions
-from skillwing.bt_missions.running.option_words import parse_options
 from skillwing.services.commands.exit_codes import FAILED, exit_code_of
 from skillwing.services.errors import InvalidOptionError, SkillwingError
 

@@ -27,12 +27,10 @@ from skillwing.bt_missions.missions import inspection, mapping
 from skillwing.bt_missions.planning.detour import RoutePlanner
 from skillwing.bt_missions.planning.waypoints import Route, WaypointWriter
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside
-from skillwing.bt_missions.subtrees.decorators import Deadline
-from skillwing.bt_missions.subtrees.loop import Until
+from skillwing.bt_missions.subtrees.decorators import Deadline, Until
 from skillwing.bt_missions.subtrees.pausing import Change, Pausable, WhileGranted
-from skillwing.bt_missions.xml.document import parse_document
+from skillwing.bt_missions.xml.document import TreeFileError, parse_document
 from skillwing.bt_missions.xml.mission import XmlMission
-from skillwing.bt_missions.xml.problems import TreeFileError
 from skillwing.bt_missions.xml.tree_file import tree_file
 from skillwing.bt_missions.xml.writer import NotWritableError, write_mission
 from skillwing.dsl import load

@@ -36,8 +36,7 @@ from skillwing.bt_missions.leaves.takeoff_and_landing import (
     holds_landing,
 )
 from skillwing.bt_missions.subtrees.composites import OnEnding
-from skillwing.bt_missions.subtrees.decorators import Deadline
-from skillwing.bt_missions.subtrees.loop import Until
+from skillwing.bt_missions.subtrees.decorators import Deadline, Until
 from skillwing.bt_missions.subtrees.pausing import Pausable, WhileGranted
 from skillwing.dsl.model import Skillset
 from skillwing.dsl.suggest import listed

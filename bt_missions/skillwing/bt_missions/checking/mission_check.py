@@ -8,9 +8,8 @@ from typing import Any, NoReturn
 from skillwing.bt_missions.checking.preflight import preflight
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.interface import Goal
-from skillwing.bt_missions.mission.files import failure_in
 from skillwing.bt_missions.mission.mission import Mission, MissionOptions, MissionTrees
-from skillwing.bt_missions.mission.problems import FaultyMissionError, Misfit
+from skillwing.bt_missions.mission.problems import FaultyMissionError, Misfit, failure_in
 from skillwing.dsl.model import Skillset
 from skillwing.services.protocol import DataReading
 

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
 from rich.console import Console, RenderableType
 
 from skillwing.bt_missions.running.runner import MissionNode
-from skillwing.bt_missions.running.stopped_system import when_stopped
 from skillwing.services.bus import Bus
+from skillwing.services.client.connection import Target
 from skillwing.services.commands.connection import System
 from skillwing.services.processes.ending import Ending
+from skillwing.services.processes.run_state import read_run_state
 
 ABORTING = {
     signal.SIGINT: "aborted by Ctrl-C",
@@ -74,3 +75,23 @@ def say(console: Console | None, words: RenderableType) -> None:
     except OSError:
         with suppress(SystemExit):
             console.on_broken_pipe()
+
+
+LOOK_PERIOD = 0.1
+"""Wall seconds; `up` says that it ends before it ends anything."""
+
+
+def when_stopped(bus: Bus, target: Target, act: Callable[[], None]) -> None:
+    """Call `act` once the system is no more, as long as the bus runs. Of one that was found by its endpoint nobody
+    here can tell."""
+    if target.pid is None:
+        return
+
+    def look() -> None:
+        state = read_run_state(target.robot)
+        if state is None or state.pid != target.pid:
+            act()
+        else:
+            bus.after(LOOK_PERIOD, look, wall=True)
+
+    look()

@@ -12,13 +12,11 @@ from rich.console import Console
 
 from skillwing.bt_missions.checking.mission_check import grounded_context, rehearse, require_fit
 from skillwing.bt_missions.cli.foreground import fly, say
-from skillwing.bt_missions.cli.templates.template import write_template
 from skillwing.bt_missions.cli.watch import MissionWatch, status_line, stay
 from skillwing.bt_missions.library import find_draft, find_mission, installed_missions
 from skillwing.bt_missions.mission.mission import Mission
-from skillwing.bt_missions.mission.options import written
+from skillwing.bt_missions.mission.options import parse_options, written
 from skillwing.bt_missions.mission.problems import FaultyMissionError
-from skillwing.bt_missions.running.option_words import parse_options
 from skillwing.bt_missions.running.phase import Phase
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.bt_missions.running.tree_snapshot import render
@@ -302,3 +300,22 @@ def _refuse_beside_another(system: System) -> None:
         f"{called} flies here already.",
         help="Wait until it has ended, or abort it with `skillwing mission abort`.",
     )
+
+
+_SOURCES = {".xml": "template.xml", ".py": "template.py.txt"}
+"""By suffix. The Python one is text here, for it is no module of this package."""
+
+
+def write_template(file: Path) -> None:
+    """Write a mission that is called like the file.
+
+    Raises InvalidOptionError where there is such a file already, or its suffix says neither XML nor Python.
+    """
+    if file.suffix not in _SOURCES:
+        raise InvalidOptionError("FILE", f"`{file}` ends neither with .xml nor with .py. Name it {file.stem}.xml.")
+    text = (Path(__file__).parent / "templates" / _SOURCES[file.suffix]).read_text(encoding="utf-8")
+    try:
+        with file.open("x", encoding="utf-8") as opened:
+            opened.write(text.replace("NAME", file.stem))
+    except FileExistsError as error:
+        raise InvalidOptionError("FILE", f"There is `{file}` already. Choose another name.") from error

@@ -3,15 +3,33 @@
 from __future__ import annotations
 
 import sys
-import traceback
 from itertools import takewhile
 from pathlib import Path
 from types import CodeType, ModuleType
 
 from skillwing.bt_missions.mission.mission import Mission
-from skillwing.bt_missions.mission.problems import FaultyMissionError, Misfit
-from skillwing.bt_missions.running.source_file import read_source, refuse_if_not_utf8
-from skillwing.services.failing_code import failure, import_failure
+from skillwing.bt_missions.mission.problems import FaultyMissionError, Misfit, failure_in
+from skillwing.services.errors import InvalidOptionError
+
+
+def read_source(file: Path) -> bytes:
+    """What the file holds. Raises InvalidOptionError where there is none, or it cannot be read."""
+    try:
+        return file.read_bytes()
+    except FileNotFoundError as error:
+        raise InvalidOptionError("mission", f"There is no file `{file}`. Name the file of a mission.") from error
+    except OSError as error:
+        what = "is a directory" if file.is_dir() else f"cannot be read: {error.strerror or error}"
+        raise InvalidOptionError("mission", f"`{file}` {what}. Name the file of a mission.") from error
+
+
+def refuse_if_not_utf8(content: bytes, file: Path) -> None:
+    """Raise InvalidOptionError for what is not text as missions are written."""
+    try:
+        content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise InvalidOptionError("mission", f"`{file}` is not a text file in UTF-8. Save it as one.") from error
+
 
 ATTRIBUTE = "MISSION"
 """What the file calls its mission."""
@@ -37,16 +55,6 @@ def load_python_mission(file: Path) -> Mission:
         text = f"It defines no mission. Write `{ATTRIBUTE} = ...` with an instance of your Mission."
         raise FaultyMissionError([Misfit(text, str(file))])
     return mission
-
-
-def failure_in(file: Path | None, error: BaseException, when: str) -> Misfit:
-    """What went wrong in the code of a mission, with the last line of its file that took part. file: None where the
-    mission was written in none."""
-    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(file)]
-    place = f"{file}:{frames[-1].lineno}" if frames else file and str(file)
-    if isinstance(error, ImportError):
-        return Misfit(import_failure(error, told_at=place or ""), place)
-    return Misfit(failure(error, when=f" {when}"), place)
 
 
 def _compiled(file: Path) -> CodeType:

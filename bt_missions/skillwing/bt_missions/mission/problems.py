@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import traceback
 from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 
 from skillwing.services.errors import InvalidOptionError
+from skillwing.services.failing_code import failure, import_failure
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,3 +31,13 @@ class FaultyMissionError(InvalidOptionError):
         self.misfits = tuple(misfits)
         lines = [str(misfit) for misfit in self.misfits]
         super().__init__("mission", "\n".join(lines if heading is None else [heading, *lines]))
+
+
+def failure_in(file: Path | None, error: BaseException, when: str) -> Misfit:
+    """What went wrong in the code of a mission, with the last line of its file that took part. file: None where the
+    mission was written in none."""
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(file)]
+    place = f"{file}:{frames[-1].lineno}" if frames else file and str(file)
+    if isinstance(error, ImportError):
+        return Misfit(import_failure(error, told_at=place or ""), place)
+    return Misfit(failure(error, when=f" {when}"), place)

@@ -20,9 +20,8 @@ from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.mission.mission import Mission, MissionOptions, MissionTrees, Progress
 from skillwing.bt_missions.planning.detour import Position
-from skillwing.bt_missions.subtrees.coming_home import come_home
 from skillwing.bt_missions.subtrees.composites import alongside, first_that_works, guarded, in_order
-from skillwing.bt_missions.subtrees.depth_map import LIDAR, flown_with
+from skillwing.bt_missions.subtrees.depth_map import LIDAR, come_home, flown_with
 from skillwing.bt_missions.subtrees.flight import (
     PILOT_PATIENCE,
     fly_home,

@@ -24,9 +24,9 @@ from skillwing.bt_missions.mission.mission import Mission, MissionOptions, Missi
 from skillwing.bt_missions.planning.detour import Position, RoutePlanner
 from skillwing.bt_missions.planning.known_space import Area
 from skillwing.bt_missions.planning.waypoints import Route, RouteFulfilled, WaypointWriter
-from skillwing.bt_missions.subtrees.coming_home import come_home
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside, first_that_works, guarded, in_order
-from skillwing.bt_missions.subtrees.depth_map import CAMERA, LIDAR, Sensor, flown_with
+from skillwing.bt_missions.subtrees.decorators import Until
+from skillwing.bt_missions.subtrees.depth_map import CAMERA, LIDAR, Sensor, come_home, flown_with
 from skillwing.bt_missions.subtrees.flight import (
     PILOT_PATIENCE,
     fly_home,
@@ -35,7 +35,6 @@ from skillwing.bt_missions.subtrees.flight import (
     rescue,
     take_off,
 )
-from skillwing.bt_missions.subtrees.loop import Until
 
 Speed = Annotated[float, msgspec.Meta(ge=0.1, le=5.0)]
 

@@ -12,9 +12,8 @@ from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.placeholder import Unbuilt, mark_guessed, mark_incomplete
 from skillwing.bt_missions.leaves.source_location import put_place
 from skillwing.bt_missions.xml.blackboard import Cell, Scope
-from skillwing.bt_missions.xml.document import Element
+from skillwing.bt_missions.xml.document import Element, Problem
 from skillwing.bt_missions.xml.node_type import Call, Category, NodeType, PortError
-from skillwing.bt_missions.xml.problems import Problem
 from skillwing.bt_missions.xml.tree_file import RESCUE, SUBTREE, TreeFile, TreeModel
 from skillwing.dsl.suggest import closest, listed
 

@@ -11,15 +11,15 @@ from py_trees.behaviour import Behaviour
 
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.mission.mission import Mission, MissionOptions, MissionTrees, Progress
+from skillwing.bt_missions.mission.options import plain_value
 from skillwing.bt_missions.mission.problems import Misfit
 from skillwing.bt_missions.planning.detour import Position
 from skillwing.bt_missions.planning.known_space import Area
-from skillwing.bt_missions.running.option_words import plain_value
 from skillwing.bt_missions.xml.blackboard import Scope
 from skillwing.bt_missions.xml.builder import Builder
+from skillwing.bt_missions.xml.document import Problem, TreeFileError
 from skillwing.bt_missions.xml.node_types import node_types
 from skillwing.bt_missions.xml.plans import PlanRoute
-from skillwing.bt_missions.xml.problems import Problem, TreeFileError
 from skillwing.bt_missions.xml.tree_file import RESCUE, DeclaredPort, TreeFile, read_tree_file
 from skillwing.dsl.suggest import listed
 from skillwing.services.errors import InvalidOptionError

@@ -12,7 +12,7 @@ from py_trees.common import Status
 from skillwing.bt_missions.planning.detour import Position, RoutePlanner
 from skillwing.bt_missions.planning.known_space import Area
 from skillwing.bt_missions.planning.waypoints import PointAbove, Route, RouteFulfilled, WaypointWriter
-from skillwing.bt_missions.subtrees.loop import Until
+from skillwing.bt_missions.subtrees.decorators import Until
 from skillwing.bt_missions.xml.blackboard import Cell
 from skillwing.bt_missions.xml.node_type import NOWHERE, Call, Category, NodeType, Port, PortError
 from skillwing.bt_missions.xml.skills import CRAB, PLAN, TARGET, UP

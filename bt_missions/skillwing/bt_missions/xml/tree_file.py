@@ -6,9 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from skillwing.bt_missions.xml.document import Element, read_document
+from skillwing.bt_missions.xml.document import Element, Problem, TreeFileError, read_document
 from skillwing.bt_missions.xml.node_type import Category
-from skillwing.bt_missions.xml.problems import Problem, TreeFileError
 from skillwing.dsl.suggest import closest, listed
 
 FORMAT = "4"
