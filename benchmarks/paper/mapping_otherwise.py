@@ -20,7 +20,7 @@ from skillwing.bt_missions.mission.mission import MissionTrees
 from skillwing.bt_missions.missions.mapping import LEG_FLOWN, MappingMission, MappingOptions
 from skillwing.bt_missions.planning.waypoints import Route, WaypointWriter
 from skillwing.bt_missions.subtrees.composites import in_order
-from skillwing.bt_missions.subtrees.decorators import Until
+from skillwing.bt_missions.subtrees.decorators import RepeatUntil
 from skillwing.bt_missions.subtrees.depth_map import LIDAR, flown_with
 from skillwing.bt_missions.subtrees.flight import fly_home
 
@@ -82,7 +82,7 @@ def _branch(context: MissionContext, route: Route, options: OtherwiseOptions) ->
     return in_order(
         "fly on",
         NoteSwitch("why", context, "navigation", "ZED", "flying blind"),
-        Until("until the route is done", route.is_done, leg),
+        RepeatUntil("until the route is done", route.is_done, leg),
         fly_home(context, options.return_height, options.speed),
     )
 

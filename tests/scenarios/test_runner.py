@@ -16,7 +16,7 @@ from py_trees.behaviours import Failure, StatusQueue, Success
 from py_trees.common import Status
 from py_trees.decorators import FailureIsSuccess, SuccessIsFailure
 
-from skillwing.bt_missions.cli.foreground import when_stopped
+from skillwing.bt_missions.cli.foreground import call_when_stopped
 from skillwing.bt_missions.leaves.branch_switch import NoteSwitch
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
@@ -98,7 +98,7 @@ class Failed(Behaviour):
         self._reason = reason
 
     def update(self) -> Status:
-        self._context.learn(self._reason, None, failed=True)
+        self._context.observe(self._reason, None, failed=True)
         return Status.FAILURE
 
 
@@ -213,7 +213,7 @@ def test_a_drone_in_the_air_that_nobody_flies_is_not_waited_for() -> None:
     assert status.phase == "FAILED"
     assert status.text.endswith("nobody flies it. Land it with `skillwing start land`.")
     assert flight.started == []
-    assert not flight.node.tree_tells
+    assert not flight.node.tree_shows_end
 
 
 def test_a_drone_that_is_landing_is_waited_for() -> None:
@@ -314,7 +314,7 @@ def test_a_mission_ends_at_once_when_the_system_under_it_is_stopped(moment: floa
     assert flight.node.over
     assert flight.node.status.phase == "ABORTED"
     assert flight.node.status.text == f"the system was stopped under it{where}"
-    assert not flight.node.tree_tells
+    assert not flight.node.tree_shows_end
 
 
 def test_what_brought_a_mission_down_before_its_system_was_stopped_is_told_too() -> None:
@@ -331,7 +331,7 @@ def test_it_is_noticed_that_a_system_is_stopped(tmp_path: Path, monkeypatch: pyt
     network, stopped = InProcessNetwork(seed=0), []
     target = Target("m600", "tcp/127.0.0.1:1", M600_FILE, "robot", pid=os.getpid())
     with announced(find_robot("m600"), target.endpoint, tmp_path):
-        when_stopped(network.bus("mission"), target, lambda: stopped.append(network.now()))
+        call_when_stopped(network.bus("mission"), target, lambda: stopped.append(network.now()))
         network.run_for(3.0)
         assert stopped == []
     network.run_for(3.0)

@@ -236,8 +236,8 @@ def test_a_mission_that_does_not_fit_is_not_begun(
     assert isinstance(error, FaultyMissionError)
     assert exit_code_of(error) == USAGE
     assert result.output == ""
-    assert [misfit.text for misfit in error.misfits] == [str(each).partition(": ")[2] for each in error.misfits]
+    assert [problem.text for problem in error.problems] == [str(each).partition(": ")[2] for each in error.problems]
     assert "did you mean `return_home`?" in str(error)
     heading, problem = str(error).splitlines()
     assert heading.endswith(f"does not fit `{M600.name}`, which is what runs here:")
-    assert problem == str(error.misfits[0])
+    assert problem == str(error.problems[0])

@@ -176,4 +176,4 @@ def test_a_mission_that_is_flown_on_another_robot_is_refused_with_both_names() -
         require_fit(MISSION, SKILLSET, MISSION.read_options({}))
     first, *problems = str(refused.value).splitlines()
     assert first == f"Mission `mapping` does not fit `{SKILLSET.name}`, which is what runs here:"
-    assert problems == [str(misfit) for misfit in refused.value.misfits]
+    assert problems == [str(problem) for problem in refused.value.problems]

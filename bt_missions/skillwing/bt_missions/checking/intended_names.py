@@ -1,4 +1,4 @@
-"""What a misspelt name stands for most likely: so a tree can be judged as it is meant, and each slip is told once."""
+"""Names that a misspelt name most likely stands for. Each mistake is then reported once."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from collections.abc import Collection, Iterable
 from skillwing.dsl.suggest import closest
 
 
-def meant(name: str, known: Iterable[str]) -> str | None:
+def intended_name(name: str, known: Iterable[str]) -> str | None:
     """The name itself where it is known, else the nearest one; None where nobody can tell."""
     names = list(known)
     return name if name in names else closest(name, names)
 
 
-def forgotten(lacking: Iterable[str], strangers: Collection[str]) -> list[str]:
+def missing_names(lacking: Iterable[str], strangers: Collection[str]) -> list[str]:
     """What really lacks. strangers: names that are not known, each of which may be one of those that lack, misspelt."""
     left = list(lacking)
     for stranger in strangers:

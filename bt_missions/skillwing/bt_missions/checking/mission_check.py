@@ -7,14 +7,14 @@ from typing import Any, NoReturn
 
 from skillwing.bt_missions.checking.preflight import preflight
 from skillwing.bt_missions.leaves.context import MissionContext
-from skillwing.bt_missions.leaves.interface import Goal
+from skillwing.bt_missions.leaves.interface import GoalView
 from skillwing.bt_missions.mission.mission import Mission, MissionOptions, MissionTrees
-from skillwing.bt_missions.mission.problems import FaultyMissionError, Misfit, failure_in
+from skillwing.bt_missions.mission.problems import FaultyMissionError, MissionProblem, problem_of_exception
 from skillwing.dsl.model import Skillset
 from skillwing.services.protocol import DataReading
 
 
-class NoRobot:
+class OfflineInterface:
     """An interface to nothing: no state and no datum is known, and nothing can be started."""
 
     ready = False
@@ -29,7 +29,7 @@ class NoRobot:
     def reading(self, datum: str) -> DataReading:
         return DataReading(name=datum, value=None, t=None, age=None, stale=True)
 
-    def start(self, skill: str, inputs: Mapping[str, Any] | None = None, *, cause: str | None = None) -> Goal:
+    def start(self, skill: str, inputs: Mapping[str, Any] | None = None, *, cause: str | None = None) -> GoalView:
         self._refuse(f"start {skill}")
 
     def interrupt(self, goal: Any, *, cause: str | None = None) -> None:
@@ -39,47 +39,51 @@ class NoRobot:
         raise RuntimeError(f"The mission wants to {what} while it is built; do that in a leaf.")
 
 
-def grounded_context(skillset: Skillset) -> MissionContext:
+def offline_context(skillset: Skillset) -> MissionContext:
     """What trees can be built with, and not flown."""
 
     def write_nothing(subject: str, before: str | None, after: str, text: str, cause: str | None) -> str:
         return ""
 
-    return MissionContext(NoRobot(), skillset, lambda: 0.0, write_nothing)
+    return MissionContext(OfflineInterface(), skillset, lambda: 0.0, write_nothing)
 
 
-def drafted(mission: Mission, context: MissionContext, options: MissionOptions) -> tuple[MissionTrees, list[Misfit]]:
+def draft_and_check(
+    mission: Mission, context: MissionContext, options: MissionOptions
+) -> tuple[MissionTrees, list[MissionProblem]]:
     """The trees of a mission, and everything in it that does not fit the robot of this context, by place. It is the
     same list before a flight and at its start."""
-    trees, misfits = mission.draft(context, options)
-    return trees, _all_misfits(mission, trees, misfits, context.skillset)
+    trees, problems = mission.draft(context, options)
+    return trees, _all_problems(mission, trees, problems, context.skillset)
 
 
-def rehearse(mission: Mission, skillset: Skillset, options: MissionOptions) -> list[Misfit]:
+def check_mission(mission: Mission, skillset: Skillset, options: MissionOptions) -> list[MissionProblem]:
     """Everything in a mission that does not fit this skillset with these options, with its place where it is known."""
-    context = grounded_context(skillset)
+    context = offline_context(skillset)
     when = "while it is built"
     try:
-        trees, misfits = mission.draft(context, options)
+        trees, problems = mission.draft(context, options)
         when = "while it is checked"
-        return _all_misfits(mission, trees, misfits, skillset)
+        return _all_problems(mission, trees, problems, skillset)
     except (Exception, SystemExit) as error:  # noqa: BLE001 - what somebody else writes may fail in any way
-        return [failure_in(mission.file, error, when)]
+        return [problem_of_exception(mission.file, error, when)]
 
 
 def require_fit(mission: Mission, skillset: Skillset, options: MissionOptions) -> None:
     """Raises FaultyMissionError with everything that does not fit the robot that runs, if anything does not."""
-    misfits = rehearse(mission, skillset, options)
-    if misfits:
+    problems = check_mission(mission, skillset, options)
+    if problems:
         heading = f"Mission `{mission.name}` does not fit `{skillset.name}`, which is what runs here:"
-        raise FaultyMissionError(misfits, heading=heading)
+        raise FaultyMissionError(problems, heading=heading)
 
 
-def _all_misfits(mission: Mission, trees: MissionTrees, found: list[Misfit], skillset: Skillset) -> list[Misfit]:
+def _all_problems(
+    mission: Mission, trees: MissionTrees, found: list[MissionProblem], skillset: Skillset
+) -> list[MissionProblem]:
     """found: what the draft of these trees has told."""
     return sorted(dict.fromkeys([*found, *preflight(mission, trees, skillset)]), key=_where)
 
 
-def _where(misfit: Misfit) -> tuple[str, int]:
-    file, _, line = (misfit.place or "").rpartition(":")
-    return (file, int(line)) if line.isdecimal() else (misfit.place or "", 0)
+def _where(problem: MissionProblem) -> tuple[str, int]:
+    file, _, line = (problem.place or "").rpartition(":")
+    return (file, int(line)) if line.isdecimal() else (problem.place or "", 0)

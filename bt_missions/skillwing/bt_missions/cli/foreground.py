@@ -27,7 +27,7 @@ def fly(system: System, node: MissionNode, console: Console | None) -> None:
     """Run the mission to its end, whoever calls it off."""
     node.attach(system.bus)
     try:
-        when_stopped(system.bus, system.target, node.leave)
+        call_when_stopped(system.bus, system.target, node.leave)
         with aborted_by_signals(system.bus, node, console):
             system.bus.run_until(lambda: node.over)
     finally:
@@ -81,7 +81,7 @@ LOOK_PERIOD = 0.1
 """Wall seconds; `up` says that it ends before it ends anything."""
 
 
-def when_stopped(bus: Bus, target: Target, act: Callable[[], None]) -> None:
+def call_when_stopped(bus: Bus, target: Target, act: Callable[[], None]) -> None:
     """Call `act` once the system is no more, as long as the bus runs. Of one that was found by its endpoint nobody
     here can tell."""
     if target.pid is None:

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from skillwing.bt_missions.checking.mission_check import grounded_context, rehearse, require_fit
+from skillwing.bt_missions.checking.mission_check import check_mission, offline_context, require_fit
 from skillwing.bt_missions.cli.foreground import fly, say
 from skillwing.bt_missions.cli.watch import MissionWatch, status_line, stay
 from skillwing.bt_missions.library import find_draft, find_mission, installed_missions
@@ -126,7 +126,7 @@ def run(
         fly(system, node, console)
     if console is None:
         print_json(node.status)
-    elif node.status.phase != Phase.SUCCEEDED and node.tree_tells:
+    elif node.status.phase != Phase.SUCCEEDED and node.tree_shows_end:
         say(console, render(node.snapshot))
     raise typer.Exit(OK if node.status.phase == Phase.SUCCEEDED else FAILED)
 
@@ -196,19 +196,19 @@ def check(
     model = load(skillset or find_robot(robot).skillset)
     try:
         chosen = find_draft(name)
-        misfits = rehearse(chosen, model, chosen.read_options(parse_options(options or [])))
+        problems = check_mission(chosen, model, chosen.read_options(parse_options(options or [])))
         called = chosen.name
     except FaultyMissionError as error:
-        misfits, called = list(error.misfits), name
+        problems, called = list(error.problems), name
     if as_json:
-        print_json(misfits)
+        print_json(problems)
     else:
         console = make_console()
-        for misfit in misfits:
-            console.print(str(misfit), soft_wrap=True, markup=False)
-        verdict = f"{len(misfits)} problem{'s' * (len(misfits) != 1)}" if misfits else f"fits {model.name}"
+        for problem in problems:
+            console.print(str(problem), soft_wrap=True, markup=False)
+        verdict = f"{len(problems)} problem{'s' * (len(problems) != 1)}" if problems else f"fits {model.name}"
         console.print(f"{called}: {verdict}", markup=False)
-    raise typer.Exit(FAILED if misfits else OK)
+    raise typer.Exit(FAILED if problems else OK)
 
 
 @mission.command()
@@ -238,7 +238,7 @@ def export(
     """
     chosen = find_mission(name)
     model = load(skillset or find_robot(robot).skillset)
-    trees = chosen.build(grounded_context(model), chosen.read_options(parse_options(options or [])))
+    trees = chosen.build(offline_context(model), chosen.read_options(parse_options(options or [])))
     _put(write_mission(chosen.name, trees, model), output)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from skillwing.bt_missions.leaves.context import CALM, MissionContext
+from skillwing.bt_missions.leaves.context import SETTLE_TIME, MissionContext
 
 
 class NoteSwitch(Behaviour):
@@ -17,7 +17,7 @@ class NoteSwitch(Behaviour):
         self.step = subject, before, after
 
     def update(self) -> Status:
-        self._context.switched(*self.step)
+        self._context.note_switch(*self.step)
         self.feedback_message = self._context.switches[-1].reason
         return Status.SUCCESS
 
@@ -36,12 +36,12 @@ class NeverSwitched(Behaviour):
         if switch is None:
             return Status.SUCCESS
         self.feedback_message = f"{switch.before} -> {switch.after}, for {switch.reason}"
-        self._context.learn(self.feedback_message, None, failed=True)
+        self._context.observe(self.feedback_message, None, failed=True)
         return Status.FAILURE
 
 
-class Settled(Behaviour):
-    """RUNNING while cancelled goals are still stopping, and for `CALM` seconds at least; then SUCCESS.
+class WaitForSettled(Behaviour):
+    """RUNNING while cancelled goals are still stopping, and for `SETTLE_TIME` seconds at least; then SUCCESS.
 
     Also SUCCESS after `patience` robot seconds, for what comes next may be more urgent than what does not stop.
     """
@@ -63,4 +63,4 @@ class Settled(Behaviour):
             self.feedback_message = f"waiting until {names} has stopped"
             return Status.SUCCESS if waited > self.patience else Status.RUNNING
         self.feedback_message = "everything has stopped"
-        return Status.SUCCESS if waited >= CALM else Status.RUNNING
+        return Status.SUCCESS if waited >= SETTLE_TIME else Status.RUNNING

@@ -10,7 +10,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from skillwing.bt_missions.leaves.context import MissionContext
-from skillwing.bt_missions.leaves.source_location import put_caller
+from skillwing.bt_missions.leaves.source_location import set_caller_location
 
 Sign: TypeAlias = Literal["==", "!=", "<", "<=", ">", ">="]
 
@@ -42,7 +42,7 @@ class ResourceIs(Behaviour):
         question: bool = False,
     ) -> None:
         super().__init__(name)
-        put_caller(self)
+        set_caller_location(self)
         self.resource = resource
         self.states = states
         self._context = context
@@ -63,7 +63,7 @@ class ResourceIs(Behaviour):
         if not self.question:
             wanted = " or ".join(self.states)
             record = self._context.interface.change_record(self.resource)
-            self._context.learn(f"{self.feedback_message}; it has to be {wanted}", record, failed=True)
+            self._context.observe(f"{self.feedback_message}; it has to be {wanted}", record, failed=True)
         return Status.FAILURE
 
 
@@ -75,7 +75,7 @@ class DataCompare(Behaviour):
 
     def __init__(self, name: str, context: MissionContext, datum: str, sign: Sign, value: float | str | bool) -> None:
         super().__init__(name)
-        put_caller(self)
+        set_caller_location(self)
         self.datum, *self.fields = datum.split(".")
         self._context = context
         self.sign: Sign = sign
@@ -96,5 +96,5 @@ class DataCompare(Behaviour):
 
     def _fail(self, reason: str) -> Status:
         self.feedback_message = reason
-        self._context.learn(reason, None, failed=True)
+        self._context.observe(reason, None, failed=True)
         return Status.FAILURE

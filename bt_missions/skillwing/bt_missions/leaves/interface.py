@@ -11,7 +11,7 @@ from typing import Any, Protocol
 from skillwing.services.protocol import DataReading, State, Terminal
 
 
-class Goal(Protocol):
+class GoalView(Protocol):
     """A goal as its client sees it. `state` is None until the skill's manager has answered; `progress` is its latest
     feedback."""
 
@@ -31,7 +31,7 @@ class Goal(Protocol):
     def done(self) -> bool: ...
 
 
-class Interface(Protocol):
+class RobotInterface(Protocol):
     """Start and interrupt skills, look at resources and data. Nothing in it waits."""
 
     @property
@@ -41,5 +41,5 @@ class Interface(Protocol):
     def state(self, resource: str) -> str | None: ...
     def change_record(self, resource: str) -> str | None: ...
     def reading(self, datum: str) -> DataReading: ...
-    def start(self, skill: str, inputs: Mapping[str, Any] | None = None, *, cause: str | None = None) -> Goal: ...
+    def start(self, skill: str, inputs: Mapping[str, Any] | None = None, *, cause: str | None = None) -> GoalView: ...
     def interrupt(self, goal: Any, *, cause: str | None = None) -> None: ...

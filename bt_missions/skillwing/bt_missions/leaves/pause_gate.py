@@ -1,4 +1,4 @@
-"""What keeps leaves from flying for a while, without taking the tree apart."""
+"""What blocks leaves from flying for a while, without taking the tree apart."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ HELD = "HELD"
 """How a leaf ends that was held and does not begin again, in the words of `SkillAction.outcomes`."""
 
 
-class Hold(Protocol):
+class PauseGate(Protocol):
     """Something above a leaf that may hold it: the safety pilot has the drone, the operator has paused the mission."""
 
-    def keeps(self, skill: str) -> str | None:
+    def blocks(self, skill: str) -> str | None:
         """Why `skill` must not run now; None if it may."""
         ...
 

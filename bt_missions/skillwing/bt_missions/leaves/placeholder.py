@@ -11,7 +11,7 @@ _GUESSED = "_is_guessed"
 _INCOMPLETE = "_is_incomplete"
 
 
-class Unbuilt(Behaviour):
+class PlaceholderNode(Behaviour):
     """Keeps a place in a draft, so that everything around and below it can be looked at; never in a flight.
 
     What it does is not known, so that nothing follows from it: its author knows already what is wrong here.

@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import TypeAlias
 
 from skillwing.bt_missions.leaves.claims import needed_by, taken_by
-from skillwing.bt_missions.leaves.interface import Goal, Interface
+from skillwing.bt_missions.leaves.interface import GoalView, RobotInterface
 from skillwing.dsl.model import Skillset
 from skillwing.services.protocol import Ending
 
@@ -21,13 +21,13 @@ Mark: TypeAlias = int
 class Reaper:
     """Interrupts the goals given to it and keeps them until they have ended and hold nothing any more."""
 
-    def __init__(self, interface: Interface, skillset: Skillset) -> None:
+    def __init__(self, interface: RobotInterface, skillset: Skillset) -> None:
         self._interface = interface
         self._skillset = skillset
-        self._goals: list[Goal] = []
+        self._goals: list[GoalView] = []
         self._left = 0
 
-    def take(self, goal: Goal, cause: str | None = None) -> None:
+    def take(self, goal: GoalView, cause: str | None = None) -> None:
         """Interrupt `goal` and follow it. One that is over or already here is left alone, unless it was lost."""
         if self._has_left(goal) or any(goal is other for other in self._goals):
             return
@@ -36,7 +36,7 @@ class Reaper:
             self._interface.interrupt(goal, cause=cause)
 
     @property
-    def unfinished(self) -> tuple[Goal, ...]:
+    def unfinished(self) -> tuple[GoalView, ...]:
         """Goals on their way out."""
         still = [goal for goal in self._goals if not self._has_left(goal)]
         self._left += len(self._goals) - len(still)
@@ -52,11 +52,11 @@ class Reaper:
         """Tell whether any goal was on its way out at some time after `mark`: a refusal may have been its doing."""
         return bool(self.unfinished) or self._left > mark
 
-    def awaits_news_since(self, mark: Mark) -> bool:
+    def unchanged_since(self, mark: Mark) -> bool:
         """Tell whether goals are on their way out and none has left after `mark`: asking again would change nothing."""
         return bool(self.unfinished) and self._left == mark
 
-    def in_the_way_of(self, skill: str) -> tuple[Goal, ...]:
+    def blocking(self, skill: str) -> tuple[GoalView, ...]:
         """Unfinished goals of the same skill, and those that hold a resource which `skill` needs to start."""
         needed = needed_by(self._skillset, skill)
         return tuple(
@@ -65,7 +65,7 @@ class Reaper:
             if goal.skill == skill or needed & taken_by(self._skillset, goal.skill).keys()
         )
 
-    def _has_left(self, goal: Goal) -> bool:
+    def _has_left(self, goal: GoalView) -> bool:
         if goal.terminal is None or goal.terminal.ending is not Ending.LOST:
             return goal.done
         taken = taken_by(self._skillset, goal.skill)

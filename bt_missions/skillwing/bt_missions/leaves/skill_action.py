@@ -14,11 +14,11 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from skillwing.bt_missions.leaves.context import CALM, MissionContext
-from skillwing.bt_missions.leaves.interface import Goal
-from skillwing.bt_missions.leaves.pause_gate import HELD, Hold
+from skillwing.bt_missions.leaves.context import SETTLE_TIME, MissionContext
+from skillwing.bt_missions.leaves.interface import GoalView
+from skillwing.bt_missions.leaves.pause_gate import HELD, PauseGate
 from skillwing.bt_missions.leaves.reaper import Mark
-from skillwing.bt_missions.leaves.source_location import put_caller
+from skillwing.bt_missions.leaves.source_location import set_caller_location
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.errors import InvalidInputError
 from skillwing.services.protocol import Ending, State, Terminal
@@ -69,7 +69,7 @@ class SkillAction(Behaviour):
         patience: float = DEFAULT_PATIENCE,
     ) -> None:
         super().__init__(name)
-        put_caller(self)
+        set_caller_location(self)
         self.skill = skill
         self.inputs = dict(inputs or {})
         self.outcomes = dict(outcomes or {})
@@ -78,13 +78,13 @@ class SkillAction(Behaviour):
         self.on_end = on_end
         self.done = dict(done or {})
         self.patience = patience
-        self._goal: Goal | None = None
+        self._goal: GoalView | None = None
         self._sent_at: Mark = 0
         self._refused_at: Mark | None = None
         self._asked_at = 0.0
         self._ending: str | None = None
-        self._holds: list[Hold] = []
-        self._held_goal: Goal | None = None
+        self._gates: list[PauseGate] = []
+        self._held_goal: GoalView | None = None
         self._held_at = 0.0
         self._done_so_far: dict[str, float] = {}
         _refuse_bad_outcomes(name, self.outcomes)
@@ -96,7 +96,7 @@ class SkillAction(Behaviour):
         return GoalPhase.DONE if cancelled else self._phase
 
     @property
-    def goal(self) -> Goal | None:
+    def goal(self) -> GoalView | None:
         """The latest goal of this leaf."""
         return self._goal
 
@@ -111,10 +111,10 @@ class SkillAction(Behaviour):
         never asked for."""
         return self._ending
 
-    def obey(self, hold: Hold) -> None:
+    def follow(self, hold: PauseGate) -> None:
         """From now on `hold` may keep this leaf from running. Whoever stands above it calls this when the tree is
         built."""
-        self._holds.append(hold)
+        self._gates.append(hold)
 
     def initialise(self) -> None:
         self._done_so_far = dict.fromkeys(self.done, 0.0)
@@ -134,7 +134,7 @@ class SkillAction(Behaviour):
         goal = self._goal
         assert goal is not None, "a leaf that has sent something has a goal"
         if goal.terminal is not None:
-            if any(hold.explains(self.skill, goal.terminal) for hold in self._holds):
+            if any(hold.explains(self.skill, goal.terminal) for hold in self._gates):
                 return self._wait_while_held(goal, goal.terminal.reason)
             return self._conclude(goal, goal.terminal)
         reason = self._kept()
@@ -162,9 +162,9 @@ class SkillAction(Behaviour):
 
     def _kept(self) -> str | None:
         """Why this leaf must not run now, if anything holds it."""
-        return next((reason for hold in self._holds if (reason := hold.keeps(self.skill)) is not None), None)
+        return next((reason for hold in self._gates if (reason := hold.blocks(self.skill)) is not None), None)
 
-    def _wait_while_held(self, goal: Goal | None, reason: str) -> Status:
+    def _wait_while_held(self, goal: GoalView | None, reason: str) -> Status:
         """goal: what ran until now, and ends because of the hold."""
         self._phase = GoalPhase.HELD
         self._held_goal = goal
@@ -181,7 +181,7 @@ class SkillAction(Behaviour):
         if reason is not None:
             self.feedback_message = f"held: {reason}"
             return Status.RUNNING
-        if self._context.now() - self._held_at < CALM:
+        if self._context.now() - self._held_at < SETTLE_TIME:
             return Status.RUNNING
         if HELD not in self.outcomes:
             self._count_what_is_done(goal)
@@ -199,7 +199,7 @@ class SkillAction(Behaviour):
 
     def _ended_for_the_hold(self, terminal: Terminal) -> bool:
         interrupted = terminal.ending is Ending.INTERRUPTED
-        return interrupted or any(hold.explains(self.skill, terminal) for hold in self._holds)
+        return interrupted or any(hold.explains(self.skill, terminal) for hold in self._gates)
 
     def _start_when_free(self) -> Status:
         try:
@@ -217,14 +217,14 @@ class SkillAction(Behaviour):
         self.feedback_message = str(self._phase)
         return Status.RUNNING
 
-    def _holders(self) -> tuple[Goal, ...]:
+    def _holders(self) -> tuple[GoalView, ...]:
         """Whom to wait for: goals on their way out that are in the way, and after a refusal any that may have been."""
         reaper = self._context.reaper
-        if self._refused_at is not None and reaper.awaits_news_since(self._refused_at):
+        if self._refused_at is not None and reaper.unchanged_since(self._refused_at):
             return reaper.unfinished
-        return reaper.in_the_way_of(self.skill)
+        return reaper.blocking(self.skill)
 
-    def _wait_for(self, holders: tuple[Goal, ...]) -> Status:
+    def _wait_for(self, holders: tuple[GoalView, ...]) -> Status:
         names = ", ".join(sorted({goal.skill for goal in holders}))
         if self._is_patient():
             self.feedback_message = f"waiting until {names} has stopped"
@@ -243,12 +243,12 @@ class SkillAction(Behaviour):
                 values[name] = whole - done if wanted.low is None else max(whole - done, wanted.low)
         return values
 
-    def _count_what_is_done(self, goal: Goal | None) -> None:
+    def _count_what_is_done(self, goal: GoalView | None) -> None:
         told = {} if goal is None else goal.progress or {}
         for name, feedback in self.done.items():
             self._done_so_far[name] += float(told.get(feedback, 0.0))
 
-    def _conclude(self, goal: Goal, terminal: Terminal) -> Status:
+    def _conclude(self, goal: GoalView, terminal: Terminal) -> Status:
         refused = terminal.ending in (Ending.NOT_READY, Ending.BUSY)
         reaper = self._context.reaper
         if refused and self._is_patient() and reaper.busy_since(self._sent_at):
@@ -266,7 +266,7 @@ class SkillAction(Behaviour):
             return self._fail(f"{self.skill} ended {terminal.label}: {terminal.reason}", goal.record)
         self._phase = GoalPhase.DONE
         self.feedback_message = terminal.label
-        self._context.learn(f"{self.skill} ended {terminal.label}", goal.record)
+        self._context.observe(f"{self.skill} ended {terminal.label}", goal.record)
         return Status.SUCCESS
 
     def _status_of(self, terminal: Terminal) -> Status:
@@ -276,7 +276,7 @@ class SkillAction(Behaviour):
     def _fail(self, reason: str, record: str | None) -> Status:
         self._phase = GoalPhase.DONE
         self.feedback_message = reason
-        self._context.learn(reason, record, failed=True)
+        self._context.observe(reason, record, failed=True)
         return Status.FAILURE
 
 

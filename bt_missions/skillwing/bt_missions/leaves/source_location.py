@@ -12,19 +12,19 @@ _PIECES = tuple(str(Path(__file__).parents[1] / folder) for folder in ("leaves",
 _ATTRIBUTE = "_written_at"
 
 
-def put_place(node: Behaviour, file: Path, line: int) -> None:
+def set_source_location(node: Behaviour, file: Path, line: int) -> None:
     setattr(node, _ATTRIBUTE, f"{file}:{line}")
 
 
-def put_caller(node: Behaviour) -> None:
+def set_caller_location(node: Behaviour) -> None:
     """Note the line of the mission that makes a node: to be called by its constructor."""
     frame = sys._getframe(1)
     while frame.f_back is not None and frame.f_code.co_filename.startswith(_PIECES):
         frame = frame.f_back
-    put_place(node, Path(frame.f_code.co_filename), frame.f_lineno)
+    set_source_location(node, Path(frame.f_code.co_filename), frame.f_lineno)
 
 
-def place_of(node: Behaviour) -> str | None:
+def source_location(node: Behaviour) -> str | None:
     """`file:line` of a node, or of the first one below it for which that is known."""
     found = (getattr(each, _ATTRIBUTE, None) for each in (node, *node.iterate()))
     return next((place for place in found if place is not None), None)

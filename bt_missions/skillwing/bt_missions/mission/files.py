@@ -8,7 +8,7 @@ from pathlib import Path
 from types import CodeType, ModuleType
 
 from skillwing.bt_missions.mission.mission import Mission
-from skillwing.bt_missions.mission.problems import FaultyMissionError, Misfit, failure_in
+from skillwing.bt_missions.mission.problems import FaultyMissionError, MissionProblem, problem_of_exception
 from skillwing.services.errors import InvalidOptionError
 
 
@@ -49,11 +49,11 @@ def load_python_mission(file: Path) -> Mission:
     try:
         exec(code, module.__dict__)
     except (Exception, SystemExit) as error:  # what somebody else writes may fail in any way
-        raise FaultyMissionError([failure_in(file, error, "while it is loaded")]) from error
+        raise FaultyMissionError([problem_of_exception(file, error, "while it is loaded")]) from error
     mission = getattr(module, ATTRIBUTE, None)
     if not isinstance(mission, Mission):
         text = f"It defines no mission. Write `{ATTRIBUTE} = ...` with an instance of your Mission."
-        raise FaultyMissionError([Misfit(text, str(file))])
+        raise FaultyMissionError([MissionProblem(text, str(file))])
     return mission
 
 
@@ -66,7 +66,9 @@ def _compiled(file: Path) -> CodeType:
         # Of a file as a whole some Pythons tell line -1.
         known = takewhile(lambda number: number is not None and number > 0, (error.lineno, error.offset))
         place = ":".join(map(str, (file, *known)))
-        raise FaultyMissionError([Misfit(f"This is no Python: {error.msg}. Mend it.", place)]) from error
+        raise FaultyMissionError([MissionProblem(f"This is no Python: {error.msg}. Mend it.", place)]) from error
     except ValueError as error:
         refuse_if_not_utf8(content, file)
-        raise FaultyMissionError([Misfit("This is no Python: there is a zero byte in it.", str(file))]) from error
+        raise FaultyMissionError(
+            [MissionProblem("This is no Python: there is a zero byte in it.", str(file))]
+        ) from error

@@ -15,7 +15,7 @@ from py_trees.behaviour import Behaviour
 
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.mission.options import default_values, read_values
-from skillwing.bt_missions.mission.problems import Misfit
+from skillwing.bt_missions.mission.problems import MissionProblem
 from skillwing.bt_missions.planning.detour import Position, RoutePlanner
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.errors import InvalidOptionError
@@ -73,7 +73,7 @@ class Mission(ABC):
             return None
 
     @property
-    def place_of_needs(self) -> str | None:
+    def needs_location(self) -> str | None:
         """`file:line` where `needs` are written: for a mission in Python that of its class."""
         try:
             return f"{inspect.getsourcefile(type(self))}:{inspect.getsourcelines(type(self))[1]}"
@@ -87,7 +87,7 @@ class Mission(ABC):
     def build(self, context: MissionContext, options: Any) -> MissionTrees:
         """Build the trees. Called once, before the robot is known to be ready: look at nothing yet."""
 
-    def draft(self, context: MissionContext, options: Any) -> tuple[MissionTrees, list[Misfit]]:
+    def draft(self, context: MissionContext, options: Any) -> tuple[MissionTrees, list[MissionProblem]]:
         """Build the trees as far as that goes, and list what keeps them from being flown."""
         trees: object = self.build(context, options)
         if not isinstance(trees, MissionTrees):

@@ -12,7 +12,7 @@ from skillwing.services.failing_code import failure, import_failure
 
 
 @dataclass(frozen=True, slots=True)
-class Misfit:
+class MissionProblem:
     """What does not fit, as a sentence. place: `file:line` or `file:line:column` of the mission where it is written,
     if that is known."""
 
@@ -24,20 +24,20 @@ class Misfit:
 
 
 class FaultyMissionError(InvalidOptionError):
-    """A mission that cannot be flown for what is written in it. misfits: all that was found, by place; heading: what
+    """A mission that cannot be flown for what is written in it. problems: all that was found, by place; heading: what
     is to be said before them."""
 
-    def __init__(self, misfits: Iterable[Misfit], *, heading: str | None = None) -> None:
-        self.misfits = tuple(misfits)
-        lines = [str(misfit) for misfit in self.misfits]
+    def __init__(self, problems: Iterable[MissionProblem], *, heading: str | None = None) -> None:
+        self.problems = tuple(problems)
+        lines = [str(problem) for problem in self.problems]
         super().__init__("mission", "\n".join(lines if heading is None else [heading, *lines]))
 
 
-def failure_in(file: Path | None, error: BaseException, when: str) -> Misfit:
+def problem_of_exception(file: Path | None, error: BaseException, when: str) -> MissionProblem:
     """What went wrong in the code of a mission, with the last line of its file that took part. file: None where the
     mission was written in none."""
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(file)]
     place = f"{file}:{frames[-1].lineno}" if frames else file and str(file)
     if isinstance(error, ImportError):
-        return Misfit(import_failure(error, told_at=place or ""), place)
-    return Misfit(failure(error, when=f" {when}"), place)
+        return MissionProblem(import_failure(error, told_at=place or ""), place)
+    return MissionProblem(failure(error, when=f" {when}"), place)

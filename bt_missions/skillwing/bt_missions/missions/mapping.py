@@ -25,7 +25,7 @@ from skillwing.bt_missions.planning.detour import Position, RoutePlanner
 from skillwing.bt_missions.planning.known_space import Area
 from skillwing.bt_missions.planning.waypoints import Route, RouteFulfilled, WaypointWriter
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside, first_that_works, guarded, in_order
-from skillwing.bt_missions.subtrees.decorators import Until
+from skillwing.bt_missions.subtrees.decorators import RepeatUntil
 from skillwing.bt_missions.subtrees.depth_map import CAMERA, LIDAR, Sensor, come_home, flown_with
 from skillwing.bt_missions.subtrees.flight import (
     PILOT_PATIENCE,
@@ -209,7 +209,7 @@ def _route_or_turn_back(context: MissionContext, route: Route, leg: Behaviour) -
         guarded(
             "while there is charge",
             ResourceIs("charged?", context, "battery_status", "NORMAL"),
-            Until("until the route is done", route.is_done, leg),
+            RepeatUntil("until the route is done", route.is_done, leg),
         ),
         in_order(
             "turn back",

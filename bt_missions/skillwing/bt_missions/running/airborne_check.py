@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from skillwing.bt_missions.leaves.claims import taken_by
-from skillwing.bt_missions.leaves.interface import Interface
+from skillwing.bt_missions.leaves.interface import RobotInterface
 from skillwing.bt_missions.leaves.takeoff_and_landing import FLIGHT_STATUS, IN_AIR, LAND, flies, may_land
 from skillwing.dsl.model import Skillset
 
 
-class LandingGear:
+class AirborneCheck:
     """What it tells, on a robot that flies; others are never in the air."""
 
-    def __init__(self, interface: Interface, skillset: Skillset) -> None:
+    def __init__(self, interface: RobotInterface, skillset: Skillset) -> None:
         self._interface = interface
         self._skillset = skillset
         self._began_in_air = False

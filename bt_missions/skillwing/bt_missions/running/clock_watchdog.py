@@ -6,11 +6,11 @@ from collections.abc import Callable
 
 from skillwing.services.bus import Bus, Handle
 
-STILL_CLOCK_TIMEOUT = 15.0
+CLOCK_TIMEOUT = 15.0
 """How long robot time may stand still during a flight, in seconds of wall time."""
 
 
-class StillClock:
+class ClockWatchdog:
     """Calls `on_still` when robot time has stood still for so long. It looks until it is cancelled."""
 
     def __init__(self, bus: Bus, on_still: Callable[[], None]) -> None:
@@ -22,7 +22,7 @@ class StillClock:
         self._handle.cancel()
 
     def _look_after(self, seen: float) -> None:
-        self._handle: Handle = self._bus.after(STILL_CLOCK_TIMEOUT, lambda: self._look(seen), wall=True)
+        self._handle: Handle = self._bus.after(CLOCK_TIMEOUT, lambda: self._look(seen), wall=True)
 
     def _look(self, seen: float) -> None:
         now = self._bus.now()

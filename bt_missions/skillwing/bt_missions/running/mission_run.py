@@ -13,15 +13,15 @@ from enum import StrEnum
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from skillwing.bt_missions.leaves.context import CALM, MissionContext
+from skillwing.bt_missions.leaves.context import SETTLE_TIME, MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.leaves.takeoff_and_landing import FLIGHT_STATUS, IN_AIR
 from skillwing.bt_missions.mission.mission import Mission, MissionTrees
-from skillwing.bt_missions.running.airborne_check import LandingGear
-from skillwing.bt_missions.running.clock_watchdog import STILL_CLOCK_TIMEOUT, StillClock
-from skillwing.bt_missions.running.pause_state import Holders, Standing
+from skillwing.bt_missions.running.airborne_check import AirborneCheck
+from skillwing.bt_missions.running.clock_watchdog import CLOCK_TIMEOUT, ClockWatchdog
+from skillwing.bt_missions.running.pause_state import PauseControl, PauseState
 from skillwing.bt_missions.running.phase import Phase
-from skillwing.bt_missions.running.publisher import Announcer
+from skillwing.bt_missions.running.publisher import MissionPublisher
 from skillwing.services.bus import Bus, Handle
 
 SETTLED_TICK = 0.01
@@ -30,7 +30,7 @@ SETTLE_TIMEOUT = 15.0
 """How long to wait at the end for goals that do not stop, in seconds of wall time."""
 
 
-class Stage(StrEnum):
+class RunStage(StrEnum):
     WAITING = "waiting"
     FLYING = "flying"
     LOOKING = "looking"
@@ -39,7 +39,7 @@ class Stage(StrEnum):
     OVER = "over"
 
 
-class Flight:
+class MissionRun:
     """Flies `trees` for `mission`. Has to be ticked whenever something may have changed, and asks for it with `wake`
     where it has changed something itself."""
 
@@ -49,7 +49,7 @@ class Flight:
         mission: Mission,
         trees: MissionTrees,
         context: MissionContext,
-        announcer: Announcer,
+        publisher: MissionPublisher,
         wake: Callable[[], None],
     ) -> None:
         self._bus = bus
@@ -57,10 +57,10 @@ class Flight:
         self._trees = trees
         self._context = context
         self._interface = context.interface
-        self._announcer = announcer
+        self._publisher = publisher
         self._wake = wake
-        self._landing_gear = LandingGear(context.interface, context.skillset)
-        self._stage = Stage.WAITING
+        self._airborne = AirborneCheck(context.interface, context.skillset)
+        self._stage = RunStage.WAITING
         self._outcome = Phase.IDLE, ""
         self._abort_reason: str | None = None
         self._knows_time = False
@@ -71,34 +71,34 @@ class Flight:
         self._show(trees.root)
 
     @property
-    def tree_tells(self) -> bool:
+    def tree_shows_end(self) -> bool:
         """Whether the tree shows why the mission ended: it was flown, and the robot was there to its end."""
         return self._has_flown and self._system_is_there
 
-    def until_over(self, *handles: Handle) -> None:
+    def cancel_at_end(self, *handles: Handle) -> None:
         """Cancel these when the run is over."""
         self._until_over += handles
 
-    def learn_time(self) -> None:
+    def time_is_known(self) -> None:
         """Robot time is known from now on."""
         self._knows_time = True
         self._wake()
 
     def tick(self) -> None:
         match self._stage:
-            case Stage.WAITING:
+            case RunStage.WAITING:
                 self._take_off_when_ready()
-            case Stage.FLYING:
+            case RunStage.FLYING:
                 self._fly()
-            case Stage.LOOKING:
+            case RunStage.LOOKING:
                 self._look()
-            case Stage.RESCUING:
+            case RunStage.RESCUING:
                 self._rescue()
-            case Stage.SETTLING | Stage.OVER:
+            case RunStage.SETTLING | RunStage.OVER:
                 pass
-        if self._stage is Stage.SETTLING and not self._context.reaper.unfinished:
+        if self._stage is RunStage.SETTLING and not self._context.reaper.unfinished:
             self._finish()
-        if self._stage in (Stage.FLYING, Stage.RESCUING) and self._announcer.publish_tree():
+        if self._stage in (RunStage.FLYING, RunStage.RESCUING) and self._publisher.publish_tree():
             self._tell_progress()
             # What one tick changed (the end of a round, say) the next one may go on from.
             self._bus.after(SETTLED_TICK, self._wake)
@@ -107,15 +107,15 @@ class Flight:
 
     def abort(self, reason: str) -> None:
         """Interrupt everything, land, and end as ABORTED. Repeating it, or calling it at the end, changes nothing."""
-        if self._stage not in (Stage.WAITING, Stage.FLYING):
+        if self._stage not in (RunStage.WAITING, RunStage.FLYING):
             return
         self._abort_reason = reason
-        self._end(Phase.ABORTED, reason, rescue=self._stage is Stage.FLYING)
+        self._end(Phase.ABORTED, reason, rescue=self._stage is RunStage.FLYING)
         # At once: whoever asked is answered with it.
-        if self._stage is Stage.RESCUING:
-            self._announcer.publish(Phase.RUNNING, self._rescue_text)
+        if self._stage is RunStage.RESCUING:
+            self._publisher.publish(Phase.RUNNING, self._rescue_text)
         else:
-            self._announcer.publish(Phase.IDLE, self._outcome[1])
+            self._publisher.publish(Phase.IDLE, self._outcome[1])
         self._wake()
 
     def pause(self, reason: str) -> str | None:
@@ -123,19 +123,19 @@ class Flight:
 
         Guards go on guarding: they may bring the drone home, or down, all the same.
         """
-        if self._stage is not Stage.FLYING:
+        if self._stage is not RunStage.FLYING:
             return f"The mission is {self._stage}; only a flight can be paused."
-        against = self._holders.pause(reason)
+        against = self._pause.pause(reason)
         if against is None:
-            self._tell_standing()
+            self._publish_pause_state()
             self._wake()
         return against
 
     def resume(self, reason: str) -> str | None:
         """Go on where the flight was paused. Returns a sentence that says what is against it."""
-        against = self._holders.resume()
+        against = self._pause.resume()
         if against is None:
-            self._tell_standing(reason)
+            self._publish_pause_state(reason)
             self._wake()
         return against
 
@@ -144,14 +144,14 @@ class Flight:
     def _take_off_when_ready(self) -> None:
         missing = self._missing()
         if not missing:
-            self._stage = Stage.FLYING
+            self._stage = RunStage.FLYING
             self._has_flown = True
-            self._landing_gear.begin()
-            self._announcer.enter(Phase.RUNNING, "the robot is ready")
-            self._until_over.append(StillClock(self._bus, self._give_up_for_clock))
+            self._airborne.begin()
+            self._publisher.enter(Phase.RUNNING, "the robot is ready")
+            self._until_over.append(ClockWatchdog(self._bus, self._give_up_for_clock))
             self._fly()
-        elif self._announcer.status.text != missing:
-            self._announcer.publish(Phase.IDLE, missing)
+        elif self._publisher.status.text != missing:
+            self._publisher.publish(Phase.IDLE, missing)
 
     def _missing(self) -> str:
         """What the robot still lacks for this mission, or an empty text."""
@@ -169,13 +169,13 @@ class Flight:
 
     def give_up_waiting(self, waited: float) -> None:
         """The robot has had so many seconds to get ready."""
-        if self._stage is Stage.WAITING:
+        if self._stage is RunStage.WAITING:
             self.give_up(f"The robot did not get ready within {waited:g} s ({self._missing()}).")
 
     def give_up_in_air(self) -> None:
         """Nobody brings down a drone that nobody flies, so there is nothing to wait for."""
         wanted = self._mission.needs.get(FLIGHT_STATUS, (IN_AIR,))
-        if self._stage is Stage.WAITING and IN_AIR not in wanted and self._landing_gear.nobody_flies:
+        if self._stage is RunStage.WAITING and IN_AIR not in wanted and self._airborne.nobody_flies:
             self.give_up("The drone is in the air already, and nobody flies it. Land it with `skillwing start land`.")
 
     # --- flying
@@ -200,7 +200,7 @@ class Flight:
             tree.tick_once()
         except Exception as error:  # noqa: BLE001 - whatever a leaf raises, the drone is still in the air
             text = f"the tree raised {type(error).__name__}: {error}"
-            if self._stage is Stage.RESCUING:
+            if self._stage is RunStage.RESCUING:
                 phase, reason = self._outcome
                 self._end(phase, _joined(reason, f"while landing {text}"), rescue=False)
             else:
@@ -219,25 +219,25 @@ class Flight:
     def _show(self, tree: Behaviour) -> None:
         """This tree is flown from now on: the mission's own, or the one that brings the drone to safety."""
         self._tree = tree
-        self._holders = Holders(tree, self._interface)
-        self._announcer.show(tree, self._trees.progress)
+        self._pause = PauseControl(tree, self._interface)
+        self._publisher.show(tree, self._trees.progress)
 
     def _tell_progress(self) -> None:
         running = [leaf.name for leaf in self._tree.iterate() if _is_flying(leaf)]
         phase, text = Phase.RUNNING, ", ".join(running) or "deciding"
-        if self._stage is Stage.RESCUING:
+        if self._stage is RunStage.RESCUING:
             text = self._rescue_text
         else:
-            phase, reason, _ = self._tell_standing()
+            phase, reason, _ = self._publish_pause_state()
             text = reason or text
-        self._announcer.publish_news(phase, text)
+        self._publisher.publish_news(phase, text)
 
-    def _tell_standing(self, reason: str = "") -> Standing:
+    def _publish_pause_state(self, reason: str = "") -> PauseState:
         """Tell when the flight is held or goes on; what is done next is done for that."""
-        standing = self._holders.standing
-        if standing.phase != self._announcer.status.phase:
-            told = reason or standing.reason or self._context.last_news
-            self._context.learn(told, self._announcer.enter(standing.phase, told, standing.cause))
+        standing = self._pause.state
+        if standing.phase != self._publisher.status.phase:
+            told = reason or standing.reason or self._context.last_observation
+            self._context.observe(told, self._publisher.enter(standing.phase, told, standing.cause))
         return standing
 
     @property
@@ -252,22 +252,22 @@ class Flight:
         self._wake()
 
     def _give_up_for_clock(self) -> None:
-        if self._stage in (Stage.FLYING, Stage.LOOKING, Stage.RESCUING):
-            text = f"robot time stands still for {STILL_CLOCK_TIMEOUT:g} s"
+        if self._stage in (RunStage.FLYING, RunStage.LOOKING, RunStage.RESCUING):
+            text = f"robot time stands still for {CLOCK_TIMEOUT:g} s"
             self.give_up(_joined(self._why(), f"then {text}") if self._context.failure else text)
 
     def stop(self) -> None:
         """Interrupt what still runs and say that the mission is over; nobody will wait for the answers."""
-        if self._stage is not Stage.OVER:
+        if self._stage is not RunStage.OVER:
             self._end(Phase.ABORTED, self._abort_reason or "the mission's process was stopped", rescue=False)
             self._finish()
 
     def leave(self) -> None:
         """End at once: the system was stopped, and nobody is there to stop or to land anything."""
-        if self._stage is Stage.OVER:
+        if self._stage is RunStage.OVER:
             return
         phase, before = self._outcome
-        where = ", with the drone in the air" if self._landing_gear.is_in_air else ""
+        where = ", with the drone in the air" if self._airborne.is_in_air else ""
         after = f"; before that: {before}" if before else ""
         self._system_is_there = False
         self._stop_tree(
@@ -283,22 +283,22 @@ class Flight:
     def _land(self, phase: Phase, text: str) -> None:
         """The tree has come to its end; whoever ended it in the air does not leave the drone there."""
         self._stop_tree(phase, text)
-        self._stage = Stage.LOOKING
+        self._stage = RunStage.LOOKING
         self._ended_at = self._bus.now()
         self._look()
 
     def _look(self) -> None:
         """The landing's end may be known before the landing gear tells of it; an end in the air stays one."""
-        if not self._landing_gear.leaves_drone_in_air:
+        if not self._airborne.leaves_drone_in_air:
             self._settle()
-        elif self._bus.now() - self._ended_at >= CALM:
+        elif self._bus.now() - self._ended_at >= SETTLE_TIME:
             phase, text = self._outcome
             self._outcome = phase, _joined(text, "it ended in the air")
             self._begin_rescue()
 
     def _stop_tree(self, phase: Phase, text: str) -> None:
         self._outcome = phase, text
-        self._announcer.publish_tree()  # the last picture of it, before halting wipes its statuses
+        self._publisher.publish_tree()  # the last picture of it, before halting wipes its statuses
         self._halt()
 
     def _halt(self) -> None:
@@ -307,19 +307,19 @@ class Flight:
         except Exception as error:  # noqa: BLE001 - the goals have to be interrupted all the same
             phase, text = self._outcome
             self._outcome = phase, _joined(text, f"halting the tree raised {type(error).__name__}: {error}")
-        self._context.cancel_everything()
+        self._context.cancel_all()
 
     def _begin_rescue(self) -> None:
-        self._stage = Stage.RESCUING
+        self._stage = RunStage.RESCUING
         self._show(self._trees.rescue)
 
     def _settle(self) -> None:
-        self._stage = Stage.SETTLING
+        self._stage = RunStage.SETTLING
         self._until_over.append(self._bus.after(SETTLE_TIMEOUT, self._finish, wall=True))
 
     def _finish(self) -> None:
         """Everything has stopped, or had time enough to."""
-        if self._stage is Stage.OVER:
+        if self._stage is RunStage.OVER:
             return
         phase, text = self._outcome
         running = self._context.reaper.unfinished
@@ -328,9 +328,9 @@ class Flight:
         self._conclude(phase, text)
 
     def _conclude(self, phase: Phase, text: str) -> None:
-        self._stage = Stage.OVER
+        self._stage = RunStage.OVER
         failure = self._context.failure if phase is Phase.FAILED else None
-        self._announcer.enter(phase, text, failure.record if failure else None)
+        self._publisher.enter(phase, text, failure.record if failure else None)
         for handle in self._until_over:
             handle.cancel()
 

@@ -22,7 +22,7 @@ from skillwing.services.protocol import (
 Obey: TypeAlias = Callable[[str], str | None]
 
 
-class Commanded(Protocol):
+class OperatedMission(Protocol):
     """Whom the orders are for. Each returns a sentence that says what is against it, None where it is obeyed."""
 
     @property
@@ -32,10 +32,10 @@ class Commanded(Protocol):
     def resume(self, reason: str) -> str | None: ...
 
 
-def serve_orders(bus: Bus, keys: Keys, mission: Commanded) -> list[Handle]:
+def serve_operator_requests(bus: Bus, keys: Keys, mission: OperatedMission) -> list[Handle]:
     """Answer each order with what the mission says of itself afterwards, or with a refusal."""
 
-    def serve(key: str, kind: type[AbortMission | PauseMission | ResumeMission], obey: Obey) -> Handle:
+    def serve(key: str, kind: type[AbortMission | PauseMission | ResumeMission], follow: Obey) -> Handle:
         def on_request(request: Request) -> None:
             try:
                 order = decode(request.payload, kind)
@@ -43,7 +43,7 @@ def serve_orders(bus: Bus, keys: Keys, mission: Commanded) -> list[Handle]:
                 help_ = f"Send the message `{kind.__name__}`."
                 request.refuse(ErrorReply(code=ErrorCode.BAD_REQUEST, message=f"{error}.", help=help_))
                 return
-            refusal = obey(order.reason)
+            refusal = follow(order.reason)
             if refusal is None:
                 request.reply(encode(mission.status))
             else:

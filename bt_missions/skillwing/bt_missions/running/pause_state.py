@@ -7,12 +7,12 @@ from typing import NamedTuple
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from skillwing.bt_missions.leaves.interface import Interface
+from skillwing.bt_missions.leaves.interface import RobotInterface
 from skillwing.bt_missions.running.phase import Phase
 from skillwing.bt_missions.subtrees.pausing import Pausable, WhileGranted
 
 
-class Standing(NamedTuple):
+class PauseState(NamedTuple):
     """RUNNING, PAUSED or HELD; why; and the record of what made it so, if the robot did."""
 
     phase: Phase
@@ -20,10 +20,10 @@ class Standing(NamedTuple):
     cause: str | None = None
 
 
-class Holders:
+class PauseControl:
     """The nodes of a tree that may hold its flight. Its shape must not change."""
 
-    def __init__(self, tree: Behaviour, interface: Interface) -> None:
+    def __init__(self, tree: Behaviour, interface: RobotInterface) -> None:
         nodes = list(tree.iterate())
         self._grants = [node for node in nodes if isinstance(node, WhileGranted)]
         self._pausables = [node for node in nodes if isinstance(node, Pausable)]
@@ -50,12 +50,12 @@ class Holders:
         return next((node for node in self._pausables if node.status is Status.RUNNING), None)
 
     @property
-    def standing(self) -> Standing:
+    def state(self) -> PauseState:
         """How a mission that is neither waiting nor over is just now. The pilot comes before the operator."""
         for grant in self._grants:
             if grant.status is Status.RUNNING and grant.reason is not None:
                 cause = self._interface.change_record(grant.resource)
-                return Standing(Phase.HELD, grant.feedback_message, cause)
+                return PauseState(Phase.HELD, grant.feedback_message, cause)
         if self._pausable is not None and self._pausable.reason is not None:
-            return Standing(Phase.PAUSED, self._pausable.reason)
-        return Standing(Phase.RUNNING)
+            return PauseState(Phase.PAUSED, self._pausable.reason)
+        return PauseState(Phase.RUNNING)

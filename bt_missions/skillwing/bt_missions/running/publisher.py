@@ -8,13 +8,13 @@ from py_trees.behaviour import Behaviour
 
 from skillwing.bt_missions.mission.mission import Progress
 from skillwing.bt_missions.running.phase import Phase
-from skillwing.bt_missions.running.tree_snapshot import TreePortrait
+from skillwing.bt_missions.running.tree_snapshot import SnapshotBuilder
 from skillwing.services.bus import Bus, Publisher
 from skillwing.services.protocol import Keys, MissionStatus, RecordKind, TreeSnapshot, encode
 from skillwing.services.timeline import Timeline
 
 
-class Announcer:
+class MissionPublisher:
     """Publishes for the mission of that name. `status` is what was told last; on_status: called with each."""
 
     def __init__(self, mission: str, keys: Keys, on_status: Callable[[MissionStatus], None]) -> None:
@@ -30,7 +30,7 @@ class Announcer:
 
     def show(self, tree: Behaviour, progress: Callable[[], Progress]) -> None:
         """Tell of this tree from now on, and of how far the mission is."""
-        self._portrait = TreePortrait(tree)
+        self._portrait = SnapshotBuilder(tree)
         self._progress = progress
 
     # --- the timeline

@@ -6,14 +6,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from skillwing.bt_missions.checking.mission_check import drafted
+from skillwing.bt_missions.checking.mission_check import draft_and_check
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.library import find_mission
 from skillwing.bt_missions.mission.mission import Mission, MissionOptions
-from skillwing.bt_missions.running.mission_run import Flight
-from skillwing.bt_missions.running.operator_requests import serve_orders
+from skillwing.bt_missions.running.mission_run import MissionRun
+from skillwing.bt_missions.running.operator_requests import serve_operator_requests
 from skillwing.bt_missions.running.phase import ENDED
-from skillwing.bt_missions.running.publisher import Announcer
+from skillwing.bt_missions.running.publisher import MissionPublisher
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Bus
@@ -70,69 +70,69 @@ class MissionNode:
         self._keys = Keys(skillset.name)
         self._options = options
         self._ready_timeout = ready_timeout
-        self._announcer = Announcer(mission.name, self._keys, on_status)
+        self._publisher = MissionPublisher(mission.name, self._keys, on_status)
         self._awake = False
 
     @property
     def status(self) -> MissionStatus:
-        return self._announcer.status
+        return self._publisher.status
 
     @property
     def over(self) -> bool:
         return self.status.phase in ENDED
 
     @property
-    def tree_tells(self) -> bool:
+    def tree_shows_end(self) -> bool:
         """Whether the tree shows why the mission ended."""
-        return self._flight.tree_tells
+        return self._run.tree_shows_end
 
     @property
     def snapshot(self) -> TreeSnapshot:
         """The tree as it was told last; at the end, as it was before it was halted."""
-        return self._announcer.snapshot
+        return self._publisher.snapshot
 
     def attach(self, bus: Bus) -> None:
         self._bus = bus
-        self._announcer.attach(bus)
+        self._publisher.attach(bus)
         interface = SkillsetInterface(bus, self._skillset, client=self.name, owns_goals=True)
-        context = MissionContext(interface, self._skillset, bus.now, self._announcer.record)
-        trees, misfits = drafted(self.mission, context, self._options)
-        self._flight = Flight(bus, self.mission, trees, context, self._announcer, self._wake)
-        self._flight.until_over(
+        context = MissionContext(interface, self._skillset, bus.now, self._publisher.record)
+        trees, problems = draft_and_check(self.mission, context, self._options)
+        self._run = MissionRun(bus, self.mission, trees, context, self._publisher, self._wake)
+        self._run.cancel_at_end(
             # A timer of robot time: it runs once that is known.
-            bus.after(0.0, self._flight.learn_time),
-            *serve_orders(bus, self._keys, self),
+            bus.after(0.0, self._run.time_is_known),
+            *serve_operator_requests(bus, self._keys, self),
             interface.on_change(self._wake),
             bus.every(TICK_PERIOD, self._wake),
-            bus.after(LANDING_TIMEOUT, self._flight.give_up_in_air, wall=True),
-            bus.after(self._ready_timeout, lambda: self._flight.give_up_waiting(self._ready_timeout), wall=True),
+            bus.after(LANDING_TIMEOUT, self._run.give_up_in_air, wall=True),
+            bus.after(self._ready_timeout, lambda: self._run.give_up_waiting(self._ready_timeout), wall=True),
             bus.declare_alive(self._keys.alive(self.name)),
         )
-        if misfits:
-            told = "".join(f"\n  {misfit}" for misfit in misfits)
-            self._flight.give_up(f"The mission does not fit this robot:{told}")
+        if problems:
+            told = "".join(f"\n  {problem}" for problem in problems)
+            self._run.give_up(f"The mission does not fit this robot:{told}")
         self._wake()
 
     def detach(self) -> None:
         """Interrupt what still runs and say that the mission is over; nobody will wait for the answers."""
-        self._flight.stop()
+        self._run.stop()
 
     def abort(self, reason: str = AbortMission().reason) -> str | None:
         """Interrupt everything, land, and end as ABORTED. Repeating it, or calling it at the end, changes nothing."""
-        self._flight.abort(reason)
+        self._run.abort(reason)
         return None
 
     def pause(self, reason: str = PauseMission().reason) -> str | None:
         """Stop the motion and hold the place until `resume`. Returns a sentence that says what is against it."""
-        return self._flight.pause(reason)
+        return self._run.pause(reason)
 
     def resume(self, reason: str = ResumeMission().reason) -> str | None:
         """Go on where the flight was paused. Returns a sentence that says what is against it."""
-        return self._flight.resume(reason)
+        return self._run.resume(reason)
 
     def leave(self) -> None:
         """End at once: the system was stopped, and nobody is there to stop or to land anything."""
-        self._flight.leave()
+        self._run.leave()
 
     def _wake(self) -> None:
         """Tick soon; any number of changes that arrive together are one tick."""
@@ -142,4 +142,4 @@ class MissionNode:
 
     def _tick(self) -> None:
         self._awake = False
-        self._flight.tick()
+        self._run.tick()

@@ -20,7 +20,7 @@ _LOOKS = {
 }
 
 
-class TreePortrait:
+class SnapshotBuilder:
     """A tree as nodes of a `TreeSnapshot`, drawn anew only where it looks different from before.
 
     Nodes are in depth-first order, each after its parent. `kind` is `Sequence`, `Selector`, `Parallel`, `Decorator`,

@@ -27,12 +27,12 @@ class Deadline(Decorator):
         late = self._context.now() - self._started_at > self.seconds
         if late and self.decorated.status is Status.RUNNING:
             self.feedback_message = f"{self.decorated.name} takes longer than {self.seconds:g} s"
-            self._context.learn(self.feedback_message, None, failed=True)
+            self._context.observe(self.feedback_message, None, failed=True)
             return Status.FAILURE
         return self.decorated.status
 
 
-class Until(Decorator):
+class RepeatUntil(Decorator):
     """Repeats its child until `done()` holds, which is SUCCESS; a round that fails before that is FAILURE."""
 
     def __init__(self, name: str, done: Callable[[], bool], child: Behaviour) -> None:

@@ -8,7 +8,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from py_trees.composites import Sequence
 
-from skillwing.bt_missions.leaves.branch_switch import NoteSwitch, Settled
+from skillwing.bt_missions.leaves.branch_switch import NoteSwitch, WaitForSettled
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
@@ -72,7 +72,7 @@ def come_home(context: MissionContext, subject: str, doing: str, *, height: floa
     return in_order(
         "come home",
         # The new depth map is not to be taken for the old one, nor a sensor for well that fails at the same moment.
-        Settled("stopped", context, STOPPING_PATIENCE),
+        WaitForSettled("stopped", context, STOPPING_PATIENCE),
         first_that_works(
             "by what is left",
             home_with(CAMERA),

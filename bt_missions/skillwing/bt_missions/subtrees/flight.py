@@ -7,7 +7,7 @@ from py_trees.common import Status
 from py_trees.composites import Sequence
 from py_trees.decorators import Retry, SuccessIsFailure
 
-from skillwing.bt_missions.leaves.branch_switch import NoteSwitch, Settled
+from skillwing.bt_missions.leaves.branch_switch import NoteSwitch, WaitForSettled
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
@@ -15,7 +15,7 @@ from skillwing.bt_missions.leaves.takeoff_and_landing import FLIGHT_STATUS, IN_A
 from skillwing.bt_missions.planning.waypoints import PointAbove
 from skillwing.bt_missions.subtrees.composites import OnEnding, first_that_works, guarded, in_order
 from skillwing.bt_missions.subtrees.decorators import Deadline
-from skillwing.bt_missions.subtrees.pausing import Change, Pausable, WhileGranted
+from skillwing.bt_missions.subtrees.pausing import Pausable, ResourceChange, WhileGranted
 
 LANDED = {"S_LANDED": Status.SUCCESS, "S_BLOCKED": Status.FAILURE}
 STOPPING_PATIENCE = 10.0
@@ -28,7 +28,7 @@ def land_where_it_is(context: MissionContext) -> Sequence:
     land: Behaviour = SkillAction("land", context, LAND, outcomes=LANDED)
     return in_order(
         "land where it is",
-        Settled("stopped", context, STOPPING_PATIENCE),
+        WaitForSettled("stopped", context, STOPPING_PATIENCE),
         first_that_works(
             "on the ground",
             ResourceIs("on the ground?", context, FLIGHT_STATUS, ON_GROUND, question=True),
@@ -122,7 +122,7 @@ def unless_the_pilot_flies(context: MissionContext, patience: float, mission: Be
         resource="SDK_authority",
         states=("AVAILABLE",),
         patience=patience,
-        ended_by=Change(FLIGHT_STATUS, ON_GROUND),
+        ended_by=ResourceChange(FLIGHT_STATUS, ON_GROUND),
     )
 
 

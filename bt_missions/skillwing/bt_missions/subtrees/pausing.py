@@ -18,14 +18,14 @@ from py_trees.decorators import Decorator
 from skillwing.bt_missions.leaves.claims import checks_of, needed_by, taken_by
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.leaves.source_location import put_caller
+from skillwing.bt_missions.leaves.source_location import set_caller_location
 from skillwing.services.protocol import Ending, Terminal
 
 AGAIN_AFTER = 1.0
 """Robot seconds after which a pause begins anew with what failed to hold the drone."""
 
 
-class Change(NamedTuple):
+class ResourceChange(NamedTuple):
     """A resource and the state that it comes into."""
 
     resource: str
@@ -36,7 +36,7 @@ class WhileGranted(Decorator):
     """Flies its child while `resource` is in one of `states`; at other times skills that need it are held.
 
     FAILURE when the grant stays away for more than `patience` robot seconds, or when `ended_by` happens meanwhile: for
-    a drone, that the safety pilot keeps it, or lands it.
+    a drone, that the safety pilot blocks it, or lands it.
     """
 
     def __init__(
@@ -48,10 +48,10 @@ class WhileGranted(Decorator):
         resource: str,
         states: tuple[str, ...],
         patience: float,
-        ended_by: Change,
+        ended_by: ResourceChange,
     ) -> None:
         super().__init__(name, child)
-        put_caller(self)
+        set_caller_location(self)
         self.resource = resource
         self.states = states
         self.patience = patience
@@ -60,14 +60,14 @@ class WhileGranted(Decorator):
         self._gone_since: float | None = None
         self._can_end = False
         for leaf in _skills_below(child):
-            leaf.obey(self)
+            leaf.follow(self)
 
     @property
     def reason(self) -> str | None:
         """What is not granted, None if all is well."""
         return None if self._gone_since is None else self._words
 
-    def keeps(self, skill: str) -> str | None:
+    def blocks(self, skill: str) -> str | None:
         if self._gone_since is None or self.resource not in needed_by(self._context.skillset, skill):
             return None
         return self._words
@@ -87,7 +87,7 @@ class WhileGranted(Decorator):
             yield from super().tick()
             return
         self.feedback_message = over
-        self._context.learn(over, self._context.interface.change_record(self.resource), failed=True)
+        self._context.observe(over, self._context.interface.change_record(self.resource), failed=True)
         self.stop(Status.FAILURE)
         yield self
 
@@ -117,7 +117,7 @@ class WhileGranted(Decorator):
         return None
 
     def _learn_of_change(self) -> None:
-        self._context.learn(self._words, self._context.interface.change_record(self.resource))
+        self._context.observe(self._words, self._context.interface.change_record(self.resource))
 
     @property
     def _words(self) -> str:
@@ -135,14 +135,14 @@ class Pausable(Composite):
         self, name: str, context: MissionContext, condition: Behaviour, meanwhile: Behaviour, body: Behaviour
     ) -> None:
         super().__init__(name, [condition, meanwhile, body])
-        put_caller(self)
+        set_caller_location(self)
         self._condition, self._meanwhile, self._body = condition, meanwhile, body
         self._context = context
         self._paused: str | None = None
         self._again_at = 0.0
         self._claims: frozenset[str] | None = None
         for leaf in _skills_below(body):
-            leaf.obey(self)
+            leaf.follow(self)
 
     @property
     def reason(self) -> str | None:
@@ -150,7 +150,7 @@ class Pausable(Composite):
         return self._paused
 
     def pause(self, reason: str) -> str | None:
-        """Hold the body from now on. Returns what is against it: then nothing has changed."""
+        """PauseGate the body from now on. Returns what is against it: then nothing has changed."""
         if self.status is not Status.RUNNING:
             return "the mission is in a part that is not paused"
         if self._paused is None:
@@ -165,7 +165,7 @@ class Pausable(Composite):
         """Let the body go on where it was. Nothing happens if it is not paused."""
         self._paused = None
 
-    def keeps(self, skill: str) -> str | None:
+    def blocks(self, skill: str) -> str | None:
         if self._paused is None or self._claimed.isdisjoint(taken_by(self._context.skillset, skill)):
             return None
         return self._paused

@@ -1,4 +1,4 @@
-"""The blackboard of a tree file: named cells, and one set of names for every subtree."""
+"""The blackboard of a tree file: named entries, and one set of names for every subtree."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 _NOTHING: Any = object()
 
 
-class Cell:
+class BlackboardEntry:
     """One entry. It holds what an option gave it before the flight, or asks `source` whenever it is read."""
 
     def __init__(self, name: str) -> None:
@@ -28,11 +28,11 @@ class Cell:
         """Whether anything gives it a value, now or in flight."""
         return self.source is not None or self._value is not _NOTHING
 
-    def excuse(self) -> Cell:
+    def excuse(self) -> BlackboardEntry:
         self.is_excused = True
         return self
 
-    def hold(self, value: Any) -> Cell:
+    def hold(self, value: Any) -> BlackboardEntry:
         self._value = value
         return self
 
@@ -45,14 +45,14 @@ class Cell:
         return self._value
 
 
-class Scope:
-    """The names that one subtree sees. links: its ports, tied to cells outside; inherit: it sees all of `outer`;
+class Blackboard:
+    """The names that one subtree sees. links: its ports, tied to entries outside; inherit: it sees all of `outer`;
     excused: it is that of a tree that nobody calls, and what a caller would fill is not missed."""
 
     def __init__(
         self,
-        outer: Scope | None = None,
-        links: Mapping[str, Cell] | None = None,
+        outer: Blackboard | None = None,
+        links: Mapping[str, BlackboardEntry] | None = None,
         *,
         inherit: bool = False,
         excused: bool = False,
@@ -60,20 +60,20 @@ class Scope:
         self._outer = outer
         self._inherit = inherit
         self._excused = excused
-        self._cells = dict(links or {})
+        self._entries = dict(links or {})
 
-    def cell(self, name: str) -> Cell:
-        """The cell of that name, made if there is none. `@name` is one of the main tree, from wherever it is used."""
+    def entry(self, name: str) -> BlackboardEntry:
+        """The entry of that name, made if there is none. `@name` is one of the main tree, from wherever it is used."""
         if name.startswith("@"):
-            return self._outermost.cell(name[1:])
-        if name not in self._cells:
+            return self._outermost.entry(name[1:])
+        if name not in self._entries:
             inherited = self._outer is not None and self._inherit and not name.startswith("_")
-            self._cells[name] = self._outer.cell(name) if inherited and self._outer is not None else self._made(name)
-        return self._cells[name]
+            self._entries[name] = self._outer.entry(name) if inherited and self._outer is not None else self._made(name)
+        return self._entries[name]
 
-    def _made(self, name: str) -> Cell:
-        return Cell(name).excuse() if self._excused else Cell(name)
+    def _made(self, name: str) -> BlackboardEntry:
+        return BlackboardEntry(name).excuse() if self._excused else BlackboardEntry(name)
 
     @property
-    def _outermost(self) -> Scope:
+    def _outermost(self) -> Blackboard:
         return self if self._outer is None else self._outer._outermost

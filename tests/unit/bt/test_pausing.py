@@ -12,31 +12,31 @@ from py_trees.common import Status
 
 from skillwing.bt_missions.leaves.branch_switch import NeverSwitched
 from skillwing.bt_missions.leaves.conditions import ResourceIs
-from skillwing.bt_missions.leaves.context import CALM
+from skillwing.bt_missions.leaves.context import SETTLE_TIME
 from skillwing.bt_missions.leaves.pause_gate import HELD
 from skillwing.bt_missions.leaves.skill_action import GoalPhase, SkillAction
 from skillwing.bt_missions.planning.waypoints import POSITION_PATIENCE, PointAbove
 from skillwing.bt_missions.subtrees.composites import OnEnding, in_order
-from skillwing.bt_missions.subtrees.pausing import Change, Pausable, WhileGranted
+from skillwing.bt_missions.subtrees.pausing import Pausable, ResourceChange, WhileGranted
 from skillwing.services.protocol import Terminal
 
 
-class Grip:
-    """A hold that the test closes and opens."""
+class Gate:
+    """A gate that the test closes and opens."""
 
     def __init__(self) -> None:
         self.closed = False
 
-    def keeps(self, skill: str) -> str | None:
+    def blocks(self, skill: str) -> str | None:
         return "for a test" if self.closed else None
 
     def explains(self, skill: str, terminal: Terminal) -> bool:
         return terminal.subject == "camera"
 
 
-def held_leaf(mission: FakeMission, grip: Grip, **more: object) -> SkillAction:
+def held_leaf(mission: FakeMission, gate: Gate, **more: object) -> SkillAction:
     leaf = SkillAction("go", mission.context, "go", **more)  # pyright: ignore[reportArgumentType]
-    leaf.obey(grip)
+    leaf.follow(gate)
     return leaf
 
 
@@ -49,10 +49,10 @@ def tick(node: Behaviour) -> Status:
 
 
 def test_a_held_leaf_interrupts_its_goal_once_and_starts_another_later(mission: FakeMission) -> None:
-    grip = Grip()
-    leaf = held_leaf(mission, grip)
+    gate = Gate()
+    leaf = held_leaf(mission, gate)
     tick(leaf)
-    grip.closed = True
+    gate.closed = True
     for _ in range(3):
         assert (tick(leaf), leaf.phase) == (Status.RUNNING, GoalPhase.HELD)
     assert (leaf.feedback_message, mission.goals[0].interrupts) == ("held: for a test", 1)
@@ -60,39 +60,39 @@ def test_a_held_leaf_interrupts_its_goal_once_and_starts_another_later(mission: 
     mission.time += 100.0
     tick(leaf)
     assert len(mission.goals) == 1
-    grip.closed = False
+    gate.closed = False
     assert (tick(leaf), leaf.phase) == (Status.RUNNING, GoalPhase.SENT)
     assert len(mission.goals) == 2
 
 
 def test_a_leaf_that_is_held_from_the_start_asks_for_nothing(mission: FakeMission) -> None:
-    grip = Grip()
-    grip.closed = True
-    leaf = held_leaf(mission, grip)
+    gate = Gate()
+    gate.closed = True
+    leaf = held_leaf(mission, gate)
     assert (tick(leaf), leaf.phase, mission.goals) == (Status.RUNNING, GoalPhase.HELD, [])
     leaf.stop(Status.INVALID)
     assert leaf.phase is GoalPhase.IDLE
 
 
 def test_the_next_goal_waits_until_the_held_one_has_stopped(mission: FakeMission) -> None:
-    grip = Grip()
-    leaf = held_leaf(mission, grip)
+    gate = Gate()
+    leaf = held_leaf(mission, gate)
     tick(leaf)
     mission.goals[0].run()
-    grip.closed = True
+    gate.closed = True
     tick(leaf)
-    grip.closed = False
-    mission.time += CALM
+    gate.closed = False
+    mission.time += SETTLE_TIME
     assert (tick(leaf), leaf.phase) == (Status.RUNNING, GoalPhase.WAITING)
     mission.goals[0].end("IT")
     assert (tick(leaf), leaf.phase) == (Status.RUNNING, GoalPhase.SENT)
 
 
 def test_a_goal_that_ends_by_itself_while_it_is_held_counts(mission: FakeMission) -> None:
-    grip = Grip()
-    leaf = held_leaf(mission, grip)
+    gate = Gate()
+    leaf = held_leaf(mission, gate)
     tick(leaf)
-    grip.closed = True
+    gate.closed = True
     tick(leaf)
     mission.goals[0].end("S_ARRIVED", success=True)
     assert tick(leaf) is Status.SUCCESS
@@ -100,36 +100,36 @@ def test_a_goal_that_ends_by_itself_while_it_is_held_counts(mission: FakeMission
 
 @pytest.mark.parametrize("label", ["RI", "NR"])
 def test_news_that_overtakes_the_hold_is_no_failure(mission: FakeMission, label: str) -> None:
-    leaf = held_leaf(mission, Grip())
+    leaf = held_leaf(mission, Gate())
     tick(leaf)
     mission.goals[0].end(label, subject="camera")
     assert (tick(leaf), leaf.phase) == (Status.RUNNING, GoalPhase.HELD)
-    mission.time += CALM / 2
+    mission.time += SETTLE_TIME / 2
     tick(leaf)
     assert len(mission.goals) == 1, "the hold may still come"
-    mission.time += CALM
+    mission.time += SETTLE_TIME
     tick(leaf)
     assert len(mission.goals) == 2
 
 
 @pytest.mark.parametrize("status", [Status.SUCCESS, Status.FAILURE])
 def test_a_leaf_may_say_what_being_held_means(mission: FakeMission, status: Status) -> None:
-    grip, heard = Grip(), list[str]()
-    leaf = held_leaf(mission, grip, outcomes={HELD: status}, on_end=lambda terminal: heard.append(terminal.label))
+    gate, heard = Gate(), list[str]()
+    leaf = held_leaf(mission, gate, outcomes={HELD: status}, on_end=lambda terminal: heard.append(terminal.label))
     tick(leaf)
-    grip.closed = True
+    gate.closed = True
     tick(leaf)
     mission.goals[0].end("IT")
-    grip.closed = False
-    mission.time += CALM
+    gate.closed = False
+    mission.time += SETTLE_TIME
     assert (tick(leaf), leaf.ending, heard) == (status, HELD, ["IT"])
 
 
 def test_a_held_leaf_that_is_halted_leaves_its_goal_to_the_reaper(mission: FakeMission) -> None:
-    grip = Grip()
-    leaf = held_leaf(mission, grip)
+    gate = Gate()
+    leaf = held_leaf(mission, gate)
     tick(leaf)
-    grip.closed = True
+    gate.closed = True
     tick(leaf)
     leaf.stop(Status.INVALID)
     assert (leaf.phase, mission.goals[0].interrupts) == (GoalPhase.CANCELLING, 1)
@@ -140,8 +140,8 @@ def test_a_held_leaf_that_is_halted_leaves_its_goal_to_the_reaper(mission: FakeM
 @given(st.lists(st.sampled_from(["tick", "halt", "close", "open", "run", "arrive", "stop", "time"]), max_size=40))
 @settings(max_examples=100, deadline=None)
 def test_in_any_order_of_things_a_held_leaf_has_one_goal_at_most(order: list[str]) -> None:
-    mission, grip = FakeMission(), Grip()
-    leaf = held_leaf(mission, grip)
+    mission, gate = FakeMission(), Gate()
+    leaf = held_leaf(mission, gate)
     for step in order:
         alive = [goal for goal in mission.goals if not goal.done]
         match step:
@@ -150,9 +150,9 @@ def test_in_any_order_of_things_a_held_leaf_has_one_goal_at_most(order: list[str
             case "halt":
                 leaf.stop(Status.INVALID)
             case "close" | "open":
-                grip.closed = step == "close"
+                gate.closed = step == "close"
             case "time":
-                mission.time += CALM
+                mission.time += SETTLE_TIME
             case "run" if alive:
                 alive[0].run()
             case "arrive" if alive:
@@ -163,7 +163,7 @@ def test_in_any_order_of_things_a_held_leaf_has_one_goal_at_most(order: list[str
                 pass
         alive = [goal for goal in mission.goals if not goal.done]
         assert len(alive) <= 1
-        if step == "tick" and grip.closed:
+        if step == "tick" and gate.closed:
             assert all(goal.interrupts == 1 for goal in alive)
         assert leaf.status is not Status.FAILURE
 
@@ -179,7 +179,7 @@ def granted(mission: FakeMission, child: Behaviour) -> WhileGranted:
         resource="axes",
         states=("FREE",),
         patience=10.0,
-        ended_by=Change("camera", "FAILED"),
+        ended_by=ResourceChange("camera", "FAILED"),
     )
 
 
@@ -275,10 +275,10 @@ def test_what_fails_without_a_skill_is_no_ending(mission: FakeMission) -> None:
 
 def test_a_switch_is_not_forgotten(mission: FakeMission) -> None:
     leaf = NeverSwitched("as planned?", mission.context, "flight")
-    mission.context.switched("something else", "a", "b")
+    mission.context.note_switch("something else", "a", "b")
     assert tick(leaf) is Status.SUCCESS
-    mission.context.learn("the wind gets up", None, failed=True)
-    mission.context.switched("flight", "mapping", "coming home")
+    mission.context.observe("the wind gets up", None, failed=True)
+    mission.context.note_switch("flight", "mapping", "coming home")
     assert tick(leaf) is Status.FAILURE
     assert leaf.feedback_message == "mapping -> coming home, for the wind gets up"
 
