@@ -1,4 +1,4 @@
-"""Leaves for the moment when one part of a tree gives way to another."""
+"""Leaves for the moment when one branch of a tree takes over from another."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from skillwing.bt_missions.leaves.context import SETTLE_TIME, MissionContext
 
 
 class NoteSwitch(Behaviour):
-    """First leaf of a branch that takes over: writes down from which branch, and because of what. SUCCESS at once."""
+    """First leaf of a branch that takes over: records the branch before it, and the reason. SUCCESS at once."""
 
     def __init__(self, name: str, context: MissionContext, subject: str, before: str, after: str) -> None:
         super().__init__(name)
@@ -23,8 +23,10 @@ class NoteSwitch(Behaviour):
 
 
 class NeverSwitched(Behaviour):
-    """FAILURE, with the reason, if the mission has gone over to another branch of `subject`: it has come to an end, but
-    not as planned."""
+    """FAILURE, with the reason, if the mission has switched to another branch of `subject`; SUCCESS otherwise.
+
+    It distinguishes a mission that ended as planned from one that ended in a fallback.
+    """
 
     def __init__(self, name: str, context: MissionContext, subject: str) -> None:
         super().__init__(name)
@@ -41,9 +43,9 @@ class NeverSwitched(Behaviour):
 
 
 class WaitForSettled(Behaviour):
-    """RUNNING while cancelled goals are still stopping, and for `SETTLE_TIME` seconds at least; then SUCCESS.
+    """RUNNING while cancelled goals are stopping, and for at least `SETTLE_TIME` seconds; then SUCCESS.
 
-    Also SUCCESS after `patience` robot seconds, for what comes next may be more urgent than what does not stop.
+    After `patience` seconds of robot time it is SUCCESS in any case: the next step may be urgent, such as a landing.
     """
 
     def __init__(self, name: str, context: MissionContext, patience: float) -> None:

@@ -1,4 +1,4 @@
-"""What a skill asks of the robot's resources, as its model tells."""
+"""Resources that a skill takes and needs, by its model."""
 
 from __future__ import annotations
 
@@ -18,6 +18,6 @@ def needed_by(skillset: Skillset, skill: str) -> frozenset[str]:
 
 
 def checks_of(skillset: Skillset, skill: str) -> dict[str, frozenset[str]]:
-    """The resources that each precondition of `skill` looks at, by its name."""
+    """The resources that each precondition of `skill` names, by the name of the precondition."""
     checks = skillset.skill(skill).preconditions.checks
     return {check.name: names_used(check.expression, "resource") for check in checks}

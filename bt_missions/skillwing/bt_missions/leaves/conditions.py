@@ -1,4 +1,4 @@
-"""Leaves that look at the robot: the state of a resource, the value of a datum. They change nothing."""
+"""Leaves that check the robot: the state of a resource, the value of a datum. They change nothing."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class ResourceIs(Behaviour):
     """SUCCESS while `resource` is in one of `states`.
 
     Otherwise FAILURE, or with `wait` (seconds of robot time) RUNNING for that long and then FAILURE.
-    question: the failure is merely the answer to a question, and not what went wrong.
+    question: a failure is the answer to a question, and is not recorded as the reason of a later failure.
     """
 
     def __init__(
@@ -68,9 +68,9 @@ class ResourceIs(Behaviour):
 
 
 class DataCompare(Behaviour):
-    """SUCCESS while `datum` compares with `value` as `sign` says; `position.z` names a field of a structured datum.
+    """SUCCESS while the comparison of `datum` with `value` by `sign` holds; `position.z` names a field of a datum.
 
-    A datum that is stale or was never received compares with nothing: FAILURE.
+    FAILURE for a datum that is stale or was never received.
     """
 
     def __init__(self, name: str, context: MissionContext, datum: str, sign: Sign, value: float | str | bool) -> None:

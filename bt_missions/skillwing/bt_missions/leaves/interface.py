@@ -1,4 +1,4 @@
-"""The robot as missions see it: the part of the skillset interface that leaves rely on.
+"""Protocols of the robot as missions see it: the part of the skillset interface that leaves use.
 
 `skillwing.services.client.interface.SkillsetInterface` and its `GoalHandle` satisfy these protocols.
 """
@@ -12,8 +12,7 @@ from skillwing.services.protocol import DataReading, State, Terminal
 
 
 class GoalView(Protocol):
-    """A goal as its client sees it. `state` is None until the skill's manager has answered; `progress` is its latest
-    feedback."""
+    """A goal as its client sees it. `state` is None until the manager replies; `progress` is the latest feedback."""
 
     @property
     def goal_id(self) -> str: ...
@@ -32,7 +31,7 @@ class GoalView(Protocol):
 
 
 class RobotInterface(Protocol):
-    """Start and interrupt skills, look at resources and data. Nothing in it waits."""
+    """Interface to start and interrupt skills, and to read resources and data. No call waits."""
 
     @property
     def ready(self) -> bool: ...

@@ -1,4 +1,4 @@
-"""What stands in a draft for a node that could not be built, or not as it was written."""
+"""Placeholders in the draft of a tree for nodes that cannot be built as they are written."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ _INCOMPLETE = "_is_incomplete"
 
 
 class PlaceholderNode(Behaviour):
-    """Keeps a place in a draft, so that everything around and below it can be looked at; never in a flight.
+    """Keeps a place in a draft, so that all around and below it can be checked. It is never flown.
 
-    What it does is not known, so that nothing follows from it: its author knows already what is wrong here.
+    Its behaviour is unknown: no further problem is derived from it, as its own problem is reported already.
     """
 
     def __init__(self, name: str, children: Sequence[Behaviour] = ()) -> None:
@@ -26,7 +26,7 @@ class PlaceholderNode(Behaviour):
 
 
 def mark_guessed(node: Behaviour) -> None:
-    """Note that a node of a draft was made with a name that its author did not write, and knows of already."""
+    """Mark a node of a draft that was built with a guessed name. Its own problem is reported already."""
     setattr(node, _GUESSED, True)
 
 
@@ -35,10 +35,7 @@ def is_guessed(node: Behaviour) -> bool:
 
 
 def mark_incomplete(node: Behaviour) -> None:
-    """Note that something of what its author wrote about a node of a draft could not be read, and that he knows.
-
-    Whatever the node lacks now may have been that.
-    """
+    """Mark a node of a draft of which a part could not be read. What it lacks may have been that part."""
     setattr(node, _INCOMPLETE, True)
 
 

@@ -1,7 +1,7 @@
-"""The words in which skillsets of drones speak of the ground and the air.
+"""Names by which missions recognise take-off, landing and the state between them in a skillset.
 
-A skillset says what a skill needs, and not what it does to a state that only the robot can change. That a take-off
-leads into the air and a landing to the ground is a convention of the missions here, for every robot that has these.
+A skillset declares what a skill needs, but not its effect on a state that only the robot changes. By convention of
+these missions `takeoff` leads into the air and `land` to the ground, for every robot that has both skills.
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ FLIGHT_STATUS, ON_GROUND, IN_AIR = "flight_status", "ON_GROUND", "IN_AIR"
 
 
 def flies(skillset: Skillset) -> bool:
-    """Whether this robot takes off and lands in these words."""
+    """True if the skillset has these skills and states."""
     states = next((each.states for each in skillset.resources if each.name == FLIGHT_STATUS), ())
     return {ON_GROUND, IN_AIR} <= set(states) and {TAKEOFF, LAND} <= {skill.name for skill in skillset.skills}
 
 
 def holds_landing(skillset: Skillset) -> frozenset[str]:
-    """The resources on which a landing depends until its end: while these are not right, nobody here can land it."""
+    """The resources on which a landing depends until its end. While one is in another state, no mission can land."""
     return frozenset[str]().union(*(names_used(each.expression, "resource") for each in _demands(skillset)))
 
 
 def may_land(skillset: Skillset, states: Mapping[str, str]) -> bool:
-    """Whether nothing that a landing depends on speaks against one: for a drone, that no safety pilot has it."""
+    """True if these states allow a landing: for a drone, if the safety pilot does not have it."""
     demands = _demands(skillset)
     known = all(names_used(each.expression, "resource") <= states.keys() for each in demands)
     return known and all(evaluate(each.expression, Environment(resources=states)) for each in demands)
