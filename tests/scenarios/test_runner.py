@@ -22,7 +22,7 @@ from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.mission.mission import Mission, MissionOptions, MissionTrees, Progress
-from skillwing.bt_missions.running import mission_run as flight_module
+from skillwing.bt_missions.running import mission_run
 from skillwing.bt_missions.running.runner import LANDING_TIMEOUT, MissionNode, make_mission
 from skillwing.bt_missions.subtrees.composites import alongside, first_that_works, guarded, in_order
 from skillwing.bt_missions.subtrees.flight import land_where_it_is
@@ -310,7 +310,7 @@ def test_a_process_that_is_stopped_says_its_last_words_and_interrupts() -> None:
 def test_a_mission_ends_at_once_when_the_system_under_it_is_stopped(moment: float, where: str) -> None:
     flight = hop(hold)
     flight.network.run_for(moment)
-    flight.node.leave()
+    flight.node.system_stopped()
     assert flight.node.over
     assert flight.node.status.phase == "ABORTED"
     assert flight.node.status.text == f"the system was stopped under it{where}"
@@ -322,7 +322,7 @@ def test_what_brought_a_mission_down_before_its_system_was_stopped_is_told_too()
     flight.network.run_for(10.0)
     call_off(flight)
     flight.network.run_for(0.1)
-    flight.node.leave()
+    flight.node.system_stopped()
     assert flight.node.status.text.endswith("; before that: the wind gets up")
 
 
@@ -511,7 +511,7 @@ def test_the_end_waits_for_a_skill_that_does_not_confirm_its_stop() -> None:
 
 
 def test_the_end_does_not_wait_for_ever_and_names_what_did_not_stop(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(flight_module, "SETTLE_TIMEOUT", 1.0)
+    monkeypatch.setattr(mission_run, "SETTLE_TIMEOUT", 1.0)
     flight = hop(lambda context: alongside("hop on", hold(context), until=StatusQueue("fly", HOP, None)))
     flight.at(4.0, lambda: flight.drone.freeze("lidar_mapping"))
     flight.until(lambda: flight.node.over)

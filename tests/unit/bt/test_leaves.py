@@ -14,7 +14,7 @@ from skillwing.bt_missions.leaves.conditions import DataCompare, ResourceIs, Sig
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.planning.detour import RoutePlanner
 from skillwing.bt_missions.planning.waypoints import POSITION_PATIENCE, Route, WaypointWriter
-from skillwing.bt_missions.running.tree_snapshot import SnapshotBuilder, render
+from skillwing.bt_missions.running.tree_snapshot import SnapshotBuilder, render_tree
 from skillwing.bt_missions.subtrees.composites import alongside, guarded
 from skillwing.bt_missions.subtrees.decorators import Deadline, RepeatUntil
 from skillwing.services.protocol import Ending, Terminal, TreeSnapshot
@@ -276,7 +276,7 @@ def test_a_tree_is_told_depth_first_with_kinds_and_statuses(mission: FakeMission
         ("go", "Action", 2),
         ("r", "Behaviour", 2),
     ]
-    text = render(TreeSnapshot(mission="m", t=0.0, nodes=nodes)).plain.splitlines()
+    text = render_tree(TreeSnapshot(mission="m", t=0.0, nodes=nodes)).plain.splitlines()
     assert text[0] == "▶ root"
     assert text[1] == "  ✓ camera?  camera is OK"
     assert text[3] == "    ▶ go  sent"

@@ -27,7 +27,7 @@ def fly(system: System, node: MissionNode, console: Console | None) -> None:
     """Run the mission to its end, whoever calls it off."""
     node.attach(system.bus)
     try:
-        call_when_stopped(system.bus, system.target, node.leave)
+        call_when_stopped(system.bus, system.target, node.system_stopped)
         with aborted_by_signals(system.bus, node, console):
             system.bus.run_until(lambda: node.over)
     finally:

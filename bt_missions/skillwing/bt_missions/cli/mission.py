@@ -19,7 +19,7 @@ from skillwing.bt_missions.mission.options import parse_options, written
 from skillwing.bt_missions.mission.problems import FaultyMissionError
 from skillwing.bt_missions.running.phase import Phase
 from skillwing.bt_missions.running.runner import MissionNode
-from skillwing.bt_missions.running.tree_snapshot import render
+from skillwing.bt_missions.running.tree_snapshot import render_tree
 from skillwing.bt_missions.xml.writer import write_mission, write_models
 from skillwing.dsl import load
 from skillwing.services.commands.briefing import briefing
@@ -127,7 +127,7 @@ def run(
     if console is None:
         print_json(node.status)
     elif node.status.phase != Phase.SUCCEEDED and node.tree_shows_end:
-        say(console, render(node.snapshot))
+        say(console, render_tree(node.snapshot))
     raise typer.Exit(OK if node.status.phase == Phase.SUCCEEDED else FAILED)
 
 

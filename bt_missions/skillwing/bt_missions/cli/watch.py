@@ -9,7 +9,7 @@ from rich.live import Live
 from rich.text import Text
 
 from skillwing.bt_missions.running.phase import ENDED, Phase
-from skillwing.bt_missions.running.tree_snapshot import render
+from skillwing.bt_missions.running.tree_snapshot import render_tree
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.commands.connection import System
 from skillwing.services.commands.keyboard import when_pressed
@@ -174,7 +174,7 @@ def status_line(status: MissionStatus) -> Text:
 
 def _drawn(tree: TreeSnapshot, height: int | None) -> Text:
     """The tree, or on a small screen the lines of it that matter most."""
-    text = render(tree)
+    text = render_tree(tree)
     room = None if height is None else max(FEWEST, height - BARS - FRAME)
     if room is None or len(tree.nodes) <= room:
         return text

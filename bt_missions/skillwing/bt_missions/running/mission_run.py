@@ -1,8 +1,13 @@
-"""One run of a mission's trees, from waiting for the robot to the mission's last word.
+"""One run of a mission, from the wait for the robot to the final status.
 
-It goes through its stages in this order: WAITING until the robot is ready, FLYING the tree, LOOKING where the drone is
-once that has ended, RESCUING it if the tree could not go on or has ended in the air, SETTLING until every goal of the
-mission is over, OVER.
+Stages in this order:
+
+- WAITING until the robot is ready
+- FLYING the first tree
+- CHECKING for a drone in the air, after the end of that tree
+- RESCUING with the second tree, if the first one stopped or left the drone in the air
+- SETTLING until every goal has ended
+- OVER
 """
 
 from __future__ import annotations
@@ -15,33 +20,30 @@ from py_trees.common import Status
 
 from skillwing.bt_missions.leaves.context import SETTLE_TIME, MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.leaves.takeoff_and_landing import FLIGHT_STATUS, IN_AIR
 from skillwing.bt_missions.mission.mission import Mission, MissionTrees
-from skillwing.bt_missions.running.airborne_check import AirborneCheck
-from skillwing.bt_missions.running.clock_watchdog import CLOCK_TIMEOUT, ClockWatchdog
 from skillwing.bt_missions.running.pause_state import PauseControl, PauseState
 from skillwing.bt_missions.running.phase import Phase
 from skillwing.bt_missions.running.publisher import MissionPublisher
+from skillwing.bt_missions.running.run_conditions import CLOCK_TIMEOUT, AirborneCheck, ClockWatchdog, Readiness
 from skillwing.services.bus import Bus, Handle
 
 SETTLED_TICK = 0.01
-"""A tick that changed something is followed by another one, after so many seconds of robot time."""
+"""Time from a tick that changed something to the next one, in seconds of robot time."""
 SETTLE_TIMEOUT = 15.0
-"""How long to wait at the end for goals that do not stop, in seconds of wall time."""
+"""Longest wait at the end for goals that do not stop, in seconds of wall time."""
 
 
 class RunStage(StrEnum):
     WAITING = "waiting"
     FLYING = "flying"
-    LOOKING = "looking"
+    CHECKING = "checking"
     RESCUING = "rescuing"
     SETTLING = "settling"
     OVER = "over"
 
 
 class MissionRun:
-    """Flies `trees` for `mission`. Has to be ticked whenever something may have changed, and asks for it with `wake`
-    where it has changed something itself."""
+    """Flies `trees` for `mission`. It needs a tick after each change, and calls `wake` after its own changes."""
 
     def __init__(
         self,
@@ -53,45 +55,43 @@ class MissionRun:
         wake: Callable[[], None],
     ) -> None:
         self._bus = bus
-        self._mission = mission
         self._trees = trees
         self._context = context
-        self._interface = context.interface
         self._publisher = publisher
         self._wake = wake
+        self._readiness = Readiness(context.interface, mission.needs)
         self._airborne = AirborneCheck(context.interface, context.skillset)
         self._stage = RunStage.WAITING
         self._outcome = Phase.IDLE, ""
         self._abort_reason: str | None = None
-        self._knows_time = False
         self._has_flown = False
         self._system_is_there = True
         self._ended_at = 0.0
-        self._until_over: list[Handle] = []
+        self._at_end: list[Handle] = []
         self._show(trees.root)
 
     @property
     def tree_shows_end(self) -> bool:
-        """Whether the tree shows why the mission ended: it was flown, and the robot was there to its end."""
+        """True if the tree shows why the mission ended: it was flown, and the system was there until its end."""
         return self._has_flown and self._system_is_there
 
     def cancel_at_end(self, *handles: Handle) -> None:
         """Cancel these when the run is over."""
-        self._until_over += handles
+        self._at_end += handles
 
     def time_is_known(self) -> None:
-        """Robot time is known from now on."""
-        self._knows_time = True
+        """Note that robot time is known from now on."""
+        self._readiness.time_is_known = True
         self._wake()
 
     def tick(self) -> None:
         match self._stage:
             case RunStage.WAITING:
-                self._take_off_when_ready()
+                self._start_when_ready()
             case RunStage.FLYING:
                 self._fly()
-            case RunStage.LOOKING:
-                self._look()
+            case RunStage.CHECKING:
+                self._check_for_drone_in_air()
             case RunStage.RESCUING:
                 self._rescue()
             case RunStage.SETTLING | RunStage.OVER:
@@ -99,19 +99,19 @@ class MissionRun:
         if self._stage is RunStage.SETTLING and not self._context.reaper.unfinished:
             self._finish()
         if self._stage in (RunStage.FLYING, RunStage.RESCUING) and self._publisher.publish_tree():
-            self._tell_progress()
-            # What one tick changed (the end of a round, say) the next one may go on from.
+            self._publish_progress()
+            # The next tick may continue from what this one changed, such as the end of a round.
             self._bus.after(SETTLED_TICK, self._wake)
 
-    # --- what an operator wants
+    # --- requests of the operator
 
     def abort(self, reason: str) -> None:
-        """Interrupt everything, land, and end as ABORTED. Repeating it, or calling it at the end, changes nothing."""
+        """Interrupt everything, land, and end as ABORTED. A second call, or one at the end, has no effect."""
         if self._stage not in (RunStage.WAITING, RunStage.FLYING):
             return
         self._abort_reason = reason
         self._end(Phase.ABORTED, reason, rescue=self._stage is RunStage.FLYING)
-        # At once: whoever asked is answered with it.
+        # At once, as the reply to the request carries this status.
         if self._stage is RunStage.RESCUING:
             self._publisher.publish(Phase.RUNNING, self._rescue_text)
         else:
@@ -119,86 +119,72 @@ class MissionRun:
         self._wake()
 
     def pause(self, reason: str) -> str | None:
-        """Stop the motion and hold the place until `resume`. Returns a sentence that says what is against it.
+        """Stop the motion and hold the position until `resume`. Returns a sentence if that is not possible.
 
-        Guards go on guarding: they may bring the drone home, or down, all the same.
+        Guards stay active: they may still bring the drone home or land it.
         """
         if self._stage is not RunStage.FLYING:
             return f"The mission is {self._stage}; only a flight can be paused."
-        against = self._pause.pause(reason)
-        if against is None:
+        refusal = self._pause.pause(reason)
+        if refusal is None:
             self._publish_pause_state()
             self._wake()
-        return against
+        return refusal
 
     def resume(self, reason: str) -> str | None:
-        """Go on where the flight was paused. Returns a sentence that says what is against it."""
-        against = self._pause.resume()
-        if against is None:
+        """Continue where the flight was paused. Returns a sentence if that is not possible."""
+        refusal = self._pause.resume()
+        if refusal is None:
             self._publish_pause_state(reason)
             self._wake()
-        return against
+        return refusal
 
-    # --- waiting for the robot
+    # --- wait for the robot
 
-    def _take_off_when_ready(self) -> None:
-        missing = self._missing()
+    def _start_when_ready(self) -> None:
+        missing = self._readiness.missing
         if not missing:
             self._stage = RunStage.FLYING
             self._has_flown = True
             self._airborne.begin()
             self._publisher.enter(Phase.RUNNING, "the robot is ready")
-            self._until_over.append(ClockWatchdog(self._bus, self._give_up_for_clock))
+            self._at_end.append(ClockWatchdog(self._bus, self._give_up_for_clock))
             self._fly()
         elif self._publisher.status.text != missing:
             self._publisher.publish(Phase.IDLE, missing)
 
-    def _missing(self) -> str:
-        """What the robot still lacks for this mission, or an empty text."""
-        if not self._interface.ready:
-            return "waiting for the resource manager"
-        if not self._knows_time:
-            return "waiting for the robot's clock"
-        states = self._interface.states
-        lacks = [
-            f"{resource} is {states.get(resource, 'not known')} instead of {' or '.join(wanted)}"
-            for resource, wanted in self._mission.needs.items()
-            if states.get(resource) not in wanted
-        ]
-        return "waiting: " + "; ".join(lacks) if lacks else ""
-
     def give_up_waiting(self, waited: float) -> None:
-        """The robot has had so many seconds to get ready."""
+        """End the mission if the robot is not ready after so many seconds."""
         if self._stage is RunStage.WAITING:
-            self.give_up(f"The robot did not get ready within {waited:g} s ({self._missing()}).")
+            self.give_up(f"The robot did not get ready within {waited:g} s ({self._readiness.missing}).")
 
     def give_up_in_air(self) -> None:
-        """Nobody brings down a drone that nobody flies, so there is nothing to wait for."""
-        wanted = self._mission.needs.get(FLIGHT_STATUS, (IN_AIR,))
-        if self._stage is RunStage.WAITING and IN_AIR not in wanted and self._airborne.nobody_flies:
+        """End the mission if it waits for a drone to land that nobody flies."""
+        if self._stage is RunStage.WAITING and not self._readiness.starts_in_air and self._airborne.nobody_flies:
             self.give_up("The drone is in the air already, and nobody flies it. Land it with `skillwing start land`.")
 
-    # --- flying
+    # --- flight
 
     def _fly(self) -> None:
         status = self._tick_tree(self._trees.root)
         if status is Status.SUCCESS:
-            self._land(Phase.SUCCEEDED, self._trees.progress().text or "done")
+            self._tree_ended(Phase.SUCCEEDED, self._trees.progress().text or "done")
         elif status is Status.FAILURE:
-            self._land(Phase.FAILED, self._why())
+            self._tree_ended(Phase.FAILED, self._failure_text())
 
     def _rescue(self) -> None:
         status = self._tick_tree(self._trees.rescue)
         if status in (Status.SUCCESS, Status.FAILURE):
             phase, text = self._outcome
-            landed = "the drone is on the ground" if status is Status.SUCCESS else f"no landing: {self._why()}"
+            landed = "the drone is on the ground"
+            landed = landed if status is Status.SUCCESS else f"no landing: {self._failure_text()}"
             self._end(phase, _joined(text, landed), rescue=False)
 
     def _tick_tree(self, tree: Behaviour) -> Status:
-        """Tick once. If a leaf of the mission raises, the drone is brought down by the other tree."""
+        """Tick once. If a leaf of the first tree raises, the second one lands the drone."""
         try:
             tree.tick_once()
-        except Exception as error:  # noqa: BLE001 - whatever a leaf raises, the drone is still in the air
+        except Exception as error:  # noqa: BLE001 - the drone is in the air, so no exception may end the process
             text = f"the tree raised {type(error).__name__}: {error}"
             if self._stage is RunStage.RESCUING:
                 phase, reason = self._outcome
@@ -208,8 +194,8 @@ class MissionRun:
             return Status.INVALID
         return tree.status
 
-    def _why(self) -> str:
-        """What made the mission fail: why the tree went over to its last branch, and what failed after that."""
+    def _failure_text(self) -> str:
+        """Reasons of the mission's failure: why the tree switched to its last branch, then the last failure."""
         reasons = [switch.reason for switch in self._context.switches if switch.subject == "mission"]
         if self._context.failure is not None:
             reasons.append(self._context.failure.text)
@@ -217,79 +203,77 @@ class MissionRun:
         return _joined(first, *(f"then {reason}" for reason in later))
 
     def _show(self, tree: Behaviour) -> None:
-        """This tree is flown from now on: the mission's own, or the one that brings the drone to safety."""
+        """Fly and publish this tree from now on."""
         self._tree = tree
-        self._pause = PauseControl(tree, self._interface)
+        self._pause = PauseControl(tree, self._context.interface)
         self._publisher.show(tree, self._trees.progress)
 
-    def _tell_progress(self) -> None:
-        running = [leaf.name for leaf in self._tree.iterate() if _is_flying(leaf)]
-        phase, text = Phase.RUNNING, ", ".join(running) or "deciding"
+    def _publish_progress(self) -> None:
         if self._stage is RunStage.RESCUING:
-            text = self._rescue_text
-        else:
-            phase, reason, _ = self._publish_pause_state()
-            text = reason or text
-        self._publisher.publish_news(phase, text)
+            self._publisher.publish_if_changed(Phase.RUNNING, self._rescue_text)
+            return
+        leaves = (node for node in self._tree.iterate() if isinstance(node, SkillAction))
+        running = ", ".join(leaf.name for leaf in leaves if leaf.status is Status.RUNNING)
+        state = self._publish_pause_state()
+        self._publisher.publish_if_changed(state.phase, state.reason or running or "deciding")
 
     def _publish_pause_state(self, reason: str = "") -> PauseState:
-        """Tell when the flight is held or goes on; what is done next is done for that."""
-        standing = self._pause.state
-        if standing.phase != self._publisher.status.phase:
-            told = reason or standing.reason or self._context.last_observation
-            self._context.observe(told, self._publisher.enter(standing.phase, told, standing.cause))
-        return standing
+        """Publish a change between RUNNING, PAUSED and HELD. It is the cause of what the tree does next."""
+        state = self._pause.state
+        if state.phase != self._publisher.status.phase:
+            text = reason or state.reason or self._context.last_observation
+            self._context.observe(text, self._publisher.enter(state.phase, text, state.cause))
+        return state
 
     @property
     def _rescue_text(self) -> str:
         return _joined(self._outcome[1], "landing")
 
-    # --- the end
+    # --- end
 
     def give_up(self, text: str) -> None:
-        """End as FAILED, and land nothing."""
+        """End as FAILED without a landing."""
         self._end(Phase.FAILED, text, rescue=False)
         self._wake()
 
     def _give_up_for_clock(self) -> None:
-        if self._stage in (RunStage.FLYING, RunStage.LOOKING, RunStage.RESCUING):
+        if self._stage in (RunStage.FLYING, RunStage.CHECKING, RunStage.RESCUING):
             text = f"robot time stands still for {CLOCK_TIMEOUT:g} s"
-            self.give_up(_joined(self._why(), f"then {text}") if self._context.failure else text)
+            self.give_up(_joined(self._failure_text(), f"then {text}") if self._context.failure else text)
 
     def stop(self) -> None:
-        """Interrupt what still runs and say that the mission is over; nobody will wait for the answers."""
+        """Interrupt what still runs and publish the end of the mission, without waiting for replies."""
         if self._stage is not RunStage.OVER:
             self._end(Phase.ABORTED, self._abort_reason or "the mission's process was stopped", rescue=False)
             self._finish()
 
-    def leave(self) -> None:
-        """End at once: the system was stopped, and nobody is there to stop or to land anything."""
+    def system_stopped(self) -> None:
+        """End at once: the system was stopped, so that nothing can be interrupted or landed."""
         if self._stage is RunStage.OVER:
             return
         phase, before = self._outcome
         where = ", with the drone in the air" if self._airborne.is_in_air else ""
         after = f"; before that: {before}" if before else ""
         self._system_is_there = False
-        self._stop_tree(
-            Phase.ABORTED if phase is Phase.IDLE else phase, f"the system was stopped under it{where}{after}"
-        )
+        text = f"the system was stopped under it{where}{after}"
+        self._stop_tree(Phase.ABORTED if phase is Phase.IDLE else phase, text)
         self._conclude(*self._outcome)
 
     def _end(self, phase: Phase, text: str, *, rescue: bool) -> None:
-        """Halt the tree. Then bring the drone down with `rescue`, or wait for the goals to stop."""
+        """Halt the tree. Then land the drone with the second tree, or wait for the goals to stop."""
         self._stop_tree(phase, text)
         self._begin_rescue() if rescue else self._settle()
 
-    def _land(self, phase: Phase, text: str) -> None:
-        """The tree has come to its end; whoever ended it in the air does not leave the drone there."""
+    def _tree_ended(self, phase: Phase, text: str) -> None:
+        """Note the end of the first tree, and check that it has not left the drone in the air."""
         self._stop_tree(phase, text)
-        self._stage = RunStage.LOOKING
+        self._stage = RunStage.CHECKING
         self._ended_at = self._bus.now()
-        self._look()
+        self._check_for_drone_in_air()
 
-    def _look(self) -> None:
-        """The landing's end may be known before the landing gear tells of it; an end in the air stays one."""
-        if not self._airborne.leaves_drone_in_air:
+    def _check_for_drone_in_air(self) -> None:
+        """Land a drone that stays in the air. The end of a landing may arrive before the new flight status."""
+        if not self._airborne.has_to_land:
             self._settle()
         elif self._bus.now() - self._ended_at >= SETTLE_TIME:
             phase, text = self._outcome
@@ -298,14 +282,10 @@ class MissionRun:
 
     def _stop_tree(self, phase: Phase, text: str) -> None:
         self._outcome = phase, text
-        self._publisher.publish_tree()  # the last picture of it, before halting wipes its statuses
-        self._halt()
-
-    def _halt(self) -> None:
+        self._publisher.publish_tree()  # its last state, before the halt resets the statuses
         try:
             self._tree.stop(Status.INVALID)
         except Exception as error:  # noqa: BLE001 - the goals have to be interrupted all the same
-            phase, text = self._outcome
             self._outcome = phase, _joined(text, f"halting the tree raised {type(error).__name__}: {error}")
         self._context.cancel_all()
 
@@ -315,10 +295,10 @@ class MissionRun:
 
     def _settle(self) -> None:
         self._stage = RunStage.SETTLING
-        self._until_over.append(self._bus.after(SETTLE_TIMEOUT, self._finish, wall=True))
+        self._at_end.append(self._bus.after(SETTLE_TIMEOUT, self._finish, wall=True))
 
     def _finish(self) -> None:
-        """Everything has stopped, or had time enough to."""
+        """Conclude when every goal has stopped, or had its time to stop."""
         if self._stage is RunStage.OVER:
             return
         phase, text = self._outcome
@@ -331,15 +311,11 @@ class MissionRun:
         self._stage = RunStage.OVER
         failure = self._context.failure if phase is Phase.FAILED else None
         self._publisher.enter(phase, text, failure.record if failure else None)
-        for handle in self._until_over:
+        for handle in self._at_end:
             handle.cancel()
 
 
-def _is_flying(leaf: Behaviour) -> bool:
-    return isinstance(leaf, SkillAction) and leaf.status is Status.RUNNING
-
-
 def _joined(*clauses: str) -> str:
-    """One sentence of several: a full stop stands only at its end, if the last one has it."""
+    """One sentence of several clauses: only the last one keeps its full stop."""
     *first, last = clauses
     return "; ".join([*(clause.removesuffix(".") for clause in first), last])

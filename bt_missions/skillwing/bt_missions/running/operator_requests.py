@@ -1,4 +1,4 @@
-"""What an operator may ask of a running mission, as queries on the bus."""
+"""Requests of an operator to a running mission, served as queries on the bus."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from skillwing.services.protocol import (
     encode,
 )
 
-Obey: TypeAlias = Callable[[str], str | None]
+Handler: TypeAlias = Callable[[str], str | None]
 
 
 class OperatedMission(Protocol):
-    """Whom the orders are for. Each returns a sentence that says what is against it, None where it is obeyed."""
+    """The mission that the requests are for. Each handler returns None, or a sentence with which it refuses."""
 
     @property
     def status(self) -> MissionStatus: ...
@@ -33,17 +33,17 @@ class OperatedMission(Protocol):
 
 
 def serve_operator_requests(bus: Bus, keys: Keys, mission: OperatedMission) -> list[Handle]:
-    """Answer each order with what the mission says of itself afterwards, or with a refusal."""
+    """Reply to each request with the status after it, or with a refusal."""
 
-    def serve(key: str, kind: type[AbortMission | PauseMission | ResumeMission], follow: Obey) -> Handle:
+    def serve(key: str, kind: type[AbortMission | PauseMission | ResumeMission], handler: Handler) -> Handle:
         def on_request(request: Request) -> None:
             try:
-                order = decode(request.payload, kind)
+                message = decode(request.payload, kind)
             except ProtocolError as error:
                 help_ = f"Send the message `{kind.__name__}`."
                 request.refuse(ErrorReply(code=ErrorCode.BAD_REQUEST, message=f"{error}.", help=help_))
                 return
-            refusal = follow(order.reason)
+            refusal = handler(message.reason)
             if refusal is None:
                 request.reply(encode(mission.status))
             else:

@@ -1,4 +1,4 @@
-"""Whether a flight stands still, and who or what made it."""
+"""Pause state of a flight: running, paused by the operator, or held for the safety pilot."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from skillwing.bt_missions.subtrees.pausing import Pausable, WhileGranted
 
 
 class PauseState(NamedTuple):
-    """RUNNING, PAUSED or HELD; why; and the record of what made it so, if the robot did."""
+    """RUNNING, PAUSED or HELD, the reason, and the record of the robot's change that caused it, if any."""
 
     phase: Phase
     reason: str = ""
@@ -21,7 +21,7 @@ class PauseState(NamedTuple):
 
 
 class PauseControl:
-    """The nodes of a tree that may hold its flight. Its shape must not change."""
+    """Pauses and resumes the nodes of a tree that can hold it. The shape of the tree must not change."""
 
     def __init__(self, tree: Behaviour, interface: RobotInterface) -> None:
         nodes = list(tree.iterate())
@@ -30,15 +30,15 @@ class PauseControl:
         self._interface = interface
 
     def pause(self, reason: str) -> str | None:
-        """Pause what can be paused at this moment. Returns a sentence that says what is against it."""
+        """Pause the part that can be paused now. Returns a sentence if that is not possible."""
         pausable = self._pausable
         if pausable is None:
             return "This part of the mission cannot be paused; it can be aborted."
-        against = pausable.pause(reason)
-        return None if against is None else f"The mission is not paused: {against}."
+        refusal = pausable.pause(reason)
+        return None if refusal is None else f"The mission is not paused: {refusal}."
 
     def resume(self) -> str | None:
-        """Let it go on. Returns a sentence that says what is against it."""
+        """Continue. Returns a sentence if that is not possible."""
         pausable = self._pausable
         if pausable is None or pausable.reason is None:
             return "The mission is not paused."
@@ -51,7 +51,7 @@ class PauseControl:
 
     @property
     def state(self) -> PauseState:
-        """How a mission that is neither waiting nor over is just now. The pilot comes before the operator."""
+        """State of a flight that has begun and is not over. HELD comes before PAUSED."""
         for grant in self._grants:
             if grant.status is Status.RUNNING and grant.reason is not None:
                 cause = self._interface.change_record(grant.resource)

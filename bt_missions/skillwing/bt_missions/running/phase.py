@@ -1,4 +1,4 @@
-"""The phases of a mission that `MissionStatus` and the timeline know."""
+"""Phases of a mission in `MissionStatus` and the timeline."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import StrEnum
 
 
 class Phase(StrEnum):
-    """PAUSED: by the operator, until he resumes it. HELD: the safety pilot has the drone, until he gives it back."""
+    """PAUSED: by the operator, until a resume. HELD: the safety pilot has the drone."""
 
     IDLE = "IDLE"
     RUNNING = "RUNNING"

@@ -1,4 +1,4 @@
-"""What a mission tells the world of itself: its status, its tree, and its records in the timeline."""
+"""Publisher of a mission: its status, its tree, and its records in the timeline."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from skillwing.services.timeline import Timeline
 
 
 class MissionPublisher:
-    """Publishes for the mission of that name. `status` is what was told last; on_status: called with each."""
+    """Publishes for one mission. `status` is the latest that was published; each one goes to `on_status` too."""
 
     def __init__(self, mission: str, keys: Keys, on_status: Callable[[MissionStatus], None]) -> None:
         self.status = MissionStatus(mission=mission, phase=Phase.IDLE, t=0.0, text="not started")
@@ -29,20 +29,18 @@ class MissionPublisher:
         self._tree_out: Publisher = bus.advertise(self._keys.mission_tree, events=True)
 
     def show(self, tree: Behaviour, progress: Callable[[], Progress]) -> None:
-        """Tell of this tree from now on, and of how far the mission is."""
-        self._portrait = SnapshotBuilder(tree)
+        """Publish this tree and this progress from now on."""
+        self._tree = SnapshotBuilder(tree)
         self._progress = progress
 
-    # --- the timeline
-
     def record(self, subject: str, before: str | None, after: str, text: str, cause: str | None) -> str:
-        """Write a record of the mission's kind; returns its id. A `Journal` for leaves."""
+        """Write a record of kind MISSION to the timeline; returns its id. A `RecordWriter` for leaves."""
         return self._timeline.record(RecordKind.MISSION, subject, before, after, text=text, cause=cause)
 
-    # --- the status
+    # --- status
 
     def enter(self, phase: Phase, text: str, cause: str | None = None) -> str:
-        """Tell of another phase, in the timeline too. Returns the id of the record."""
+        """Publish another phase, and record it in the timeline. Returns the id of the record."""
         record = self.record(self.status.mission, self.status.phase, phase, text, cause)
         self.publish(phase, text)
         return record
@@ -61,22 +59,22 @@ class MissionPublisher:
         self._status_out.put(encode(self.status))
         self._on_status(self.status)
 
-    def publish_news(self, phase: Phase, text: str) -> None:
-        """Publish what is done within a phase, if it is something else than was told last."""
+    def publish_if_changed(self, phase: Phase, text: str) -> None:
+        """Publish the text and progress of a phase if they differ from the latest status."""
         progress = self._progress()
         if (text, progress.waypoint, progress.goal) != (self.status.text, self.status.waypoint, self.status.goal):
             self.publish(phase, text)
 
-    # --- the tree
+    # --- tree
 
     @property
     def snapshot(self) -> TreeSnapshot:
-        """The tree as it was told last."""
-        return TreeSnapshot(mission=self.status.mission, t=self._bus.now(), nodes=self._portrait.nodes)
+        """The latest tree that was published."""
+        return TreeSnapshot(mission=self.status.mission, t=self._bus.now(), nodes=self._tree.nodes)
 
     def publish_tree(self) -> bool:
-        """Publish the tree if it has changed; tells whether it has."""
-        if not self._portrait.update():
+        """Publish the tree if it has changed. Returns True if it has."""
+        if not self._tree.update():
             return False
         self._tree_out.put(encode(self.snapshot))
         return True

@@ -1,4 +1,4 @@
-"""The process that flies one mission: it ticks the flight when something changes, and takes orders for it."""
+"""Process of one mission: `MissionNode` ticks the run after each change, and serves the operator's requests."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ from skillwing.services.options import required
 from skillwing.services.protocol import AbortMission, Keys, MissionStatus, PauseMission, ResumeMission, TreeSnapshot
 
 TICK_PERIOD = 0.2
-"""Longest time between two ticks, in seconds of robot time; changes tick at once."""
+"""Longest time between two ticks, in seconds of robot time; after a change a tick follows at once."""
 READY_TIMEOUT = 30.0
-"""How long to wait for the robot to get ready, in seconds of wall time."""
+"""Longest wait for the robot to get ready, in seconds of wall time."""
 LANDING_TIMEOUT = 3.0
-"""How long to wait for a drone in the air that nobody flies, which may just have landed, in seconds of wall time."""
+"""Wait before giving up for a drone in the air that nobody flies, in seconds of wall time. It may be about to land."""
 
 
 def make_mission(options: dict[str, Any]) -> MissionNode:
-    """A node that flies one mission of the library.
+    """A node that flies one mission.
 
-    options: "mission" (its name), "skillset" (path of the file), optionally "ready_timeout" (wall seconds); all others
-    are the mission's own. Raises UnknownNameError, InvalidOptionError or SkillsetError.
+    options: "mission" (name or file), "skillset" (path of the file), optionally "ready_timeout" (seconds of wall time).
+    All others are options of the mission. Raises UnknownNameError, InvalidOptionError or SkillsetError.
     """
     mission = find_mission(required(options, "mission"))
     skillset = load(Path(required(options, "skillset")))
@@ -47,10 +47,10 @@ def make_mission(options: dict[str, Any]) -> MissionNode:
 
 
 class MissionNode:
-    """Flies `mission` on the robot whose managers speak `skillset`.
+    """Flies `mission` on the robot with this `skillset`.
 
-    `status` is the latest MissionStatus; `over` tells that it is the last one. Then every goal has ended, or had its
-    time to, unless the system was stopped. on_status: called with each of them.
+    `status` is the latest MissionStatus, which also goes to `on_status`. It is the final one when `over` is True.
+    Then every goal has ended, or had its time to end, unless the system was stopped.
     """
 
     name = MISSION
@@ -83,12 +83,12 @@ class MissionNode:
 
     @property
     def tree_shows_end(self) -> bool:
-        """Whether the tree shows why the mission ended."""
+        """True if the tree shows why the mission ended."""
         return self._run.tree_shows_end
 
     @property
     def snapshot(self) -> TreeSnapshot:
-        """The tree as it was told last; at the end, as it was before it was halted."""
+        """The latest tree that was published; at the end, the tree before its halt."""
         return self._publisher.snapshot
 
     def attach(self, bus: Bus) -> None:
@@ -99,7 +99,7 @@ class MissionNode:
         trees, problems = draft_and_check(self.mission, context, self._options)
         self._run = MissionRun(bus, self.mission, trees, context, self._publisher, self._wake)
         self._run.cancel_at_end(
-            # A timer of robot time: it runs once that is known.
+            # A timer in robot time fires only once that time is known.
             bus.after(0.0, self._run.time_is_known),
             *serve_operator_requests(bus, self._keys, self),
             interface.on_change(self._wake),
@@ -109,33 +109,33 @@ class MissionNode:
             bus.declare_alive(self._keys.alive(self.name)),
         )
         if problems:
-            told = "".join(f"\n  {problem}" for problem in problems)
-            self._run.give_up(f"The mission does not fit this robot:{told}")
+            listed = "".join(f"\n  {problem}" for problem in problems)
+            self._run.give_up(f"The mission does not fit this robot:{listed}")
         self._wake()
 
     def detach(self) -> None:
-        """Interrupt what still runs and say that the mission is over; nobody will wait for the answers."""
+        """Interrupt what still runs and publish the end of the mission, without waiting for replies."""
         self._run.stop()
 
     def abort(self, reason: str = AbortMission().reason) -> str | None:
-        """Interrupt everything, land, and end as ABORTED. Repeating it, or calling it at the end, changes nothing."""
+        """Interrupt everything, land, and end as ABORTED. A second call, or one at the end, has no effect."""
         self._run.abort(reason)
         return None
 
     def pause(self, reason: str = PauseMission().reason) -> str | None:
-        """Stop the motion and hold the place until `resume`. Returns a sentence that says what is against it."""
+        """Stop the motion and hold the position until `resume`. Returns a sentence if that is not possible."""
         return self._run.pause(reason)
 
     def resume(self, reason: str = ResumeMission().reason) -> str | None:
-        """Go on where the flight was paused. Returns a sentence that says what is against it."""
+        """Continue where the flight was paused. Returns a sentence if that is not possible."""
         return self._run.resume(reason)
 
-    def leave(self) -> None:
-        """End at once: the system was stopped, and nobody is there to stop or to land anything."""
-        self._run.leave()
+    def system_stopped(self) -> None:
+        """End at once: the system was stopped, so that nothing can be interrupted or landed."""
+        self._run.system_stopped()
 
     def _wake(self) -> None:
-        """Tick soon; any number of changes that arrive together are one tick."""
+        """Tick soon, once for all changes that arrive together."""
         if not self._awake and not self.over:
             self._awake = True
             self._bus.post(self._tick)

@@ -12,7 +12,7 @@ from skillwing.bt_missions.leaves.conditions import DataCompare, ResourceIs
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.services.protocol import TreeNode, TreeSnapshot
 
-_LOOKS = {
+_MARKS = {
     "SUCCESS": ("✓", "green"),
     "FAILURE": ("✗", "red"),
     "RUNNING": ("▶", "blue"),
@@ -21,23 +21,23 @@ _LOOKS = {
 
 
 class SnapshotBuilder:
-    """A tree as nodes of a `TreeSnapshot`, drawn anew only where it looks different from before.
+    """Nodes of a `TreeSnapshot` for one tree, built again only after a change.
 
     Nodes are in depth-first order, each after its parent. `kind` is `Sequence`, `Selector`, `Parallel`, `Decorator`,
-    `Action` (runs a skill), `Condition`, or `Behaviour`. The tree's shape must not change.
+    `Action` (runs a skill), `Condition`, or `Behaviour`. The shape of the tree must not change.
     """
 
     def __init__(self, root: Behaviour) -> None:
         self._members = _depth_first(root, None, [])
-        self._looks: list[tuple[Status, str]] = []
+        self._states: list[tuple[Status, str]] = []
         self.nodes: tuple[TreeNode, ...] = ()
 
     def update(self) -> bool:
-        """Look at the tree; tells whether it has changed. Cheap if not: this follows every tick."""
-        looks = [(node.status, node.feedback_message) for node, _ in self._members]
-        if looks == self._looks:
+        """Compare the tree with the latest nodes. Returns True if it has changed. Called after every tick, so fast."""
+        states = [(node.status, node.feedback_message) for node, _ in self._members]
+        if states == self._states:
             return False
-        self._looks = looks
+        self._states = states
         self.nodes = tuple(
             TreeNode(
                 index=index,
@@ -63,13 +63,13 @@ def _depth_first(
     return seen
 
 
-def render(snapshot: TreeSnapshot, *, feedback: bool = True) -> Text:
-    """One line a node, indented by depth, with a mark and colour for its status."""
+def render_tree(snapshot: TreeSnapshot, *, feedback: bool = True) -> Text:
+    """One line per node, indented by depth, with a mark and a colour for its status."""
     depth: dict[int, int] = {}
     text = Text()
     for node in snapshot.nodes:
         depth[node.index] = 0 if node.parent is None else depth[node.parent] + 1
-        mark, style = _LOOKS.get(node.status, ("?", ""))
+        mark, style = _MARKS.get(node.status, ("?", ""))
         text.append(f"{'  ' * depth[node.index]}{mark} {node.name}", style)
         if feedback and node.feedback:
             text.append(f"  {node.feedback}", "dim")
