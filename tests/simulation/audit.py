@@ -14,7 +14,6 @@ from simulation.world import Client, Process, World
 from skillwing.dsl.expressions import Environment, evaluate, names_used
 from skillwing.services.bus.inprocess import InProcessBus, Utterance
 from skillwing.services.client.asking import LONGEST_DELAY
-from skillwing.services.core.grants import UNGRANTED
 from skillwing.services.core.skill_actions import GoalRun
 from skillwing.services.names import RESOURCE_MANAGER
 from skillwing.services.protocol import Ending, State
@@ -23,7 +22,7 @@ SLACK = 0.05
 """Seconds of virtual time that a timer may be late: others come first at the same instant."""
 ASKED_AGAIN_WITHIN = 2.0 + LONGEST_DELAY
 """Seconds from one question to the same again: what an answer may take, and the longest pause after a silence."""
-OWN_WORD = "own word"
+LOCAL_OUTCOME = "record_outcome"
 MOST_SILENCES = 10
 """In a row, of the resource manager; then a goal ends without it."""
 
@@ -77,11 +76,11 @@ class Audit:
         """The resource manager is asked ten times at most; and for no end of an interrupted goal that still moves."""
         call: dict[str, Any] = msgspec.msgpack.decode(said.payload)
         goal_id = call["goal_id"]
-        what = OWN_WORD if call.get("how") == UNGRANTED else call["type"]
+        what = call["type"]
         if what == "renew":
             return
         for process in self._world.skill_managers:
-            run = _doubts(process).get(goal_id) if what == OWN_WORD else process.skill_core.current
+            run = _doubts(process).get(goal_id) if what == LOCAL_OUTCOME else process.skill_core.current
             if process.bus is not said.source or run is None or run.goal_id != goal_id:
                 continue
             self._look_at_patience(process, what, goal_id)
@@ -109,7 +108,7 @@ class Audit:
                 continue
             for doubt in _doubts(process).values():
                 if doubt.status is not None:
-                    self._look_at_waiting(process, doubt, doubt.status.t, OWN_WORD)
+                    self._look_at_waiting(process, doubt, doubt.status.t, LOCAL_OUTCOME)
             run = process.skill_core.current
             if run is None or run.status is None:
                 continue
@@ -230,5 +229,5 @@ class Audit:
 
 
 def _doubts(process: Process) -> dict[str, GoalRun]:
-    """Goals that a manager is about to end by its own word, and has given no answer yet."""
+    """Goals with a local outcome that the resource manager has not confirmed and no client has got."""
     return {goal: run for goal, run in process.skill_core._in_doubt.items() if run.state is not State.TERMINATED}

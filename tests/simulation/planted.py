@@ -16,7 +16,12 @@ from skillwing.services.core.resource_core import ResourceCore
 from skillwing.services.core.skill_core import SkillCore
 from skillwing.services.journal.journal import Journal
 from skillwing.services.managers.standing import Standing
-from skillwing.services.protocol import Ended, Ending, State
+from skillwing.services.protocol import (
+    Ended,
+    Ending,
+    EndKind,
+    State,
+)
 from skillwing.services.protocol import Granted as GrantedVerdict
 
 Wrong = Callable[..., Any]
@@ -43,7 +48,7 @@ def _release_at_the_request(right: Wrong) -> Wrong:
     def stop(self: SkillCore, run: Any, reason: str, cause: str | None, now: float) -> None:
         right(self, run, reason, cause, now)
         if run.stoppable:
-            self._end(run, "interrupt", reason)
+            self._end(run, EndKind.INTERRUPT, reason)
 
     return stop
 
@@ -104,7 +109,7 @@ def _write_no_grants(right: Wrong) -> Wrong:
     return write
 
 
-def _write_no_own_words(right: Wrong) -> Wrong:
+def _write_no_local_outcomes(right: Wrong) -> Wrong:
     def remember(self: Ledger, over: GoalOver) -> None:
         if not isinstance(over.verdict, Ended) or over.verdict.terminal is None:
             right(self, over)
@@ -136,7 +141,7 @@ BUGS: Mapping[str, tuple[tuple[Any, str, Callable[[Wrong], Wrong]], ...]] = {
     "invariants are judged once, not to the fixpoint": ((ResourceCore, "_enforce_invariants", _judge_once),),
     "tokens are counted from one": ((Ledger, "next_token", _count_from_one),),
     "grants are not written to the journal": ((Journal, "write", _write_no_grants),),
-    "a manager's own word is not written down": ((Ledger, "remember", _write_no_own_words),),
+    "a local outcome is not written down": ((Ledger, "remember", _write_no_local_outcomes),),
     "a question in doubt that nobody answers is not asked again": ((SkillCore, "_bear_doubt", _always(None)),),
     "a replaced manager that nobody asks anything does not notice": ((Standing, "_ask_after", _always(None)),),
     "clients learn of no loss": ((GoalPursuit, "probe", _always(None)), (GoalPursuit, "judged", _always(None))),
@@ -149,7 +154,7 @@ LATE: Mapping[str, int] = {
     "tokens are counted from one": 75,
     "grants are not written to the journal": 80,
     "clients learn of no loss": 650,
-    "a manager's own word is not written down": 1885,
+    "a local outcome is not written down": 1885,
 }
 """Where tests begin to look for those that take many seeds, so that they take little time."""
 SEEDS = 2000

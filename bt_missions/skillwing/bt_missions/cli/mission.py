@@ -17,7 +17,6 @@ from skillwing.bt_missions.library import find_draft, find_mission, installed_mi
 from skillwing.bt_missions.mission.mission import Mission
 from skillwing.bt_missions.mission.options import parse_options, written
 from skillwing.bt_missions.mission.problems import FaultyMissionError
-from skillwing.bt_missions.running.phase import Phase
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.bt_missions.running.tree_snapshot import render_tree
 from skillwing.bt_missions.xml.writer import write_mission, write_models
@@ -28,7 +27,15 @@ from skillwing.services.commands.connection import JsonOption, RobotOption, Syst
 from skillwing.services.commands.exit_codes import FAILED, OK
 from skillwing.services.commands.output import make_console, print_json, print_table
 from skillwing.services.errors import InvalidOptionError, NoSystemError, RefusedError, SkillwingError, UnansweredError
-from skillwing.services.protocol import AbortMission, ErrorCode, Keys, MissionStatus, PauseMission, ResumeMission
+from skillwing.services.protocol import (
+    AbortMission,
+    ErrorCode,
+    Keys,
+    MissionPhase,
+    MissionStatus,
+    PauseMission,
+    ResumeMission,
+)
 from skillwing.services.robot import find_robot
 
 MissionName = Annotated[
@@ -126,9 +133,9 @@ def run(
         fly(system, node, console)
     if console is None:
         print_json(node.status)
-    elif node.status.phase != Phase.SUCCEEDED and node.tree_shows_end:
+    elif node.status.phase != MissionPhase.SUCCEEDED and node.tree_shows_end:
         say(console, render_tree(node.snapshot))
-    raise typer.Exit(OK if node.status.phase == Phase.SUCCEEDED else FAILED)
+    raise typer.Exit(OK if node.status.phase == MissionPhase.SUCCEEDED else FAILED)
 
 
 @mission.command()

@@ -22,10 +22,10 @@ from skillwing.bt_missions.leaves.context import SETTLE_TIME, MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.mission.mission import Mission, MissionTrees
 from skillwing.bt_missions.running.pause_state import PauseControl, PauseState
-from skillwing.bt_missions.running.phase import Phase
 from skillwing.bt_missions.running.publisher import MissionPublisher
 from skillwing.bt_missions.running.run_conditions import CLOCK_TIMEOUT, AirborneCheck, ClockWatchdog, Readiness
 from skillwing.services.bus import Bus, Handle
+from skillwing.services.protocol import MissionPhase
 
 SETTLED_TICK = 0.01
 """Time from a tick that changed something to the next one, in seconds of robot time."""
@@ -62,7 +62,7 @@ class MissionRun:
         self._readiness = Readiness(context.interface, mission.needs)
         self._airborne = AirborneCheck(context.interface, context.skillset)
         self._stage = RunStage.WAITING
-        self._outcome = Phase.IDLE, ""
+        self._outcome = MissionPhase.IDLE, ""
         self._abort_reason: str | None = None
         self._has_flown = False
         self._system_is_there = True
@@ -110,12 +110,12 @@ class MissionRun:
         if self._stage not in (RunStage.WAITING, RunStage.FLYING):
             return
         self._abort_reason = reason
-        self._end(Phase.ABORTED, reason, rescue=self._stage is RunStage.FLYING)
+        self._end(MissionPhase.ABORTED, reason, rescue=self._stage is RunStage.FLYING)
         # At once, as the reply to the request carries this status.
         if self._stage is RunStage.RESCUING:
-            self._publisher.publish(Phase.RUNNING, self._rescue_text)
+            self._publisher.publish(MissionPhase.RUNNING, self._rescue_text)
         else:
-            self._publisher.publish(Phase.IDLE, self._outcome[1])
+            self._publisher.publish(MissionPhase.IDLE, self._outcome[1])
         self._wake()
 
     def pause(self, reason: str) -> str | None:
@@ -147,11 +147,11 @@ class MissionRun:
             self._stage = RunStage.FLYING
             self._has_flown = True
             self._airborne.begin()
-            self._publisher.enter(Phase.RUNNING, "the robot is ready")
+            self._publisher.enter(MissionPhase.RUNNING, "the robot is ready")
             self._at_end.append(ClockWatchdog(self._bus, self._give_up_for_clock))
             self._fly()
         elif self._publisher.status.text != missing:
-            self._publisher.publish(Phase.IDLE, missing)
+            self._publisher.publish(MissionPhase.IDLE, missing)
 
     def give_up_waiting(self, waited: float) -> None:
         """End the mission if the robot is not ready after so many seconds."""
@@ -168,9 +168,9 @@ class MissionRun:
     def _fly(self) -> None:
         status = self._tick_tree(self._trees.root)
         if status is Status.SUCCESS:
-            self._tree_ended(Phase.SUCCEEDED, self._trees.progress().text or "done")
+            self._tree_ended(MissionPhase.SUCCEEDED, self._trees.progress().text or "done")
         elif status is Status.FAILURE:
-            self._tree_ended(Phase.FAILED, self._failure_text())
+            self._tree_ended(MissionPhase.FAILED, self._failure_text())
 
     def _rescue(self) -> None:
         status = self._tick_tree(self._trees.rescue)
@@ -190,7 +190,7 @@ class MissionRun:
                 phase, reason = self._outcome
                 self._end(phase, _joined(reason, f"while landing {text}"), rescue=False)
             else:
-                self._end(Phase.FAILED, text, rescue=True)
+                self._end(MissionPhase.FAILED, text, rescue=True)
             return Status.INVALID
         return tree.status
 
@@ -210,7 +210,7 @@ class MissionRun:
 
     def _publish_progress(self) -> None:
         if self._stage is RunStage.RESCUING:
-            self._publisher.publish_if_changed(Phase.RUNNING, self._rescue_text)
+            self._publisher.publish_if_changed(MissionPhase.RUNNING, self._rescue_text)
             return
         leaves = (node for node in self._tree.iterate() if isinstance(node, SkillAction))
         running = ", ".join(leaf.name for leaf in leaves if leaf.status is Status.RUNNING)
@@ -233,7 +233,7 @@ class MissionRun:
 
     def give_up(self, text: str) -> None:
         """End as FAILED without a landing."""
-        self._end(Phase.FAILED, text, rescue=False)
+        self._end(MissionPhase.FAILED, text, rescue=False)
         self._wake()
 
     def _give_up_for_clock(self) -> None:
@@ -244,7 +244,7 @@ class MissionRun:
     def stop(self) -> None:
         """Interrupt what still runs and publish the end of the mission, without waiting for replies."""
         if self._stage is not RunStage.OVER:
-            self._end(Phase.ABORTED, self._abort_reason or "the mission's process was stopped", rescue=False)
+            self._end(MissionPhase.ABORTED, self._abort_reason or "the mission's process was stopped", rescue=False)
             self._finish()
 
     def system_stopped(self) -> None:
@@ -256,15 +256,15 @@ class MissionRun:
         after = f"; before that: {before}" if before else ""
         self._system_is_there = False
         text = f"the system was stopped under it{where}{after}"
-        self._stop_tree(Phase.ABORTED if phase is Phase.IDLE else phase, text)
+        self._stop_tree(MissionPhase.ABORTED if phase is MissionPhase.IDLE else phase, text)
         self._conclude(*self._outcome)
 
-    def _end(self, phase: Phase, text: str, *, rescue: bool) -> None:
+    def _end(self, phase: MissionPhase, text: str, *, rescue: bool) -> None:
         """Halt the tree. Then land the drone with the second tree, or wait for the goals to stop."""
         self._stop_tree(phase, text)
         self._begin_rescue() if rescue else self._settle()
 
-    def _tree_ended(self, phase: Phase, text: str) -> None:
+    def _tree_ended(self, phase: MissionPhase, text: str) -> None:
         """Note the end of the first tree, and check that it has not left the drone in the air."""
         self._stop_tree(phase, text)
         self._stage = RunStage.CHECKING
@@ -280,7 +280,7 @@ class MissionRun:
             self._outcome = phase, _joined(text, "it ended in the air")
             self._begin_rescue()
 
-    def _stop_tree(self, phase: Phase, text: str) -> None:
+    def _stop_tree(self, phase: MissionPhase, text: str) -> None:
         self._outcome = phase, text
         self._publisher.publish_tree()  # its last state, before the halt resets the statuses
         try:
@@ -307,9 +307,9 @@ class MissionRun:
             text = _joined(text, "these did not stop: " + ", ".join(sorted({goal.skill for goal in running})))
         self._conclude(phase, text)
 
-    def _conclude(self, phase: Phase, text: str) -> None:
+    def _conclude(self, phase: MissionPhase, text: str) -> None:
         self._stage = RunStage.OVER
-        failure = self._context.failure if phase is Phase.FAILED else None
+        failure = self._context.failure if phase is MissionPhase.FAILED else None
         self._publisher.enter(phase, text, failure.record if failure else None)
         for handle in self._at_end:
             handle.cancel()

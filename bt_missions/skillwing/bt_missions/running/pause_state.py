@@ -8,14 +8,14 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from skillwing.bt_missions.leaves.interface import RobotInterface
-from skillwing.bt_missions.running.phase import Phase
 from skillwing.bt_missions.subtrees.pausing import Pausable, WhileGranted
+from skillwing.services.protocol import MissionPhase
 
 
 class PauseState(NamedTuple):
     """RUNNING, PAUSED or HELD, the reason, and the record of the robot's change that caused it, if any."""
 
-    phase: Phase
+    phase: MissionPhase
     reason: str = ""
     cause: str | None = None
 
@@ -55,7 +55,7 @@ class PauseControl:
         for grant in self._grants:
             if grant.status is Status.RUNNING and grant.reason is not None:
                 cause = self._interface.change_record(grant.resource)
-                return PauseState(Phase.HELD, grant.feedback_message, cause)
+                return PauseState(MissionPhase.HELD, grant.feedback_message, cause)
         if self._pausable is not None and self._pausable.reason is not None:
-            return PauseState(Phase.PAUSED, self._pausable.reason)
-        return PauseState(Phase.RUNNING)
+            return PauseState(MissionPhase.PAUSED, self._pausable.reason)
+        return PauseState(MissionPhase.RUNNING)

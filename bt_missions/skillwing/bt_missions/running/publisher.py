@@ -7,10 +7,9 @@ from collections.abc import Callable
 from py_trees.behaviour import Behaviour
 
 from skillwing.bt_missions.mission.mission import Progress
-from skillwing.bt_missions.running.phase import Phase
 from skillwing.bt_missions.running.tree_snapshot import SnapshotBuilder
 from skillwing.services.bus import Bus, Publisher
-from skillwing.services.protocol import Keys, MissionStatus, RecordKind, TreeSnapshot, encode
+from skillwing.services.protocol import Keys, MissionPhase, MissionStatus, RecordKind, TreeSnapshot, encode
 from skillwing.services.timeline import Timeline
 
 
@@ -18,7 +17,7 @@ class MissionPublisher:
     """Publishes for one mission. `status` is the latest that was published; each one goes to `on_status` too."""
 
     def __init__(self, mission: str, keys: Keys, on_status: Callable[[MissionStatus], None]) -> None:
-        self.status = MissionStatus(mission=mission, phase=Phase.IDLE, t=0.0, text="not started")
+        self.status = MissionStatus(mission=mission, phase=MissionPhase.IDLE, t=0.0, text="not started")
         self._keys = keys
         self._on_status = on_status
 
@@ -39,13 +38,13 @@ class MissionPublisher:
 
     # --- status
 
-    def enter(self, phase: Phase, text: str, cause: str | None = None) -> str:
+    def enter(self, phase: MissionPhase, text: str, cause: str | None = None) -> str:
         """Publish another phase, and record it in the timeline. Returns the id of the record."""
         record = self.record(self.status.mission, self.status.phase, phase, text, cause)
         self.publish(phase, text)
         return record
 
-    def publish(self, phase: Phase, text: str) -> None:
+    def publish(self, phase: MissionPhase, text: str) -> None:
         progress = self._progress()
         self.status = MissionStatus(
             mission=self.status.mission,
@@ -59,7 +58,7 @@ class MissionPublisher:
         self._status_out.put(encode(self.status))
         self._on_status(self.status)
 
-    def publish_if_changed(self, phase: Phase, text: str) -> None:
+    def publish_if_changed(self, phase: MissionPhase, text: str) -> None:
         """Publish the text and progress of a phase if they differ from the latest status."""
         progress = self._progress()
         if (text, progress.waypoint, progress.goal) != (self.status.text, self.status.waypoint, self.status.goal):

@@ -12,7 +12,6 @@ from skillwing.bt_missions.library import find_mission
 from skillwing.bt_missions.mission.mission import Mission, MissionOptions
 from skillwing.bt_missions.running.mission_run import MissionRun
 from skillwing.bt_missions.running.operator_requests import serve_operator_requests
-from skillwing.bt_missions.running.phase import ENDED
 from skillwing.bt_missions.running.publisher import MissionPublisher
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
@@ -79,7 +78,7 @@ class MissionNode:
 
     @property
     def over(self) -> bool:
-        return self.status.phase in ENDED
+        return self.status.phase.over
 
     @property
     def tree_shows_end(self) -> bool:

@@ -13,7 +13,7 @@ from msgspec.structs import replace
 
 from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.services.core.checks import check_goal_id, check_schema
-from skillwing.services.core.grants import NO_TOKEN, UNGRANTED
+from skillwing.services.core.grants import NO_TOKEN
 from skillwing.services.core.memory import Recent
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.scribe import Scribe
@@ -26,6 +26,7 @@ from skillwing.services.protocol import (
     BeginGoal,
     Ended,
     EndGoal,
+    EndKind,
     ErrorCode,
     ErrorReply,
     GoalStatus,
@@ -36,6 +37,7 @@ from skillwing.services.protocol import (
     NotReady,
     ProtocolError,
     RecordKind,
+    RecordOutcome,
     RenewGoal,
     StartGoal,
     State,
@@ -210,7 +212,7 @@ class SkillCore:
         if run is not None and run.begin is None:
             self._conclude(run, Terminal(ending=End.ERROR, reason=sendable_text(reason)), now)
         elif run is not None and run.stoppable:
-            self._end(run, "error", reason)
+            self._end(run, EndKind.ERROR, reason)
         return self._actions()
 
     def terminated(
@@ -227,18 +229,18 @@ class SkillCore:
             try:
                 self.skill.result(result)
             except UnknownNameError as error:
-                self._end(run, "error", str(error))
+                self._end(run, EndKind.ERROR, str(error))
                 return self._actions()
             given = {name: value for name, value in (output or {}).items() if value is not None}
             fitted, problems = fit_fields(self.skill.outputs, given)
             wrong = [problem.sentence for problem in problems if problem.kind in ("type", "unknown")]
             if wrong:
-                self._end(run, "error", f"The output of {result} does not fit the skillset: {' '.join(wrong)}")
+                self._end(run, EndKind.ERROR, f"The output of {result} does not fit the skillset: {' '.join(wrong)}")
             elif (obstacle := _obstacle_to_sending(fitted)) is not None:
-                self._end(run, "error", f"The output of {result} cannot be sent: {obstacle}.")
+                self._end(run, EndKind.ERROR, f"The output of {result} cannot be sent: {obstacle}.")
             else:
                 told = fitted if output is not None else None
-                self._end(run, "result", f"The skill ended with {result}.", result=result, output=told)
+                self._end(run, EndKind.RESULT, f"The skill ended with {result}.", result=result, output=told)
         return self._actions()
 
     def interrupted(self, goal_id: str, now: float) -> tuple[Action, ...]:
@@ -246,7 +248,7 @@ class SkillCore:
         del now
         run = self._run_to_end(goal_id, only=State.INTERRUPTING)
         if run is not None:
-            self._end(run, "interrupt", run.stop_reason)
+            self._end(run, EndKind.INTERRUPT, run.stop_reason)
         return self._actions()
 
     def failed(self, goal_id: str, reason: str, now: float, cause: str | None = None) -> tuple[Action, ...]:
@@ -255,7 +257,7 @@ class SkillCore:
         run = self._run_to_end(goal_id)
         if run is not None:
             _note_cause(run, cause)
-            self._end(run, "error", reason)
+            self._end(run, EndKind.ERROR, reason)
         return self._actions()
 
     # --- from the resource manager -----------------------------------------------------------------------------------
@@ -268,7 +270,7 @@ class SkillCore:
         """
         if isinstance(answer, ErrorReply) and answer.code in AS_GOOD_AS_SILENCE:
             answer = None
-        if isinstance(asked.call, EndGoal) and asked.call.how == UNGRANTED:
+        if isinstance(asked.call, RecordOutcome):
             self._doubt_answered(asked, answer, now)
             return self._actions()
         run = self._run_of(asked.call.goal_id)
@@ -324,7 +326,7 @@ class SkillCore:
             if run.state is State.INTERRUPTING:
                 limit = f"{self.skill.interrupt.timeout:g} s"
                 reason = f"{run.stop_reason} The skill did not confirm within {limit} that it has stopped."
-                self._end(run, "interrupt", reason, forced=True)
+                self._end(run, EndKind.INTERRUPT, reason, forced=True)
             else:
                 self._stop(run, f"Its deadline of {self.skill.deadline:g} s passed.", None, now)
         return self._actions()
@@ -357,15 +359,13 @@ class SkillCore:
         else:
             self._enter(run, State.VALIDATING, now, f"asked by {run.client}")
         self._in_doubt[run.goal_id] = run
-        call = EndGoal(
+        call = RecordOutcome(
             goal_id=run.goal_id,
             skill=self.skill.name,
-            token=NO_TOKEN,
-            how=UNGRANTED,
-            cause=run.record,
-            incarnation=self._incarnation,
-            manager=self._source,
             terminal=terminal,
+            manager=self._source,
+            incarnation=self._incarnation,
+            cause=run.record,
         )
         self._scribe.add(AskResources(call))
 
@@ -388,7 +388,7 @@ class SkillCore:
     def _bear_doubt(self, run: GoalRun, asked: AskResources, now: float) -> None:
         """The client gets an answer after a while, and the resource manager hears of it as soon as it listens."""
         call, silences = asked.call, asked.silences + 1
-        if silences == SILENCES_UNTIL_ERROR and isinstance(call, EndGoal) and call.terminal is not None:
+        if silences == SILENCES_UNTIL_ERROR and isinstance(call, RecordOutcome):
             reason = f"The resource manager does not answer. {call.terminal.reason}"
             terminal = Terminal(ending=End.ERROR, reason=reason)
             call = replace(call, terminal=terminal)
@@ -402,7 +402,7 @@ class SkillCore:
         match answer:
             case Granted() if run.state is State.INTERRUPTING:
                 run.token = answer.token
-                self._end(run, "interrupt", run.stop_reason)
+                self._end(run, EndKind.INTERRUPT, run.stop_reason)
             case Granted():
                 run.token, run.record, run.dispatched = answer.token, answer.record, True
                 if self.skill.deadline is not None:
@@ -435,7 +435,7 @@ class SkillCore:
         terminal = self._terminal_of_end(answer, ending.call.how, ending.call.result, reason)
         self._finish(run, replace(terminal, output=ending.output, forced=ending.forced), now)
 
-    def _terminal_of_end(self, ended: Ended, how: str, result: str | None, reason: str) -> Terminal:
+    def _terminal_of_end(self, ended: Ended, how: EndKind | None, result: str | None, reason: str) -> Terminal:
         if result is not None:
             return Terminal(
                 ending=End.SUCCEEDED if ended.held else End.NOT_HELD,
@@ -443,7 +443,7 @@ class SkillCore:
                 result=result,
                 success=ended.held and self.skill.result(result).success,
             )
-        return Terminal(ending=End.INTERRUPTED if how == "interrupt" else End.ERROR, reason=reason)
+        return Terminal(ending=End.INTERRUPTED if how is EndKind.INTERRUPT else End.ERROR, reason=reason)
 
     def _taken_away(self, run: GoalRun, verdict: GoalVerdict | ErrorReply, now: float) -> None:
         """The goal is over in the resource manager's judgement, or was never in its books."""
@@ -475,7 +475,7 @@ class SkillCore:
     def _end(
         self,
         run: GoalRun,
-        how: str,
+        how: EndKind,
         reason: str,
         *,
         result: str | None = None,
@@ -510,7 +510,7 @@ class SkillCore:
                 goal_id=run.goal_id,
                 skill=self.skill.name,
                 token=NO_TOKEN,
-                how="error",
+                how=EndKind.ERROR,
                 cause=run.record,
                 incarnation=self._incarnation,
             )
