@@ -13,7 +13,7 @@ from linearizability import Operation
 from sequential_manager import Call, Lose, Reply, Told
 
 from skillwing.dsl.model import Skillset
-from skillwing.services.bus import Answered, Bus, Refused, Unanswered
+from skillwing.services.bus import Answered, Bus, NoReply, Refused
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.core.grants import LOCAL_OUTCOMES
 from skillwing.services.protocol import (
@@ -190,7 +190,7 @@ class Client:
         return answer
 
     def _ask(self, call: Call) -> Reply | None:
-        answers: list[Answered | Refused | Unanswered] = []
+        answers: list[Answered | Refused | NoReply] = []
         called = time.monotonic_ns()
         self._bus.ask(self._key(call), _encoded(call), answers.append)
         self._bus.run_until(lambda: bool(answers))
@@ -250,14 +250,14 @@ def _encoded(call: Call) -> bytes:
     return encode(call)
 
 
-def _reply(call: Call, answer: Answered | Refused | Unanswered) -> Reply | None:
+def _reply(call: Call, answer: Answered | Refused | NoReply) -> Reply | None:
     match answer:
         case Answered():
             kind = _kind_of_reply(call)
             return decode(answer.payload, kind)
         case Refused():
             return answer.error
-        case Unanswered():
+        case NoReply():
             return None
 
 

@@ -14,11 +14,11 @@ from skillwing.services.bus import (
     Answered,
     Bus,
     Node,
+    NoReply,
     Refused,
     Request,
     Sample,
     Topology,
-    Unanswered,
 )
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.bus.zenoh_bus import ZenohBus
@@ -218,7 +218,7 @@ def test_robots_do_not_see_each_other(world: World) -> None:
     settle(world, there)
     here.ask("q", b"", answers.append)
     assert world.run_until(lambda: bool(answers))
-    assert answers == [Unanswered(timed_out=False)]
+    assert answers == [NoReply(timed_out=False)]
     assert samples == []
     assert tokens == []
 
@@ -270,7 +270,7 @@ def test_where_nobody_serves_a_query_comes_back_at_once(world: World) -> None:
     answers: list[Answer] = []
     a.ask("q", b"", answers.append, timeout=3600.0)
     assert world.run_until(lambda: bool(answers))
-    assert answers == [Unanswered(timed_out=False)]
+    assert answers == [NoReply(timed_out=False)]
 
 
 def test_a_query_times_out_exactly_once_and_a_late_answer_is_nothing(world: World) -> None:
@@ -283,7 +283,7 @@ def test_a_query_times_out_exactly_once_and_a_late_answer_is_nothing(world: Worl
     assert world.run_until(lambda: bool(answers) and bool(requests))
     requests[0].reply(b"late")
     settle(world, a, b)
-    assert answers == [Unanswered(timed_out=True)]
+    assert answers == [NoReply(timed_out=True)]
 
 
 def test_each_of_several_queries_gets_its_own_answer(world: World) -> None:
@@ -327,7 +327,7 @@ def test_a_query_whose_server_dies_is_unanswered_before_its_timeout(world: World
     assert world.run_until(lambda: bool(requests))
     b.close()
     assert world.run_until(lambda: bool(answers))
-    assert answers == [Unanswered(timed_out=False)]
+    assert answers == [NoReply(timed_out=False)]
 
 
 def test_a_cancelled_service_is_gone(world: World) -> None:
@@ -339,7 +339,7 @@ def test_a_cancelled_service_is_gone(world: World) -> None:
     settle(world, a, b)
     a.ask("q", b"", answers.append)
     assert world.run_until(lambda: bool(answers))
-    assert answers == [Unanswered(timed_out=False)]
+    assert answers == [NoReply(timed_out=False)]
 
 
 # --- liveliness ------------------------------------------------------------------------------------------------------

@@ -13,7 +13,7 @@ from simulation.witness import Witness
 from simulation.world import Client, Process, World
 from skillwing.dsl.expressions import Environment, evaluate, names_used
 from skillwing.services.bus.inprocess import InProcessBus, Utterance
-from skillwing.services.client.asking import LONGEST_DELAY
+from skillwing.services.client.retry import LONGEST_DELAY
 from skillwing.services.core.skill_actions import GoalRun
 from skillwing.services.names import RESOURCE_MANAGER
 from skillwing.services.protocol import Ending, State
@@ -156,7 +156,7 @@ class Audit:
         return (
             not world.resource_manager.resource_core.grants
             and all(each.skill_core.current is None and not _doubts(each) for each in world.skill_managers)
-            and all(not each.node.interface._pursuits for each in world.clients)
+            and all(not each.node.interface._trackers for each in world.clients)
         )
 
     def look_at_the_rest(self) -> None:
@@ -202,8 +202,8 @@ class Audit:
         if not self._books_were_lost() and dict(client.interface.states) != states:
             text = f"{client.name} believes {dict(client.interface.states)}, it is {states}"
             self._note("clients see the states", text)
-        if client.interface._pursuits:
-            self._note("memory is bounded", f"{client.name} still pursues {list(client.interface._pursuits)}")
+        if client.interface._trackers:
+            self._note("memory is bounded", f"{client.name} still pursues {list(client.interface._trackers)}")
 
     def _answers(self, goal: str) -> set[str]:
         """What the managers said of a goal's end: its own, unless it died, and the one of resources if it took it."""

@@ -36,7 +36,7 @@ def test_an_offset_survives_the_way_to_the_protocol_and_back(
 @given(text=TEXTS, data=st.data())
 def test_an_offset_survives_the_way_to_the_language_and_back(text: str, data: st.DataObject) -> None:
     offset = data.draw(st.integers(0, len(text)))
-    line, column = Source(text, "s.skillset").place(offset)
+    line, column = Source(text, "s.skillset").position(offset)
     assert Lines(text).offset(line, column) == offset
     assert Lines(text).line(offset) == line
 

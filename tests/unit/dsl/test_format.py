@@ -19,7 +19,7 @@ from skillwing.dsl.diagnostics.report import Report
 from skillwing.dsl.model import Skillset
 from skillwing.dsl.printing.formatting import UnformattableError, format_source
 from skillwing.dsl.printing.source import to_source
-from skillwing.dsl.reading.lexer import lex
+from skillwing.dsl.reading.dialect import lex
 from skillwing.dsl.reading.parser import parse_file
 
 ROOT = Path(__file__).parents[3]

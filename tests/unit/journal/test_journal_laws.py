@@ -82,7 +82,7 @@ class Twins(RuleBasedStateMachine):
         self.journal = Journal(None, Identity("r1", CRANE.name, CRANE.schema_hash))
         self.ids = RecordIds("rm")
         self.constant = ResourceCore(CRANE, source="rm", new_record_id=self.ids)
-        self.journal.write(self.constant.inventory(), (), self.now)
+        self.journal.write(self.constant.initial_entries(), (), self.now)
         self.renewed = ResourceCore(CRANE, source="rm", new_record_id=RecordIds("rm"))
 
     def take(self, call: Any) -> Any:
@@ -113,7 +113,7 @@ class Twins(RuleBasedStateMachine):
 
     @rule()
     def die_and_come_back(self) -> None:
-        kept = self.journal.kept()
+        kept = self.journal.snapshot()
         assert kept is not None
         # Both give the same ids from here on, so that their steps can be compared.
         self.renewed = ResourceCore(CRANE, source="rm", new_record_id=copy(self.ids), kept=kept)
@@ -195,7 +195,7 @@ class Twins(RuleBasedStateMachine):
 
     @invariant()
     def the_journal_ends_where_the_last_step_has_led(self) -> None:
-        kept = self.journal.kept()
+        kept = self.journal.snapshot()
         core = ResourceCore(CRANE, source="rm", new_record_id=RecordIds("rm"), kept=kept)
         assert core.states == self.constant.states
         assert core.revision == self.constant.revision

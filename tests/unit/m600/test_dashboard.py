@@ -14,14 +14,7 @@ from skillwing.m600.robot import ROBOT
 from skillwing.onboard import topics
 from skillwing.services.bus import Bus
 from skillwing.services.bus.inprocess import InProcessNetwork
-from skillwing.services.protocol import (
-    Keys,
-    MissionPhase,
-    MissionStatus,
-    Record,
-    RecordKind,
-    encode,
-)
+from skillwing.services.protocol import Keys, MissionPhase, MissionStatus, Record, RecordKind, encode
 from skillwing.services.telemetry.recorder import RECORDING_FILE, make_recorder
 
 SPEED = 2.0

@@ -15,12 +15,7 @@ from skillwing.m600.robot import ROBOT
 from skillwing.services.bus import Bus
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.processes.launcher import Death
-from skillwing.services.protocol import (
-    Keys,
-    MissionPhase,
-    MissionStatus,
-    encode,
-)
+from skillwing.services.protocol import Keys, MissionPhase, MissionStatus, encode
 
 SKILLSET = ROBOT.load_skillset()
 KEYS = Keys(SKILLSET.name)

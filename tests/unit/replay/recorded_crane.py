@@ -138,7 +138,7 @@ class RecordedLife:
         self._ids = RecordIds("rm")
         self.now = 0.0
         self.core = self._make(resumed=False)
-        self.journal.write(self.core.inventory(), (), 0.0)
+        self.journal.write(self.core.initial_entries(), (), 0.0)
 
     def ask(self, questions: Iterable[tuple[Question, float]]) -> None:
         """Each question so many seconds after the one before."""
@@ -154,7 +154,7 @@ class RecordedLife:
         """Another process goes on from the journal."""
         self.writer.close()
         self.core = self._make(resumed=True)
-        kept = self.journal.kept()
+        kept = self.journal.snapshot()
         assert kept is not None
         self._put(Resume(kept))
 
@@ -166,7 +166,7 @@ class RecordedLife:
             writer=self.writer,
             remembered=self.journal.kept,
             now=self.now,
-            kept=self.journal.kept() if resumed else None,
+            kept=self.journal.snapshot() if resumed else None,
             data=self.core.data if data else None,
         )
 

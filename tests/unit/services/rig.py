@@ -9,8 +9,8 @@ from soundness import assert_all_sound
 
 from skillwing.dsl import parse
 from skillwing.dsl.model import Skillset
-from skillwing.services.core.kept import Entry
 from skillwing.services.core.resource_core import Publication, ResourceCore, Step
+from skillwing.services.core.snapshot import Entry
 from skillwing.services.ids import RecordIds
 from skillwing.services.protocol import (
     AttachManager,

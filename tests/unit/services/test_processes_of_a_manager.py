@@ -5,17 +5,9 @@ from __future__ import annotations
 import pytest
 from rig import Bench, granted
 
-from skillwing.services.core.kept import GoalOver, ManagerNoted
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.protocol import (
-    AttachManager,
-    Ended,
-    EndKind,
-    ErrorCode,
-    Lost,
-    Record,
-    RenewGoal,
-)
+from skillwing.services.core.snapshot import FinishedGoal, ManagerEntry
+from skillwing.services.protocol import AttachManager, Ended, EndKind, ErrorCode, Lost, Record, RenewGoal
 
 
 def test_a_lost_manager_loses_its_goals_and_its_token(bench: Bench) -> None:
@@ -137,8 +129,8 @@ def test_a_replaced_process_that_asks_for_its_successors_goal_takes_nothing(benc
     assert bench.begin("move", "g", incarnation="second") == second
     third = bench.begin("move", "g", incarnation="third")
     assert isinstance(third, Lost)
-    assert bench.kept[-1] == GoalOver("g", "move", second.token, third)
-    assert ManagerNoted("skill/move", "third") in bench.kept
+    assert bench.kept[-1] == FinishedGoal("g", "move", second.token, third)
+    assert ManagerEntry("skill/move", "third") in bench.kept
 
 
 def test_the_same_process_and_one_that_does_not_tell_get_the_same_grant_again(bench: Bench) -> None:
@@ -155,9 +147,9 @@ def test_each_incarnation_is_noted_once_and_a_replaced_one_cannot_come_back(benc
         assert (states.states, states.revision) == (dict(bench.core.states), bench.core.revision)
     bench.attach("skill/watch", "first")
     assert bench.kept == [
-        ManagerNoted("skill/move", "first"),
-        ManagerNoted("skill/move", "second"),
-        ManagerNoted("skill/watch", "first"),
+        ManagerEntry("skill/move", "first"),
+        ManagerEntry("skill/move", "second"),
+        ManagerEntry("skill/watch", "first"),
     ]
     with pytest.raises(RefusedError, match="place of this `skill/move`") as refusal:
         bench.attach("skill/move", "first")

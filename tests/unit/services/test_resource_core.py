@@ -7,17 +7,9 @@ from gate import Gate
 from rig import Bench, granted
 
 from skillwing.services.core.grants import NO_TOKEN
-from skillwing.services.core.kept import GoalOver
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.protocol import (
-    DataSample,
-    Ended,
-    EndKind,
-    NotReady,
-    Record,
-    ResourceChange,
-    Violated,
-)
+from skillwing.services.core.snapshot import FinishedGoal
+from skillwing.services.protocol import DataSample, Ended, EndKind, NotReady, Record, ResourceChange, Violated
 
 
 def test_every_failing_precondition_is_named_with_its_reason() -> None:
@@ -208,7 +200,7 @@ def test_a_goal_that_is_not_ready_has_its_failure_effect_and_is_remembered() -> 
     assert (raised.cause, raised.goal_id) == (verdict.record, "g")
     [change] = gate.of(ResourceChange)
     assert (change.resource, change.after, change.cause) == ("flag", "UP", verdict.record)
-    assert gate.kept[-1] == GoalOver("g", "lift", NO_TOKEN, verdict)
+    assert gate.kept[-1] == FinishedGoal("g", "lift", NO_TOKEN, verdict)
     assert gate.lift(z=1.0) == verdict, "the id of a goal that was refused is used up"
     with pytest.raises(RefusedError, match="belongs to `lift`"):
         gate.begin("weigh", "g")

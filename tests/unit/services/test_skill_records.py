@@ -9,16 +9,7 @@ import pytest
 from skill_desk import ENDED, TOKEN, VIOLATED, Desk, interrupting, running, validating
 
 from skillwing.services.core.skill_actions import AskResources, CallHook, Hook
-from skillwing.services.protocol import (
-    BeginGoal,
-    EndGoal,
-    Ending,
-    EndKind,
-    NotReady,
-    Record,
-    State,
-    Terminal,
-)
+from skillwing.services.protocol import BeginGoal, EndGoal, Ending, EndKind, NotReady, Record, State, Terminal
 
 
 def test_hooks_are_told_token_begin_and_end_of_their_goal() -> None:

@@ -9,9 +9,9 @@ from rig import RIG, Bench, granted
 
 from skillwing.dsl import parse
 from skillwing.services.core.grants import NO_TOKEN
-from skillwing.services.core.kept import GoalOver
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import ResourceCore
+from skillwing.services.core.snapshot import FinishedGoal
 from skillwing.services.ids import RecordIds
 from skillwing.services.protocol import (
     BeginGoal,
@@ -97,7 +97,7 @@ def test_what_is_given_up_before_its_begin_is_on_record_and_remembered(bench: Be
     record = record_of(bench, ended.record)
     assert (record.subject, record.after, record.goal_id) == ("move", "ENDED", "g")
     assert (record.cause, record.text) == ("skill/move#7", ended.reason)
-    assert bench.kept == [GoalOver("g", "move", NO_TOKEN, ended)]
+    assert bench.kept == [FinishedGoal("g", "move", NO_TOKEN, ended)]
     assert bench.perform(bench.core.end(request, bench.now)) == ended
     with pytest.raises(RefusedError, match=r"Token 5 .* goal g ") as refusal:
         bench.end("move", "g", 5, EndKind.ERROR)

@@ -18,14 +18,7 @@ from skillwing.services.errors import (
     PassingError,
     SkillwingError,
 )
-from skillwing.services.protocol import (
-    PROTOCOL_VERSION,
-    Keys,
-    MissionPhase,
-    MissionStatus,
-    Record,
-    RecordKind,
-)
+from skillwing.services.protocol import PROTOCOL_VERSION, Keys, MissionPhase, MissionStatus, Record, RecordKind
 from skillwing.services.telemetry.history import History
 from skillwing.services.telemetry.journal import TIMELINE_FILE, JsonLines, read_goals, read_records
 from skillwing.services.telemetry.mission_view import causes_in_words, in_lines

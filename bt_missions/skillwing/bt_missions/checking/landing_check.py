@@ -22,7 +22,6 @@ from py_trees.decorators import FailureIsSuccess, Inverter, Repeat, Retry, Succe
 
 from skillwing.bt_missions.checking.intended_names import intended_name
 from skillwing.bt_missions.checking.tree_check import ends_of, skill_of
-from skillwing.bt_missions.leaves.claims import needed_by
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.placeholder import PlaceholderNode, is_guessed, is_incomplete
 from skillwing.bt_missions.leaves.skill_action import SkillAction
@@ -39,6 +38,7 @@ from skillwing.bt_missions.subtrees.composites import OnEnding
 from skillwing.bt_missions.subtrees.decorators import Deadline, RepeatUntil
 from skillwing.bt_missions.subtrees.pausing import Pausable, WhileGranted
 from skillwing.dsl.model import Skillset
+from skillwing.dsl.queries import needed_by
 from skillwing.dsl.suggest import listed
 
 
@@ -235,7 +235,7 @@ class _TreeWalker:
                 yield from (NodeEnd(status, place, leaf) for status in (Status.SUCCESS, Status.FAILURE))
 
     def _ends_of_skill(self, leaf: SkillAction, skill: str, place: DronePlace) -> Iterator[NodeEnd]:
-        aloft, flying = place is not DronePlace.GROUND, FLIGHT_STATUS in needed_by(self._skillset, skill)
+        aloft, flying = place is not DronePlace.GROUND, FLIGHT_STATUS in needed_by(self._skillset.skill(skill))
         if skill == TAKEOFF:
             yield NodeEnd(Status.FAILURE, place, leaf)
             if not aloft:

@@ -26,7 +26,7 @@ from skillwing.services.commands.completion import missions
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.commands.exit_codes import FAILED, OK
 from skillwing.services.commands.output import make_console, print_json, print_table
-from skillwing.services.errors import InvalidOptionError, NoSystemError, RefusedError, SkillwingError, UnansweredError
+from skillwing.services.errors import InvalidOptionError, NoReplyError, NoSystemError, RefusedError, SkillwingError
 from skillwing.services.protocol import (
     AbortMission,
     ErrorCode,
@@ -268,7 +268,7 @@ def _order(
     with connect(robot) as system:
         try:
             status = system.ask(key(system.keys), message, MissionStatus)
-        except UnansweredError as error:
+        except NoReplyError as error:
             raise SkillwingError("No mission flies here. Fly one with `skillwing mission run`.") from error
     if as_json:
         print_json(status)

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from typing import TypeAlias
 
-from skillwing.bt_missions.leaves.claims import needed_by, taken_by
 from skillwing.bt_missions.leaves.interface import GoalView, RobotInterface
 from skillwing.dsl.model import Skillset
+from skillwing.dsl.queries import needed_by, taken_by
 from skillwing.services.protocol import Ending, Terminal
 
 Mark: TypeAlias = int
@@ -57,17 +57,17 @@ class Reaper:
 
     def blocking(self, skill: str) -> tuple[GoalView, ...]:
         """Unfinished goals of the same skill, and those that hold a resource which `skill` needs to start."""
-        needed = needed_by(self._skillset, skill)
+        needed = needed_by(self._skillset.skill(skill))
         return tuple(
             goal
             for goal in self.unfinished
-            if goal.skill == skill or needed & taken_by(self._skillset, goal.skill).keys()
+            if goal.skill == skill or needed & taken_by(self._skillset.skill(goal.skill)).keys()
         )
 
     def _has_left(self, goal: GoalView) -> bool:
         if goal.terminal is None or goal.terminal.ending is not Ending.LOST:
             return goal.done
-        taken = taken_by(self._skillset, goal.skill)
+        taken = taken_by(self._skillset.skill(goal.skill))
         return not any(self._interface.state(resource) == state for resource, state in taken.items())
 
 

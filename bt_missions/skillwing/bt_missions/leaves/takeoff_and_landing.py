@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from skillwing.dsl.expressions import Environment, evaluate, names_used
+from skillwing.dsl.expressions import names_used
 from skillwing.dsl.model import Invariant, Skillset
+from skillwing.dsl.queries import holds
 
 TAKEOFF, LAND = "takeoff", "land"
 FLIGHT_STATUS, ON_GROUND, IN_AIR = "flight_status", "ON_GROUND", "IN_AIR"
@@ -30,7 +31,7 @@ def may_land(skillset: Skillset, states: Mapping[str, str]) -> bool:
     """True if these states allow a landing: for a drone, if the safety pilot does not have it."""
     demands = _demands(skillset)
     known = all(names_used(each.expression, "resource") <= states.keys() for each in demands)
-    return known and all(evaluate(each.expression, Environment(resources=states)) for each in demands)
+    return known and all(holds(each.expression, states) for each in demands)
 
 
 def _demands(skillset: Skillset) -> list[Invariant]:

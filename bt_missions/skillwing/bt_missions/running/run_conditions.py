@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from skillwing.bt_missions.leaves.claims import taken_by
 from skillwing.bt_missions.leaves.interface import RobotInterface
 from skillwing.bt_missions.leaves.takeoff_and_landing import FLIGHT_STATUS, IN_AIR, LAND, flies, may_land
 from skillwing.dsl.model import Skillset
+from skillwing.dsl.queries import taken_by
 from skillwing.services.bus import Bus, Handle
 
 CLOCK_TIMEOUT = 15.0
@@ -70,7 +70,9 @@ class AirborneCheck:
         states = self._interface.states
         if not self.is_in_air or not may_land(self._skillset, states):
             return False
-        return not any(states.get(resource) == state for resource, state in taken_by(self._skillset, LAND).items())
+        return not any(
+            states.get(resource) == state for resource, state in taken_by(self._skillset.skill(LAND)).items()
+        )
 
 
 class ClockWatchdog:

@@ -15,10 +15,10 @@ from py_trees.common import Status
 from py_trees.composites import Composite
 from py_trees.decorators import Decorator
 
-from skillwing.bt_missions.leaves.claims import checks_of, needed_by, taken_by
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.leaves.source_location import set_caller_location
+from skillwing.dsl.queries import checks_of, needed_by, taken_by
 from skillwing.services.protocol import Ending, Terminal
 
 AGAIN_AFTER = 1.0
@@ -68,14 +68,14 @@ class WhileGranted(Decorator):
         return None if self._gone_since is None else self._words
 
     def blocks(self, skill: str) -> str | None:
-        if self._gone_since is None or self.resource not in needed_by(self._context.skillset, skill):
+        if self._gone_since is None or self.resource not in needed_by(self._context.skillset.skill(skill)):
             return None
         return self._words
 
     def explains(self, skill: str, terminal: Terminal) -> bool:
         if terminal.ending is Ending.INVARIANT_VIOLATED:
             return terminal.subject == self.resource
-        checks = checks_of(self._context.skillset, skill)
+        checks = checks_of(self._context.skillset.skill(skill))
         refused = terminal.ending is Ending.NOT_READY
         return refused and any(self.resource in checks.get(check, ()) for check in terminal.failing)
 
@@ -166,7 +166,7 @@ class Pausable(Composite):
         self._paused = None
 
     def blocks(self, skill: str) -> str | None:
-        if self._paused is None or self._claimed.isdisjoint(taken_by(self._context.skillset, skill)):
+        if self._paused is None or self._claimed.isdisjoint(taken_by(self._context.skillset.skill(skill))):
             return None
         return self._paused
 
@@ -212,7 +212,7 @@ class Pausable(Composite):
         """Resources that are taken while it is paused."""
         if self._claims is None:
             skillset = self._context.skillset
-            claims = (taken_by(skillset, leaf.skill) for leaf in _skills_below(self._meanwhile))
+            claims = (taken_by(skillset.skill(leaf.skill)) for leaf in _skills_below(self._meanwhile))
             self._claims = frozenset[str]().union(*claims)
         return self._claims
 

@@ -28,12 +28,12 @@ from skillwing.dsl.diagnostics.report import Report
 from skillwing.dsl.model import Skillset
 
 
-def analyse(skillset: Skillset, report: Report, unruly: Collection[str] = ()) -> bool:
+def analyse(skillset: Skillset, report: Report, unconstrained: Collection[str] = ()) -> bool:
     """Report what is wrong with the meaning of a skillset whose names and types are right.
 
-    unruly: resources that something unknown may move at any time. Return whether everything was played through.
+    unconstrained: resources that something unknown may move at any time. Return whether everything was played through.
     """
-    space = StateSpace(skillset, unruly)
+    space = StateSpace(skillset, unconstrained)
     report_ranges(skillset, report)
     knowledge = PartByPart(space)
     report_on(knowledge, space, report)

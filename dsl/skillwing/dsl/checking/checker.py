@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import gc
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 from skillwing.dsl.checking.analysis import analyse
-from skillwing.dsl.checking.collector import paused_collector
-from skillwing.dsl.checking.damage import remainder
-from skillwing.dsl.checking.places import Places
+from skillwing.dsl.checking.partial_model import partial_model
 from skillwing.dsl.checking.resolver import resolve
 from skillwing.dsl.checking.results import report_unmarked_results
+from skillwing.dsl.checking.source_locations import SourceLocations
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic, has_errors, in_file_order
 from skillwing.dsl.diagnostics.report import Report
 from skillwing.dsl.model import Skillset
@@ -45,6 +46,22 @@ class Checked:
     exact: bool = True
 
 
+@contextmanager
+def paused_collector() -> Generator[None]:
+    """Keep the collector from running meanwhile, in the whole process.
+
+    Nearly everything that is made while a file is checked lives until the end, and nothing of it is a cycle: the
+    collector finds nothing, again and again, and takes a third of the time on a large file.
+    """
+    was_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_enabled:
+            gc.enable()
+
+
 @paused_collector()
 def check(text: str, file: str) -> Checked:
     """Check a source text; `file` is the name that its diagnostics show. Never raises for what the text contains."""
@@ -65,32 +82,34 @@ def _despite_errors(
     parsed: ParsedFile, root: syntax.SkillsetSyntax, skillset: Skillset, report: Report, text: str
 ) -> Iterator[Diagnostic]:
     """All that can be said of a file with errors: of what may happen in it, only what cannot."""
-    places = Places(root)
+    locations = SourceLocations(root)
     yield from parsed.diagnostics
-    yield from _reliable(report.diagnostics, parsed, places, text) if parsed.diagnostics else report.diagnostics
-    left = remainder(skillset, places, parsed.diagnostics, report.diagnostics, report.lost)
+    yield from _reliable(report.diagnostics, parsed, locations, text) if parsed.diagnostics else report.diagnostics
+    left = partial_model(skillset, locations, parsed.diagnostics, report.diagnostics, report.lost)
     meaning = Report()
-    analyse(left.skillset, meaning, left.unruly)
+    analyse(left.skillset, meaning, left.unconstrained)
     yield from (diagnostic for diagnostic in meaning.diagnostics if diagnostic.severity == "error")
 
 
-def _reliable(diagnostics: Iterable[Diagnostic], parsed: ParsedFile, places: Places, text: str) -> Iterator[Diagnostic]:
+def _reliable(
+    diagnostics: Iterable[Diagnostic], parsed: ParsedFile, locations: SourceLocations, text: str
+) -> Iterator[Diagnostic]:
     """Keep what does not merely follow from a syntax error.
 
     A name that seems unknown may stand among the words that were passed over, a statement that was guessed at may mean
     something else, and an element that was not read as a whole may hold what it seems to lack.
     """
-    losses = parsed.losses
-    damaged = [places.at(diagnostic.span) for diagnostic in parsed.diagnostics]
-    guessed = {places.statement(span) for span in losses.guessed}
-    nameless = frozenset[str]().union(*(_NAMED_IN.get(block, frozenset[str]()) for block in losses.nameless))
+    recovery = parsed.recovery
+    damaged = [locations.at(diagnostic.span) for diagnostic in parsed.diagnostics]
+    guessed = {locations.statement(span) for span in recovery.guessed}
+    nameless = frozenset[str]().union(*(_NAMED_IN.get(block, frozenset[str]()) for block in recovery.nameless))
     lines = text.split("\n")
     for diagnostic in diagnostics:
         span = diagnostic.span
-        is_lost = diagnostic.code in _UNKNOWN_NAMES and not losses.words.isdisjoint(
+        is_lost = diagnostic.code in _UNKNOWN_NAMES and not recovery.skipped_words.isdisjoint(
             re.findall(r"\w+", lines[span.line - 1][span.column - 1 : span.end_column - 1])
         )
-        is_of_damaged = diagnostic.code in _OF_THE_WHOLE and places.at(span) in damaged
+        is_of_damaged = diagnostic.code in _OF_THE_WHOLE and locations.at(span) in damaged
         follows = is_lost or is_of_damaged or diagnostic.code in nameless | _OF_THE_FILE
-        if not follows and places.statement(span) not in guessed:
+        if not follows and locations.statement(span) not in guessed:
             yield diagnostic

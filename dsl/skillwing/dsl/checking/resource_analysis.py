@@ -12,6 +12,7 @@ from skillwing.dsl.diagnostics.diagnostic import has_errors
 from skillwing.dsl.diagnostics.report import Report
 from skillwing.dsl.expressions import names_used
 from skillwing.dsl.model import Event, Resource, Skillset, Transition
+from skillwing.dsl.queries import named_by
 from skillwing.dsl.spans import Span
 from skillwing.dsl.suggest import closest
 
@@ -79,10 +80,7 @@ def _edges_with(resource: Resource, state: str) -> list[Transition]:
 
 def _resources_named(space: StateSpace) -> set[str]:
     named = {name for skill in space.skillset.skills for name in space.behaviour(skill).names}
-    for event in space.skillset.events:
-        named |= {name for name, _ in event.effect.transitions}
-        if event.guard is not None:
-            named |= names_used(event.guard, "resource")
+    named = named.union(*(named_by(event) for event in space.skillset.events))
     return named.union(*(names_used(predicate) for predicate in space.relations.too_wide))
 
 

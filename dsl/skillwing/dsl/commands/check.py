@@ -13,9 +13,8 @@ import typer
 
 from skillwing.dsl.checking.checker import check as check_source
 from skillwing.dsl.commands.source import MISUSE, PROBLEMS, STANDARD_INPUT, UnreadableError, misuse, show, text_of
-from skillwing.dsl.diagnostics.codes import CODES
+from skillwing.dsl.diagnostics.codes import CODES, page_on
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic, summary
-from skillwing.dsl.diagnostics.pages import page_on
 from skillwing.dsl.diagnostics.sarif import sarif_log
 from skillwing.dsl.spans import Span
 from skillwing.dsl.suggest import closest

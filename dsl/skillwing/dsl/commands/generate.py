@@ -67,7 +67,7 @@ def generate(
 def write_package(skillset: Skillset, file: Path, source: str, folder: RobotFolder, once: Mapping[str, str]) -> None:
     """Bring a robot's package up to date and say what was done. Raises OSError where the disk does.
 
-    once: files by their path in the package, which are written if they are not there yet.
+    once: files that are written only if they do not exist, by their path from the package.
     """
     if theirs := folder.foreign(_products(skillset, file, source, folder)):
         misuse(f"`{theirs[0]}` was not generated and would be overwritten. Choose another directory.")

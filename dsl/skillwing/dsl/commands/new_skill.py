@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Annotated
 
@@ -11,11 +12,12 @@ from skillwing.dsl.checking.checker import check as check_source
 from skillwing.dsl.commands.generate import place_problem, write_package
 from skillwing.dsl.commands.source import PROBLEMS, misuse, read, show
 from skillwing.dsl.diagnostics.diagnostic import has_errors, summary
-from skillwing.dsl.generating.new_skill import checklist, skill_test, with_skill
+from skillwing.dsl.generating.new_skill import Surroundings, checklist, skill_test, with_skill
 from skillwing.dsl.generating.package import RobotFolder, is_generated
 from skillwing.dsl.generating.skeletons import skeletons
 from skillwing.dsl.model import Skillset
 from skillwing.dsl.naming import is_usable
+from skillwing.dsl.packages import import_name, project_of, tests_folder
 from skillwing.dsl.suggest import closest
 
 
@@ -43,6 +45,7 @@ def new_skill(
     folder = robot or (skillset.parent if (skillset.parent / "robot.py").is_file() else None)
     if folder is not None and (problem := place_problem(folder) or _robot_problem(folder, skillset)):
         misuse(problem)
+    around: Surroundings | None = None
     extended = with_skill(source, name, str(skillset))
     outcome = check_source(extended, str(skillset))
     after = outcome.skillset
@@ -54,14 +57,29 @@ def new_skill(
         skillset.write_text(extended, encoding="utf-8", newline="\n")
         typer.echo(f"{skillset}: `{name}` was added.")
         if folder is not None:
-            package = folder.resolve().name
-            once = {**skeletons(after, package, skills=[name]), **skill_test(name)}
-            write_package(after, skillset, extended, RobotFolder(folder), once)
+            around = _around(folder, skillset, name, before)
+            files = skeletons(after, folder.resolve().name, skills=[name])
+            tests = {os.path.relpath(around.test, folder): skill_test(name, import_name(folder)[0])}
+            if around.test.is_relative_to(folder):  # a package, so that modules of two robots may have one name
+                tests["tests/__init__.py"] = ""
+            write_package(after, skillset, extended, RobotFolder(folder), {**files, **tests})
     except OSError as error:
         misuse(f"`{error.filename}` cannot be written: {error.strerror}.")
     typer.echo("")
-    for line in checklist(after.skill(name), str(skillset), None if folder is None else str(folder)):
+    for line in checklist(after.skill(name), skillset, around):
         typer.echo(line)
+
+
+def _around(folder: Path, file: Path, name: str, skillset: Skillset) -> Surroundings:
+    script = file.with_suffix(".mock.toml")
+    project = project_of(folder)
+    makefile = None if project is None else project / "Makefile"
+    return Surroundings(
+        package=folder,
+        test=tests_folder(folder, [skill.name for skill in skillset.skills]) / f"test_{name}.py",
+        mock_script=script if script.is_file() else None,
+        makes_all=makefile is not None and makefile.is_file() and "\ngenerate:" in makefile.read_text("utf-8"),
+    )
 
 
 def _checked(file: Path, source: str) -> Skillset:

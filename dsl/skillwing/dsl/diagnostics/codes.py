@@ -7,6 +7,7 @@ and is never reused; new ones are added at the end of their group.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal as OneOf
 from typing import TypeAlias
 
@@ -93,3 +94,13 @@ _TABLE = (
 )
 
 CODES = {code.name: code for code in _TABLE}
+
+# An installed package has a copy of the pages.
+_INSTALLED = Path(__file__).parent / "pages"
+_REPOSITORY = Path(__file__).parents[4] / "docs" / "errors"
+
+
+def page_on(code: str) -> str:
+    """The Markdown text of the page on a code. Raises FileNotFoundError if there is none."""
+    folder = _INSTALLED if _INSTALLED.is_dir() else _REPOSITORY
+    return (folder / f"{code}.md").read_text(encoding="utf-8")

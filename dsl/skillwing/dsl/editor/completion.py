@@ -16,7 +16,7 @@ from skillwing.dsl.editor.glossary import glossary_of
 from skillwing.dsl.editor.grammar_state import allowed_after
 from skillwing.dsl.editor.index import TYPES
 from skillwing.dsl.editor.names import Kind, Scope
-from skillwing.dsl.reading.dialects import dialect_of
+from skillwing.dsl.reading.dialect import dialect_of
 from skillwing.dsl.reading.lexemes import COMMENT, Lexeme
 
 _PLACEHOLDER = "placeholder_of_a_name"

@@ -12,8 +12,8 @@ from skillwing.dsl.editor.names import Index
 from skillwing.dsl.editor.positions import Lines
 from skillwing.dsl.printing.reference.descriptions import Descriptions
 from skillwing.dsl.reading import syntax
+from skillwing.dsl.reading.dialect import lex
 from skillwing.dsl.reading.lexemes import COMMENT, Lexeme
-from skillwing.dsl.reading.lexer import lex
 from skillwing.dsl.reading.parser import parse_file
 from skillwing.dsl.spans import Span
 

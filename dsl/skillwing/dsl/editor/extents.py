@@ -6,7 +6,7 @@ from textwrap import dedent
 
 from skillwing.dsl.editor.document import Document
 from skillwing.dsl.editor.names import Kind, Symbol
-from skillwing.dsl.reading.extents import spans
+from skillwing.dsl.reading.syntax import spans
 
 _AFTER_KEYWORD: frozenset[Kind] = frozenset({"skillset", "type", "resource", "event", "skill"})
 _SINGLE_WORDS: frozenset[Kind] = frozenset({"state", "value"})

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from itertools import zip_longest
 
 from skillwing.dsl.reading.dialect import Dialect
+from skillwing.dsl.reading.lalr.machine import Machine, Outlook
 from skillwing.dsl.reading.lexemes import Lexeme
-from skillwing.dsl.reading.machine import Machine, Outlook
-from skillwing.dsl.reading.terminals import CLOSERS
+from skillwing.dsl.reading.vocabulary import CLOSERS
 
 
 def allowed_after(words: Sequence[Lexeme], dialect: Dialect) -> frozenset[str]:

@@ -8,9 +8,9 @@ from lsprotocol import types as lsp
 
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic
 from skillwing.dsl.editor.completion import Completion
+from skillwing.dsl.editor.description import Hover
 from skillwing.dsl.editor.document import Document
 from skillwing.dsl.editor.fixes import Fix
-from skillwing.dsl.editor.hover import Hover
 from skillwing.dsl.editor.outline import Entry, Fold
 from skillwing.dsl.editor.positions import Encoding
 from skillwing.dsl.editor.rename import Edit

@@ -1,4 +1,4 @@
-"""Places in a text, as the three parties count them.
+"""SourceLocations in a text, as the three parties count them.
 
 Offsets count characters (code points) from the start. The language's spans count lines at `\\n` and columns in
 characters, from 1. The Language Server Protocol counts lines from 0, ends them also at `\\r`, and counts columns in

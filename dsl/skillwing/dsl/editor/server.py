@@ -10,9 +10,9 @@ from pygls.exceptions import JsonRpcException
 from pygls.lsp.server import LanguageServer
 
 from skillwing.dsl.editor.completion import completions
+from skillwing.dsl.editor.description import hover
 from skillwing.dsl.editor.document import Document
 from skillwing.dsl.editor.fixes import fixes
-from skillwing.dsl.editor.hover import hover
 from skillwing.dsl.editor.messages import LEGEND, Messages
 from skillwing.dsl.editor.names import Occurrence
 from skillwing.dsl.editor.outline import folds, outline

@@ -10,6 +10,7 @@ Nothing that somebody wrote is ever overwritten. The output is deterministic and
 from __future__ import annotations
 
 import ast
+import os
 from collections.abc import Collection, Mapping
 from pathlib import Path
 
@@ -128,8 +129,9 @@ class RobotFolder:
             path.unlink()
 
     def write_once(self, files: Mapping[str, str]) -> tuple[Path, ...]:
-        """Write the files that are not there yet, by their path in the package; returns which."""
-        missing = {self.path / name: text for name, text in files.items() if not (self.path / name).exists()}
+        """Write the files that do not exist yet, by their path from the package; return their paths."""
+        paths = {Path(os.path.normpath(self.path / name)): text for name, text in files.items()}
+        missing = {path: text for path, text in paths.items() if not path.exists()}
         for path, text in missing.items():
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(text, encoding="utf-8")

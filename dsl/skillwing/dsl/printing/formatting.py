@@ -13,8 +13,8 @@ from skillwing.dsl.diagnostics.diagnostic import Diagnostic
 from skillwing.dsl.printing.columns import Line, aligned, printed
 from skillwing.dsl.printing.spacing import cells, joined
 from skillwing.dsl.printing.statements import Block, Statement, read_statements
+from skillwing.dsl.reading.dialect import lex
 from skillwing.dsl.reading.lexemes import COMMENT, Lexeme
-from skillwing.dsl.reading.lexer import lex
 from skillwing.dsl.reading.parser import parse_file
 
 INDENT = "    "
@@ -171,7 +171,7 @@ def _remark(comments: Sequence[Lexeme]) -> str:
 def _shifted(comment: Lexeme, column: int) -> str:
     """A comment that begins in that column, from 0, its further lines moved along with the first."""
     first, *rest = comment.text.rstrip().split("\n")
-    _, old = comment.source.place(comment.start)
+    _, old = comment.source.position(comment.start)
     moved = column - (old - 1)
     return "\n".join([first, *(_moved(line, moved) for line in rest)])
 

@@ -22,7 +22,7 @@ class Source:
     def _line_starts(self) -> list[int]:
         return [0, *(match.end() for match in re.finditer("\n", self.text))]
 
-    def place(self, offset: int) -> tuple[int, int]:
+    def position(self, offset: int) -> tuple[int, int]:
         """Line and column, both from 1, of the character at an offset."""
         line = bisect_right(self._line_starts, offset)
         return line, offset - self._line_starts[line - 1] + 1
@@ -34,7 +34,7 @@ class Source:
         column = start - starts[line - 1] + 1
         if line == len(starts) or end < starts[line]:
             return Span(self.file, line, column, line, column + end - start)
-        return Span(self.file, line, column, *self.place(end))
+        return Span(self.file, line, column, *self.position(end))
 
 
 class Lexeme:
@@ -57,7 +57,7 @@ class Lexeme:
     def span(self) -> Span:
         return self.source.span(self.start, self.end)
 
-    def supposed(self, kind: str, text: str) -> Lexeme:
+    def synthesised(self, kind: str, text: str) -> Lexeme:
         """Another lexeme in the place of this one."""
         return Lexeme(kind, text, self.start, self.end, self.source)
 

@@ -6,11 +6,10 @@ from dataclasses import dataclass
 
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic
 from skillwing.dsl.reading import syntax
-from skillwing.dsl.reading.broken_text import BrokenText
-from skillwing.dsl.reading.dialects import dialect_of
+from skillwing.dsl.reading.dialect import dialect_of
 from skillwing.dsl.reading.lexemes import COMMENT, Source
-from skillwing.dsl.reading.losses import Losses
-from skillwing.dsl.reading.recovery import Recovery
+from skillwing.dsl.reading.recovery.broken_text import BrokenText, RecoveryReport
+from skillwing.dsl.reading.recovery.repairs import Recovery
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,7 +18,7 @@ class ParsedFile:
 
     root: syntax.SkillsetSyntax | None
     diagnostics: tuple[Diagnostic, ...]
-    losses: Losses
+    recovery: RecoveryReport
 
 
 def parse_file(text: str, file: str) -> ParsedFile:
@@ -32,5 +31,5 @@ def parse_file(text: str, file: str) -> ParsedFile:
     return ParsedFile(
         root if isinstance(root, syntax.SkillsetSyntax) else None,
         tuple(broken.diagnostics),
-        broken.losses,
+        broken.recovery,
     )

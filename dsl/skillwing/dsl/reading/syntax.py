@@ -9,8 +9,10 @@ has a hundred thousand.
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TypeAlias, cast
 
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic
 from skillwing.dsl.expressions import Expression, Literal, Symbol
@@ -279,3 +281,21 @@ class SkillsetSyntax:
     name: Word
     elements: tuple[Element, ...]
     remarks: tuple[Diagnostic, ...] = ()
+
+
+# --- looking into nodes
+
+
+def spans(node: object) -> Iterator[Span]:
+    """The spans of a syntax node and of all its parts, in no order; nothing for what is no node."""
+    left = [node]  # no recursion: a predicate may be nested as deeply as a file is long
+    while left:
+        part = left.pop()
+        if isinstance(part, Span):
+            yield part
+        elif isinstance(part, Lexeme):
+            yield part.span
+        elif isinstance(part, tuple | list):
+            left += cast("Iterable[object]", part)
+        elif dataclasses.is_dataclass(part):
+            left += (getattr(part, field.name) for field in dataclasses.fields(part))

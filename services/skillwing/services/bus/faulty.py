@@ -16,7 +16,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from skillwing.services.bus import Unanswered
+from skillwing.services.bus import NoReply
 from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork, Question, Robot, Traffic
 from skillwing.services.bus.keys import matches
 
@@ -231,7 +231,7 @@ class FaultyNetwork(InProcessNetwork):
         self._agenda.add(self._now + late, take)
 
     def _nobody_answers(self, question: Question) -> None:
-        settle = lambda: question.settle(Unanswered(timed_out=False))  # noqa: E731
+        settle = lambda: question.settle(NoReply(timed_out=False))  # noqa: E731
         self.send(question.asker, question.asker, settle, Traffic.LIVELINESS)
 
     def send(

@@ -27,10 +27,10 @@ from skillwing.services.bus import (
     Bus,
     Handle,
     Node,
+    NoReply,
     Refused,
     Request,
     Sample,
-    Unanswered,
 )
 from skillwing.services.bus.agenda import Agenda, Entry
 from skillwing.services.bus.keys import matches
@@ -163,7 +163,7 @@ class InProcessNetwork:
             if services:
                 services[0].bus.take(question, services[0].on_request)
             else:
-                self.send(question.asker, question.asker, lambda: question.settle(Unanswered(timed_out=False)))
+                self.send(question.asker, question.asker, lambda: question.settle(NoReply(timed_out=False)))
 
         # Until it is known who serves the key, the link is the asker's own.
         self.send(question.asker, question.asker, arrive)
@@ -269,7 +269,7 @@ class InProcessBus:
         attachment: bytes = b"",
     ) -> None:
         question = Question(self, key, payload, attachment, on_answer)
-        question.expiry = self.after(timeout, lambda: question.settle(Unanswered(timed_out=True)))
+        question.expiry = self.after(timeout, lambda: question.settle(NoReply(timed_out=True)))
         self._network.tell_tap(self, "ask", key, payload)
         self._network.forward(self.robot, question)
 
@@ -290,7 +290,7 @@ class InProcessBus:
                 self._network.tell_tap(self, "reply", question.key, answer.payload)
             case Refused():
                 self._network.tell_tap(self, "refuse", question.key, encode(answer.error))
-            case Unanswered():
+            case NoReply():
                 pass
         self._network.send(self, question.asker, lambda: question.settle(answer))
 
@@ -338,7 +338,7 @@ class InProcessBus:
         self.robot.remove_node(self)
         abandoned, self._serving = self._serving, {}
         for question in abandoned:
-            settle = lambda q=question: q.settle(Unanswered(timed_out=False))  # noqa: E731
+            settle = lambda q=question: q.settle(NoReply(timed_out=False))  # noqa: E731
             self._network.send(self, question.asker, settle, Traffic.LIVELINESS)
 
     def _while_open(self, action: Callable[[], None]) -> Callable[[], None]:

@@ -22,11 +22,11 @@ from skillwing.services.bus import (
     Answer,
     Answered,
     Handle,
+    NoReply,
     Refused,
     Request,
     Sample,
     Topology,
-    Unanswered,
 )
 from skillwing.services.bus.agenda import Agenda, Entry
 from skillwing.services.bus.backlog import Backlog
@@ -202,9 +202,7 @@ class ZenohBus:
     ) -> None:
         question = _Question(on_answer)
         expiry = time.monotonic() + timeout
-        question.expiry = self._wall_agenda.add(
-            expiry + ANSWER_GRACE, lambda: question.settle(Unanswered(timed_out=True))
-        )
+        question.expiry = self._wall_agenda.add(expiry + ANSWER_GRACE, lambda: question.settle(NoReply(timed_out=True)))
 
         def receive(reply: zenoh.Reply) -> None:
             question.answered = True
@@ -215,7 +213,7 @@ class ZenohBus:
                 return  # what would wake the node for nothing
             # The router's own timeout ends a query like an absent server does; only the time tells them apart.
             timed_out = time.monotonic() > expiry - TIMER_SLACK
-            self.post(lambda: question.settle(Unanswered(timed_out)))
+            self.post(lambda: question.settle(NoReply(timed_out)))
 
         self._session.get(
             key,
@@ -568,10 +566,10 @@ def _answer(reply: zenoh.Reply) -> Answer:
         return Answered(sample.payload, sample.attachment)
     error = reply.err
     if error is None:
-        return Unanswered(timed_out=False)
+        return NoReply(timed_out=False)
     payload = error.payload.to_bytes()
     if error.encoding != REFUSAL:
-        return Unanswered(timed_out=payload == TIMEOUT_REPLY)
+        return NoReply(timed_out=payload == TIMEOUT_REPLY)
     try:
         return Refused(decode(payload, ErrorReply))
     except ProtocolError as problem:

@@ -12,11 +12,11 @@ from collections.abc import Callable, Mapping
 from msgspec.structs import replace
 
 from skillwing.dsl.model import Skillset, UnknownNameError
+from skillwing.services.core.bounded_dict import BoundedDict
 from skillwing.services.core.checks import check_goal_id, check_schema
 from skillwing.services.core.grants import NO_TOKEN
-from skillwing.services.core.memory import Recent
+from skillwing.services.core.outbox import Outbox
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.core.scribe import Scribe
 from skillwing.services.core.skill_actions import Action, AskResources, CallHook, Ending, GoalRun, Hook
 from skillwing.services.core.values import by_path, fit_fields, sendable_text
 from skillwing.services.core.verdicts import terminal_of
@@ -49,7 +49,7 @@ from skillwing.services.protocol import Ending as End
 
 GOALS_REMEMBERED = 1000
 SILENCES_UNTIL_ERROR = 10
-"""Unanswered questions to the resource manager after which a goal gets its terminal answer all the same. Where nobody
+"""NoReply questions to the resource manager after which a goal gets its terminal answer all the same. Where nobody
 is there to be asked that is 5.6 s, so that it may be started again meanwhile; one that hangs lets each question run
 into its timeout of 2 s, which makes 26 s."""
 SILENCES_UNTIL_SETTLED = 600
@@ -84,13 +84,13 @@ class SkillCore:
         self.skill = skillset.skill(skill)
         self._source = source
         self._incarnation = incarnation
-        self._scribe: Scribe[Action] = Scribe(source, new_record_id)
+        self._outbox: Outbox[Action] = Outbox(source, new_record_id)
         self._run: GoalRun | None = None
         # Goals that this process did not run, until the resource manager has taken down how it ends them.
         self._in_doubt: dict[str, GoalRun] = {}
-        self._ended: Recent[str, GoalStatus] = Recent(GOALS_REMEMBERED)
+        self._ended: BoundedDict[str, GoalStatus] = BoundedDict(GOALS_REMEMBERED)
         # Ids of goals whose interrupt came before their start.
-        self._interrupted_early: Recent[str, None] = Recent(GOALS_REMEMBERED)
+        self._interrupted_early: BoundedDict[str, None] = BoundedDict(GOALS_REMEMBERED)
         self.dropped_calls = 0
         """Terminations and confirmations for goals that were over, or not to be ended."""
 
@@ -195,7 +195,7 @@ class SkillCore:
                     cause=run.record,
                     incarnation=self._incarnation,
                 )
-                self._scribe.add(AskResources(run.begin))
+                self._outbox.add(AskResources(run.begin))
         return self._actions()
 
     def dispatched(self, goal_id: str, now: float) -> tuple[Action, ...]:
@@ -367,7 +367,7 @@ class SkillCore:
             incarnation=self._incarnation,
             cause=run.record,
         )
-        self._scribe.add(AskResources(call))
+        self._outbox.add(AskResources(call))
 
     def _doubt_answered(self, asked: AskResources, answer: GoalVerdict | ErrorReply | None, now: float) -> None:
         run = self._in_doubt.get(asked.call.goal_id)
@@ -394,7 +394,7 @@ class SkillCore:
             call = replace(call, terminal=terminal)
             self._finish(run, terminal, now)
         if silences < SILENCES_UNTIL_SETTLED:
-            self._scribe.add(AskResources(call, silences))
+            self._outbox.add(AskResources(call, silences))
         else:
             del self._in_doubt[run.goal_id]
 
@@ -493,12 +493,12 @@ class SkillCore:
             incarnation=self._incarnation,
         )
         run.ending = Ending(call, sendable_text(reason), output, forced)
-        self._scribe.add(AskResources(call))
+        self._outbox.add(AskResources(call))
 
     def _bear_silence(self, run: GoalRun, asked: AskResources, now: float) -> None:
         silences = asked.silences + 1
         if silences < SILENCES_UNTIL_ERROR:
-            self._scribe.add(AskResources(asked.call, silences))
+            self._outbox.add(AskResources(asked.call, silences))
             return
         # The client gets its answer now; what the goal may hold is given back as soon as anybody listens.
         how = f" {run.ending.reason}" if run.ending else ""
@@ -514,12 +514,12 @@ class SkillCore:
                 cause=run.record,
                 incarnation=self._incarnation,
             )
-        self._scribe.add(AskResources(call, silences))
+        self._outbox.add(AskResources(call, silences))
 
     def _settle(self, asked: AskResources, answer: GoalVerdict | ErrorReply | None) -> None:
         """The goal has its terminal answer: go on until the resource manager has heard that it is over."""
         if answer is None and isinstance(asked.call, EndGoal) and asked.silences < SILENCES_UNTIL_SETTLED:
-            self._scribe.add(AskResources(asked.call, asked.silences + 1))
+            self._outbox.add(AskResources(asked.call, asked.silences + 1))
 
     # --- parts of a step ---------------------------------------------------------------------------------------------
 
@@ -541,13 +541,13 @@ class SkillCore:
         before = run.state or "IDLE"
         after = terminal.label if terminal else state
         run.state = state
-        run.record = self._scribe.record(
+        run.record = self._outbox.record(
             now, RecordKind.GOAL, self.skill.name, before, after, text, cause=run.record, goal_id=run.goal_id
         )
         run.status = GoalStatus(
             goal_id=run.goal_id, skill=self.skill.name, state=state, t=now, terminal=terminal, record=run.record
         )
-        self._scribe.add(run.status)
+        self._outbox.add(run.status)
 
     def _finish(self, run: GoalRun, terminal: Terminal, now: float) -> None:
         if self._run is run:
@@ -559,10 +559,10 @@ class SkillCore:
             self._call(Hook.ENDED, run, terminal)
 
     def _call(self, hook: Hook, run: GoalRun, terminal: Terminal | None = None) -> None:
-        self._scribe.add(CallHook(hook, run.goal_id, run.inputs, run.token, run.started_at, terminal))
+        self._outbox.add(CallHook(hook, run.goal_id, run.inputs, run.token, run.started_at, terminal))
 
     def _actions(self) -> tuple[Action, ...]:
-        return self._scribe.hand_over()
+        return self._outbox.drain()
 
 
 def _note_cause(run: GoalRun, cause: str | None) -> None:

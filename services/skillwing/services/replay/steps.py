@@ -8,9 +8,9 @@ from typing import Any, TypeAlias
 
 import msgspec
 
-from skillwing.services.core.kept import Kept
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import ResourceCore, Step
+from skillwing.services.core.snapshot import Snapshot
 from skillwing.services.journal.schema import Identity
 from skillwing.services.protocol import (
     AttachManager,
@@ -110,7 +110,7 @@ class GoalSilent(msgspec.Struct, frozen=True, tag="goal_silent"):
 
 
 class Resume(msgspec.Struct, frozen=True, tag="resume"):
-    kept: Kept
+    kept: Snapshot
 
     def put_to(self, core: ResourceCore, t: float) -> Step[Any]:
         return core.resume(self.kept, t)
@@ -181,7 +181,7 @@ class Made(msgspec.Struct, frozen=True, tag="made"):
 
     t: float
     found: dict[str, str] | None
-    kept: Kept | None
+    kept: Snapshot | None
     same_data: bool
 
 

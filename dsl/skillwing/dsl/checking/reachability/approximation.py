@@ -121,7 +121,7 @@ class Approximation:
             edges = self._extern_edges(name)
             for edge in edges:
                 self._moves.add(name, edge, None)
-            if name in self._space.unruly:
+            if name in self._space.unconstrained:
                 edges = [(edge.source, edge.target) for edge in self._space.resource(name).transitions]
                 for edge in edges:
                     self._moves.add(name, edge, None)

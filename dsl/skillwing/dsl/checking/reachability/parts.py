@@ -16,8 +16,8 @@ from skillwing.dsl.checking.reachability.exploration import Budget, Exploration,
 from skillwing.dsl.checking.reachability.knowledge import Knowledge, SkillSituations
 from skillwing.dsl.checking.reachability.situations import Situations
 from skillwing.dsl.checking.reachability.statespace import Behaviour, StateSpace
-from skillwing.dsl.expressions import names_used
-from skillwing.dsl.model import Event, Skill
+from skillwing.dsl.model import Skill
+from skillwing.dsl.queries import named_by
 
 MOST_SKILLS = 16
 """Of one group that change something."""
@@ -77,7 +77,7 @@ class PartByPart:
 
 def _may_be_played(part: StateSpace, movers: int) -> bool:
     combinations = prod(len(resource.states) for resource in part.skillset.resources)
-    return movers <= MOST_SKILLS and combinations <= MOST_STATES and part.unruly.isdisjoint(part.names)
+    return movers <= MOST_SKILLS and combinations <= MOST_STATES and part.unconstrained.isdisjoint(part.names)
 
 
 def _parts(space: StateSpace) -> Iterator[StateSpace]:
@@ -86,7 +86,7 @@ def _parts(space: StateSpace) -> Iterator[StateSpace]:
     What speaks of no resource at all is a part of its own.
     """
     skills = [(skill, space.behaviour(skill).names) for skill in space.skillset.skills]
-    events = [(event, _names_of(event)) for event in space.skillset.events]
+    events = [(event, tuple(sorted(named_by(event)))) for event in space.skillset.events]
     ties = {names for _, names in (*skills, *events)}
     groups = _groups(space.names, ties)
     for group in dict.fromkeys([*groups.values(), frozenset[str]()]):
@@ -95,11 +95,6 @@ def _parts(space: StateSpace) -> Iterator[StateSpace]:
             [skill for skill, names in skills if _group_of(names, groups) == group],
             [event for event, names in events if _group_of(names, groups) == group],
         )
-
-
-def _names_of(event: Event) -> tuple[str, ...]:
-    guarded = names_used(event.guard, "resource") if event.guard is not None else ()
-    return tuple(sorted({*guarded, *(name for name, _ in event.effect.transitions)}))
 
 
 def _groups(names: Iterable[str], ties: Iterable[tuple[str, ...]]) -> dict[str, frozenset[str]]:

@@ -54,12 +54,12 @@ class Behaviour:
 class StateSpace:
     """The resources of a skillset, its effects and its predicates. names: of all resources, in declaration order.
 
-    unruly: resources that something unknown may move at any time, by any of their transitions.
+    unconstrained: resources that something unknown may move at any time, by any of their transitions.
     """
 
-    def __init__(self, skillset: Skillset, unruly: Collection[str] = ()) -> None:
+    def __init__(self, skillset: Skillset, unconstrained: Collection[str] = ()) -> None:
         self.skillset = skillset
-        self.unruly = frozenset(unruly)
+        self.unconstrained = frozenset(unconstrained)
         self.relations = Relations(skillset.resources)
         self.names = tuple(resource.name for resource in skillset.resources)
         self._resources = {resource.name: resource for resource in skillset.resources}

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from skillwing.dsl.expressions import Expression, names_used, to_text
+from skillwing.dsl.expressions import to_text
 from skillwing.dsl.model import Resource, Result, Skill, Skillset
 from skillwing.dsl.printing.pictures.diagram import Arrow, Diagram, Node
+from skillwing.dsl.queries import changed_by, guarded_by
 
 _START = "(start)"
 
@@ -39,24 +40,11 @@ def map_diagram(skillset: Skillset) -> Diagram:
 
 
 def _uses(skill: Skill, resources: Iterable[Resource]) -> Iterator[Arrow]:
-    changed, asked = changed_resources(skill), asked_resources(skill)
+    changed, asked = changed_by(skill), guarded_by(skill)
     for resource in resources:
         if resource.name in changed | asked:
             dashed = resource.name not in changed
             yield Arrow(f"skill {skill.name}", f"resource {resource.name}", dashed=dashed)
-
-
-def changed_resources(skill: Skill) -> frozenset[str]:
-    """The resources that an effect of the skill names."""
-    return frozenset(resource for effect in skill.effects for resource, _ in effect.transitions)
-
-
-def asked_resources(skill: Skill) -> frozenset[str]:
-    """The resources that a precondition, an invariant or a postcondition of the skill names."""
-    guards: list[Expression] = [check.expression for check in skill.preconditions.checks]
-    guards += [invariant.expression for invariant in skill.invariants]
-    guards += [result.post for result in skill.results if result.post is not None]
-    return frozenset(name for guard in guards for name in names_used(guard, "resource"))
 
 
 # --- the machine of a skill

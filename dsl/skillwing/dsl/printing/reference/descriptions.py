@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from skillwing.dsl.printing.statements import Statement, read_statements
+from skillwing.dsl.reading.dialect import lex
 from skillwing.dsl.reading.lexemes import COMMENT, Lexeme
-from skillwing.dsl.reading.lexer import lex
 from skillwing.dsl.spans import Span
 
 
@@ -38,7 +38,7 @@ def _described(statements: Sequence[Statement]) -> Iterator[tuple[tuple[int, int
         behind = [*statement.remarks, *(statement.block.remarks if statement.block else ())]
         if description := "\n".join([*above, *([_comment(behind)] if behind else [])]).strip():
             for word in statement.words:
-                yield word.source.place(word.start), description
+                yield word.source.position(word.start), description
         above = []
         if statement.block is not None:
             yield from _described(statement.block.statements)

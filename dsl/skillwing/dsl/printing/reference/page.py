@@ -7,11 +7,12 @@ from collections.abc import Iterator
 from skillwing.dsl.checking.types import SCALARS
 from skillwing.dsl.model import EnumType, Event, Resource, Skill, Skillset, StructType
 from skillwing.dsl.printing.pictures.mermaid import to_mermaid
-from skillwing.dsl.printing.pictures.subjects import asked_resources, changed_resources, resource_diagram
+from skillwing.dsl.printing.pictures.subjects import resource_diagram
 from skillwing.dsl.printing.reference.descriptions import Descriptions
 from skillwing.dsl.printing.reference.markdown import code, link, prose, table
 from skillwing.dsl.printing.reference.skills import SkillSection
 from skillwing.dsl.printing.reference.words import changes, in_words, type_in_words, units_of
+from skillwing.dsl.queries import changed_by, guarded_by
 
 
 def reference_page(skillset: Skillset, text: str, file: str) -> str:
@@ -111,8 +112,8 @@ class _Page:
     def _users(self, resource: Resource) -> Iterator[tuple[str, list[str]]]:
         """The skills that change the resource, and those that only ask for its state."""
         skills = self._skillset.skills
-        changing = [skill.name for skill in skills if resource.name in changed_resources(skill)]
-        asking = [skill.name for skill in skills if resource.name in asked_resources(skill)]
+        changing = [skill.name for skill in skills if resource.name in changed_by(skill)]
+        asking = [skill.name for skill in skills if resource.name in guarded_by(skill)]
         yield "Changed", changing
         yield "Asked for its state", [name for name in asking if name not in changing]
 
