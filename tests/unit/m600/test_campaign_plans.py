@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from skillwing.bt_missions.running.library import find_mission
+from skillwing.bt_missions.library import find_mission
 from skillwing.dsl.model import UnknownNameError
 from skillwing.evaluation.campaign.command import make_plans, parse_seeds
 from skillwing.evaluation.flights.conditions import EARLIEST, LONGEST, SHORTEST, Condition, draw, met_from

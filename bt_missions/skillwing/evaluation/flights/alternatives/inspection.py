@@ -16,8 +16,8 @@ from py_trees.decorators import Decorator
 
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.mission.mission import MissionTrees
 from skillwing.bt_missions.missions.inspection import InspectionMission, InspectionOptions
-from skillwing.bt_missions.running.mission import MissionTrees
 from skillwing.bt_missions.subtrees.composites import alongside
 from skillwing.bt_missions.subtrees.depth_map import NO_DEPTH_MAP
 from skillwing.bt_missions.subtrees.flight import fly_home

@@ -13,16 +13,16 @@ import msgspec
 from py_trees.behaviour import Behaviour
 from py_trees.composites import Composite
 
+from skillwing.bt_missions.leaves.branch_switch import NoteSwitch
 from skillwing.bt_missions.leaves.context import MissionContext
-from skillwing.bt_missions.leaves.settling import NoteSwitch
 from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.mission.mission import MissionTrees
 from skillwing.bt_missions.missions.mapping import LEG_FLOWN, MappingMission, MappingOptions
 from skillwing.bt_missions.planning.waypoints import Route, WaypointWriter
-from skillwing.bt_missions.running.mission import MissionTrees
 from skillwing.bt_missions.subtrees.composites import in_order
+from skillwing.bt_missions.subtrees.decorators import RepeatUntil
 from skillwing.bt_missions.subtrees.depth_map import LIDAR, flown_with
 from skillwing.bt_missions.subtrees.flight import fly_home
-from skillwing.bt_missions.subtrees.loop import Until
 
 TIME_LIMIT = 240.0
 """Robot seconds until one that flies blind lands: a drone that hangs on a wall does not end by itself."""
@@ -82,7 +82,7 @@ def _branch(context: MissionContext, route: Route, options: OtherwiseOptions) ->
     return in_order(
         "fly on",
         NoteSwitch("why", context, "navigation", "ZED", "flying blind"),
-        Until("until the route is done", route.is_done, leg),
+        RepeatUntil("until the route is done", route.is_done, leg),
         fly_home(context, options.return_height, options.speed),
     )
 
