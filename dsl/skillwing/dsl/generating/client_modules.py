@@ -1,6 +1,6 @@
-"""`interface.py` and `aio.py`: typed access to the robot, for scripts that wait and for asyncio; one text but for that.
+"""`interface.py` and `aio.py`: typed clients, blocking and for asyncio, from one template.
 
-`signatures.py` holds what both know of each skill.
+`signatures.py` holds the parts that both share.
 """
 
 from __future__ import annotations
@@ -49,9 +49,9 @@ _CONNECT = '''\
 
 @dataclass(frozen=True)
 class Manner:
-    """How a client waits: what its module is called, what it imports, and the words in which it differs.
+    """One of the two client styles: name of its module, imports, and the words in which it differs.
 
-    library: the module of `skillwing.services.client` that it stands on, `_` and the same here.
+    library: the module of `skillwing.services.client` that it uses. The names `_` and `skillwing` are the same in both.
     """
 
     module: str
@@ -66,7 +66,7 @@ class Manner:
 
     @property
     def runtime(self) -> str:
-        """What the library is called in the module."""
+        """The name of the library in the module."""
         return f"_{self.library}"
 
 
@@ -161,7 +161,7 @@ def lines(skillset: Skillset, manner: Manner) -> Iterator[str]:
 
 
 def _example(skillset: Skillset, manner: Manner) -> str:
-    """The first call that anybody would try."""
+    """An example call for the docstring."""
     skill = skillset.skills[0].name if skillset.skills else "skill"
     started = f"{skillset.name}.{skill}(...)"
     return f"await {started}" if manner.awaited else f"{started}.wait()"

@@ -37,19 +37,19 @@ class SetDatum:
 
 
 @dataclass(frozen=True, slots=True)
-class EndGoal:
+class EndMockedGoal:
     skill: str
     result: str
 
 
-Deed: TypeAlias = "Trigger | Fire | SetDatum | EndGoal"
+MockAction: TypeAlias = "Trigger | Fire | SetDatum | EndMockedGoal"
 
 
 @dataclass(frozen=True, slots=True)
 class Due:
     """Something to do `after` so many seconds. cause: the timeline record that led to it."""
 
-    deed: Deed
+    action: MockAction
     after: float
     cause: str | None
 
@@ -100,7 +100,7 @@ class Reactions:
                 continue
             if reaction.said.once:
                 self._done.add(number)
-            found += [Due(deed, reaction.said.after, cause) for deed in _deeds(reaction, inputs)]
+            found += [Due(action, reaction.said.after, cause) for action in _actions(reaction, inputs)]
         return tuple(found)
 
 
@@ -118,11 +118,11 @@ def _concerns(reaction: FittedReaction, status: GoalStatus) -> bool:
     return not reaction.endings or not names.isdisjoint(reaction.endings)
 
 
-def _deeds(reaction: FittedReaction, inputs: Mapping[str, Any]) -> Iterator[Deed]:
+def _actions(reaction: FittedReaction, inputs: Mapping[str, Any]) -> Iterator[MockAction]:
     yield from (SetDatum(name, signal, inputs) for name, signal in reaction.set.items())
     yield from (Trigger(name, state) for name, state in reaction.said.trigger.items())
     yield from (Fire(event) for event in reaction.fire)
-    yield from (EndGoal(skill, result) for skill, result in reaction.said.end.items())
+    yield from (EndMockedGoal(skill, result) for skill, result in reaction.said.end.items())
 
 
 # --- data ------------------------------------------------------------------------------------------------------------
