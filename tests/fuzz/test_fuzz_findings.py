@@ -6,6 +6,7 @@ import msgspec
 import pytest
 
 from skillwing.dsl import parse
+from skillwing.onboard.topics import AutopilotSetpoint, Health, MapHeader, SensorStatus, VideoPiece
 from skillwing.services.core.resource_core import ResourceCore
 from skillwing.services.protocol import (
     MAX_MESSAGE_BYTES,
@@ -20,7 +21,6 @@ from skillwing.services.protocol import (
     decode,
     encode,
 )
-from skillwing.sim_mujoco.topics import AutopilotSetpoint, Health, MapHeader, SensorStatus, VideoPiece
 
 ALMOST_TOO_LONG = "a" * (MAX_MESSAGE_BYTES - 100)
 

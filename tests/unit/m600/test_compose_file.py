@@ -11,7 +11,7 @@ import pytest
 import yaml
 from compose_services import COMPOSE_FILE, renewed
 
-from skillwing.bt_missions.running.library import installed_missions
+from skillwing.bt_missions.library import installed_missions
 from skillwing.m600.mocked import ROBOT as MOCKS
 from skillwing.m600.robot import ROBOT
 from skillwing.services.processes.run_options import RUN_OPTIONS

@@ -11,11 +11,11 @@ import pytest
 from rerun.chunk import RrdReader
 
 from skillwing.m600.robot import ROBOT
+from skillwing.onboard import topics
 from skillwing.services.bus import Bus
 from skillwing.services.bus.inprocess import InProcessNetwork
-from skillwing.services.protocol import Keys, MissionStatus, Record, RecordKind, encode
+from skillwing.services.protocol import Keys, MissionPhase, MissionStatus, Record, RecordKind, encode
 from skillwing.services.telemetry.recorder import RECORDING_FILE, make_recorder
-from skillwing.sim_mujoco import topics
 
 SPEED = 2.0
 TABS = 1
@@ -64,7 +64,9 @@ class Drone:
         health = bus.advertise(topics.health_key("zed"), events=True)
         failed = topics.Health(id="h", t=6.0, sensor="zed", status=topics.SensorStatus.FAILED)
         bus.after(6.0, lambda: health.put(encode(failed)))
-        goal = MissionStatus(mission="mapping", phase="RUNNING", t=0.0, text="", waypoints=1, goal=(20.0, 0.0, 4.0))
+        goal = MissionStatus(
+            mission="mapping", phase=MissionPhase.RUNNING, t=0.0, text="", waypoints=1, goal=(20.0, 0.0, 4.0)
+        )
         bus.advertise(keys.mission_status, events=True).put(encode(goal))
 
     def detach(self) -> None:
@@ -125,7 +127,11 @@ Rows = list[tuple[float, Any]]
 def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     run_dir = tmp_path_factory.mktemp("run")
     recorder = make_recorder(
-        {"run_dir": str(run_dir), "skillset": str(ROBOT.skillset), "scene": "skillwing.m600.dashboard.scene:make_scene"}
+        {
+            "run_dir": str(run_dir),
+            "skillset": str(ROBOT.skillset),
+            "scene": "skillwing.evaluation.dashboard.scene:make_scene",
+        }
     )
     network = InProcessNetwork()
     network.attach(recorder)

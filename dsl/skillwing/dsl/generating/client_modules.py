@@ -38,7 +38,7 @@ _CONNECT = '''\
     owns_goals: goals that still run at the end of the context, or of the script, are interrupted, unless their skill
     says `owner_lost=continue`; with False they go on.
     robot: its name, which may be left out if only one runs here. endpoint: `tcp/HOST:PORT` of its router, where it
-    runs elsewhere. Raises NoSystemError, UnansweredError, and a SkillwingError where the system runs another skillset
+    runs elsewhere. Raises NoSystemError, NoReplyError, and a SkillwingError where the system runs another skillset
     than this code was made from.
     """
     {asynchronous}with {runtime}.connect(
@@ -256,7 +256,7 @@ def _events(skillset: Skillset, names: TypeNames, manner: Manner) -> Iterator[st
     del names
     yield f'{INDENT}"""Fires the events of `{skillset.name}`, in the functional layer\'s place.'
     yield ""
-    yield f"{INDENT}Raises RefusedError where the guard of one says no, UnansweredError."
+    yield f"{INDENT}Raises RefusedError where the guard of one says no, NoReplyError."
     yield f'{INDENT}"""'
     yield ""
     yield f"{INDENT}def __init__(self, client: {manner.runtime}.Client) -> None:"

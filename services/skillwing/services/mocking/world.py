@@ -12,7 +12,7 @@ import msgspec
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Answer, Answered, Bus, Handle, Refused
 from skillwing.services.bus.reading import message_reader
-from skillwing.services.client.asking import ask_until_answered
+from skillwing.services.client.retry import ask_until_answered
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.managers.serving import serve
 from skillwing.services.mocking.fitting import fit_datum, fit_script

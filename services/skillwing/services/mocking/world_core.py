@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from skillwing.dsl.model import Skillset
-from skillwing.services.core.memory import Recent
+from skillwing.services.core.bounded_dict import BoundedDict
 from skillwing.services.mocking.defaults import default_data
 from skillwing.services.mocking.fitting import FittedReaction, FittedScript
 from skillwing.services.mocking.signals import Constant, Moment, Signal, value_at
@@ -60,9 +60,9 @@ class Reactions:
     def __init__(self, script: FittedScript) -> None:
         self._script = script
         self._done: set[int] = set()
-        self._inputs: Recent[str, Mapping[str, Any]] = Recent(GOALS_REMEMBERED)
-        self._running: Recent[str, None] = Recent(GOALS_REMEMBERED)
-        self._over: Recent[str, None] = Recent(GOALS_REMEMBERED)
+        self._inputs: BoundedDict[str, Mapping[str, Any]] = BoundedDict(GOALS_REMEMBERED)
+        self._running: BoundedDict[str, None] = BoundedDict(GOALS_REMEMBERED)
+        self._over: BoundedDict[str, None] = BoundedDict(GOALS_REMEMBERED)
 
     def begin(self) -> tuple[Due, ...]:
         """The start of the world."""

@@ -1,0 +1,1 @@
+"""Ground-truth judge of a flight, and the files that it reads and writes."""

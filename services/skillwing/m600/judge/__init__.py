@@ -1,1 +1,0 @@
-"""What a flight leaves behind, and the judge of it."""
