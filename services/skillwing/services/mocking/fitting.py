@@ -117,7 +117,7 @@ def fit_datum(
     item = _look_up(lambda: skillset.datum(datum), f"data.{datum}", report)
     if item is None:
         return None
-    return SignalReader(report, inputs, lasts=False).read(raw, Field(item.name, item.type), f"data.{datum}")
+    return SignalReader(report, inputs, has_duration=False).read(raw, Field(item.name, item.type), f"data.{datum}")
 
 
 def _fit(script: MockScript, skillset: Skillset, report: Report) -> FittedScript:

@@ -122,12 +122,12 @@ class SignalReader:
     """A reader of signals that reports their problems.
 
     inputs: fields of the goal that a signal may refer to, None if there is no goal. report: receives the sentences.
-    lasts: the owner of the signal has a duration, which is the default of a ramp.
+    has_duration: the owner of the signal has a duration, which is the default of a ramp.
     """
 
     report: Callable[[str], None]
     inputs: tuple[Field, ...] | None = None
-    lasts: bool = True
+    has_duration: bool = True
 
     def read(self, raw: Any, target: Field, where: str) -> Signal | None:
         """The signal for a field, or None if it was reported. where: name of the place in sentences."""
@@ -186,7 +186,7 @@ class SignalReader:
         if over is not None and not (_is_number(over) and math.isfinite(over) and over >= 0.0):
             self.report(f"{where}.over is `{over}`; it takes a number of seconds.")
             return None
-        if over is None and "from" in raw and not self.never_expires:
+        if over is None and "from" in raw and not self.has_duration:
             self.report(f"{where} does not say how long it takes. Add `over`, in seconds.")
             return None
         start = self.read(raw["from"], target, f"{where}.from") if "from" in raw else None
