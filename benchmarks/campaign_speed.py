@@ -1,8 +1,8 @@
-"""Where the time of a campaign's flight goes: processor seconds of each process of the robot, all of them in one.
+"""Processor time of a campaign's flight by process of the robot, all in one operating-system process.
 
     python benchmarks/campaign_speed.py [--seed N] [--world KIND] [--seconds S] [--write]
 
-Processor time, not wall time, for a machine that flies campaigns is busy.
+It is processor time and not wall time, because a machine that flies campaigns is busy.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""How fast the simulator with all its sensors runs on one core: what its parts cost, and its ratio to real time.
+"""Speed of the simulator with all sensors on one core: ratio to real time, and cost of its parts.
 
     python benchmarks/sim_speed.py [--seconds 10] [--write]
 
-Processor time is what counts: on a busy machine wall time measures the others.
+Processor time counts, because wall time depends on other processes.
 """
 
 from __future__ import annotations
@@ -30,8 +30,7 @@ from skillwing.sim_mujoco.world.world import World, make_world
 FLOOR = 5.0
 """The ratio to real time that the simulator with all sensors is to keep on one core."""
 SPEED, SHARE = 2.0, 0.3
-"""How fast the drone at most goes to and fro on the first leg of a world's route [m/s], and on how much of it: nothing
-stands there yet."""
+"""Largest speed on the first leg of a world's route [m/s], and the flown, obstacle-free share of that leg."""
 _BLOCKS = 5
 _PICTURE = 320 * 180
 

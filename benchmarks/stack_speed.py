@@ -1,9 +1,9 @@
-"""How fast the whole robot flies the mapping mission with real processes on two cores: its ratio to real time.
+"""Speed of the whole robot on the mapping mission, with real processes on two cores, as ratio to real time.
 
     python benchmarks/stack_speed.py [--seed N] [--world KIND] [--seconds S] [--write]
 
 Robot time runs as fast as all processes keep up: physics waits for guidance and obstacle detection after each step, and
-nobody lags by more than 0.1 s. Wall time counts, so measure on a machine that does nothing else.
+no process lags by more than 0.1 s. Wall time counts, so measure on an idle machine.
 """
 
 from __future__ import annotations
