@@ -73,8 +73,8 @@ def main() -> None:
     ]
     body = (
         f"The mapping mission in the {options.world} of seed {options.seed}, in one process and virtual time: "
-        f"{flown:.0f} s of flight in {taken:.0f} s of processor time, {flown / taken:.1f} times as fast as real time "
-        f"on one core, with all sensors, odometry and map. {machine()}.\n\n"
+        f"{flown:.0f} s of flight in {taken:.0f} s of processor time, {flown / taken:.1f} times real time "
+        f"on one core. All sensors, odometry and map run. {machine()}.\n\n"
         + table(("process", "processor time", "share", "per second of flight"), rows)
     )
     tell("campaign_speed.py", "A campaign's flight", body, write=options.write)

@@ -156,9 +156,9 @@ def main() -> None:
     rows = [[name, f"{median(each):.1f}", f"{min(each):.1f} to {max(each):.1f}"] for name, each in flights.items()]
     kept = against(FLOOR, median(factors["courtyard"]), at_least=True)
     body = (
-        "Processor time on one core; the ratio is robot seconds per second of it at the beginning of the route, at up "
-        f"to {SPEED:g} m/s, in worlds of seed 1, the median of {_BLOCKS} blocks. The budget with all sensors is "
-        f"{FLOOR:g} in the courtyard without the RGB camera, which takes pictures only while they are streamed: "
+        "Processor time on one core. The ratio is robot seconds per second of processor time, as median of "
+        f"{_BLOCKS} blocks. They are flown at the beginning of the route at up to {SPEED:g} m/s, in worlds of seed 1. "
+        f"The budget is {FLOOR:g} in the courtyard with all sensors but the RGB camera, which runs only for streams: "
         f"{kept}. {machine()}.\n\n"
         + table(["part", "ms", "in a second"], parts(usual))
         + "\n\n"

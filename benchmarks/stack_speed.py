@@ -77,7 +77,7 @@ def main() -> None:
     whole = (last - first) / (ended - begun)
     body = (
         f"The mapping mission in the {options.world} of seed {options.seed}, by {len(specs)} processes and a router on "
-        f"{len(cores)} cores, as fast as all of them keep up. The ratio is robot seconds per second on the wall; the "
+        f"{len(cores)} cores. Robot time runs as fast as all keep up. The ratio is robot seconds per wall second; the "
         f"budget on {CORES} cores is {FLOOR:g}: {against(FLOOR, whole, at_least=True)}. {machine()}.\n\n"
         + table(
             ("robot time", "times real time", f"blocks of {BLOCK:g} s", "median block"),
