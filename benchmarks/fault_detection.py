@@ -34,8 +34,8 @@ from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader
 from skillwing.sim_mujoco.autopilot.autopilot import Setpoint
 from skillwing.sim_mujoco.sensors.corruptors import KINDS
-from skillwing.sim_mujoco.sensors.fittings import SENSORS
 from skillwing.sim_mujoco.sensors.health import Change, Condition
+from skillwing.sim_mujoco.sensors.table import SENSORS
 from skillwing.sim_mujoco.simulator.simulator import Simulator
 from skillwing.sim_mujoco.world.world import make_world
 

@@ -22,9 +22,9 @@ from skillwing.sim_mujoco.autopilot.autopilot import Setpoint
 from skillwing.sim_mujoco.camera.camera import Camera
 from skillwing.sim_mujoco.physics.physics import Physics
 from skillwing.sim_mujoco.sensors import depth_camera, lidar
-from skillwing.sim_mujoco.sensors.rays import Floats, RayScene
 from skillwing.sim_mujoco.simulator.simulator import SENSORS, Simulator
 from skillwing.sim_mujoco.world.kinds import KINDS
+from skillwing.sim_mujoco.world.rays import Floats, RayScene
 from skillwing.sim_mujoco.world.world import World, make_world
 
 FLOOR = 5.0

@@ -25,10 +25,10 @@ from skillwing.onboard.frames.vectors import Vector
 from skillwing.sim_mujoco.autopilot.autopilot import Setpoint
 from skillwing.sim_mujoco.sensors.depth_camera import DepthCamera
 from skillwing.sim_mujoco.sensors.lidar import Lidar
-from skillwing.sim_mujoco.sensors.rays import RayScene
 from skillwing.sim_mujoco.simulator.simulator import Simulator
 from skillwing.sim_mujoco.world.kinds import KINDS, make_site
 from skillwing.sim_mujoco.world.promises import broken_promises
+from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.things.obstacle import Kind
 from skillwing.sim_mujoco.world.triangles import Triangles
 from skillwing.sim_mujoco.world.world import TERRAIN, World, make_world

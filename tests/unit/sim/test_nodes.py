@@ -21,7 +21,7 @@ from skillwing.services.protocol import ErrorCode, Message, decode, encode
 from skillwing.sim_mujoco.camera.feed import CAMERA
 from skillwing.sim_mujoco.physics.rotor_faults import ROTOR_NAMES
 from skillwing.sim_mujoco.sensors.corruptors import KINDS
-from skillwing.sim_mujoco.sensors.fittings import FITTINGS, SENSORS
+from skillwing.sim_mujoco.sensors.table import FITTINGS, SENSORS
 from skillwing.sim_mujoco.simulator.node import make_sim
 
 

@@ -13,11 +13,11 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from skillwing.onboard.options import OptionsError
-from skillwing.sim_mujoco.scenario import Scenario, ScenarioError, read_scenario
-from skillwing.sim_mujoco.scenario_slips import slips
+from skillwing.sim_mujoco.scenario.field_errors import slips
+from skillwing.sim_mujoco.scenario.reading import Scenario, ScenarioError, read_scenario
 from skillwing.sim_mujoco.sensors.corruptors import KINDS, Fault, MagnitudeError, UnknownFaultError
-from skillwing.sim_mujoco.sensors.fittings import SENSORS
 from skillwing.sim_mujoco.sensors.gnss import RECEIVERS, ReceiverName
+from skillwing.sim_mujoco.sensors.table import SENSORS
 from skillwing.sim_mujoco.sensors.zones import Zone
 from skillwing.sim_mujoco.simulator.fault_plan import FaultPlan
 from skillwing.sim_mujoco.simulator.node import make_sim

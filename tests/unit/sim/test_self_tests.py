@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 
 from skillwing.onboard.frames.motion import Motion
 from skillwing.onboard.sensor_data.names import LIDAR, ZED
+from skillwing.sim_mujoco.sensors.cross_checks import GroundTwin, InertialTwin
 from skillwing.sim_mujoco.sensors.depth_camera import DepthCamera
-from skillwing.sim_mujoco.sensors.fittings import FITTINGS
 from skillwing.sim_mujoco.sensors.lidar import Lidar
-from skillwing.sim_mujoco.sensors.rays import RayScene
 from skillwing.sim_mujoco.sensors.self_tests import Contradiction, Jump, Roughness, SelfTest
-from skillwing.sim_mujoco.sensors.twins import GroundTwin, InertialTwin
+from skillwing.sim_mujoco.sensors.table import FITTINGS
+from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.world import make_world
 
 RAYS = RayScene(make_world(3).triangles())

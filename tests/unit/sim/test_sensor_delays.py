@@ -13,9 +13,9 @@ from skillwing.services.bus import Sample
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import decode
 from skillwing.sim_mujoco.sensors.channel import Measurement
-from skillwing.sim_mujoco.sensors.fittings import FITTINGS, SENSORS
+from skillwing.sim_mujoco.sensors.cross_checks import Twins
 from skillwing.sim_mujoco.sensors.instruments import IMU_BATCH, IMU_PERIOD
-from skillwing.sim_mujoco.sensors.twins import Twins
+from skillwing.sim_mujoco.sensors.table import FITTINGS, SENSORS
 from skillwing.sim_mujoco.simulator.node import SLICE, make_sim
 from skillwing.sim_mujoco.simulator.simulator import TICK, Simulator
 from skillwing.sim_mujoco.world.world import make_world

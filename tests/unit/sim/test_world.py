@@ -15,11 +15,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from skillwing.onboard.geofence import Box
-from skillwing.sim_mujoco.sensors.rays import RayScene
 from skillwing.sim_mujoco.world.footprint import Footprint
 from skillwing.sim_mujoco.world.kinds import KINDS, make_site
 from skillwing.sim_mujoco.world.layouts.plot import legs_of
 from skillwing.sim_mujoco.world.promises import broken_promises
+from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.site import Site
 from skillwing.sim_mujoco.world.things.obstacle import Kind, Obstacle
 from skillwing.sim_mujoco.world.triangulation import local_triangles

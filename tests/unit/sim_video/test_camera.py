@@ -13,7 +13,7 @@ from skillwing.sim_mujoco.camera.camera import Camera
 from skillwing.sim_mujoco.camera.feed import CameraFeed
 from skillwing.sim_mujoco.camera.sparse import trace
 from skillwing.sim_mujoco.sensors.depth_camera import DELAY, DepthCamera
-from skillwing.sim_mujoco.sensors.rays import RayScene
+from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.world import World, make_world
 
 

@@ -19,7 +19,7 @@ from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.protocol import ErrorCode, decode, encode
 from skillwing.sim_mujoco.link.node import make_link
-from skillwing.sim_mujoco.link.pipe import BURST, CAPACITY, HEADER, LONGEST_WAIT, Packet, Pipe
+from skillwing.sim_mujoco.link.packet_queue import BURST, CAPACITY, HEADER, LONGEST_WAIT, Packet, Pipe
 from skillwing.sim_mujoco.link.radio import Conditions, LinkFaultOptions, Radio, RadioOptions, RadioZone
 
 OPEN = RadioOptions(bandwidth=4.0, reach=100.0, latency=0.02, loss=0.0)

@@ -29,7 +29,7 @@ from skillwing.onboard.sensor_data.scans import LidarScan
 from skillwing.services.bus import Bus, Publisher, Request
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.protocol import encode
-from skillwing.sim_mujoco.scenario import Poses, ScenarioError, read_scenario
+from skillwing.sim_mujoco.scenario.reading import Poses, ScenarioError, read_scenario
 from skillwing.sim_mujoco.world.chosen import SiteOptions
 
 S = TypeVar("S")

@@ -14,7 +14,7 @@ from skillwing.onboard.topics import CameraHeader
 from skillwing.sim_mujoco.camera.appearance import SUN, Appearance
 from skillwing.sim_mujoco.camera.sparse import Faces, Floats, Pixels, trace
 from skillwing.sim_mujoco.sensors.depth_camera import FOCAL, HEIGHT, WIDTH, ZED_MOUNT
-from skillwing.sim_mujoco.sensors.rays import RayScene
+from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.world import World
 
 Numbers = NDArray[np.intp]

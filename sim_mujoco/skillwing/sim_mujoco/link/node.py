@@ -17,10 +17,10 @@ from skillwing.onboard.topics import Vector3
 from skillwing.services.bus import Bus, Publisher, Sample
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.protocol import ErrorCode, encode
-from skillwing.sim_mujoco.link.pipe import Packet, Pipe
+from skillwing.sim_mujoco.link.packet_queue import Packet, Pipe
 from skillwing.sim_mujoco.link.radio import Conditions, Radio, RadioOptions, RadioZone
 from skillwing.sim_mujoco.link.shadow import shadow_of
-from skillwing.sim_mujoco.scenario import ScenarioError, read_scenario
+from skillwing.sim_mujoco.scenario.reading import ScenarioError, read_scenario
 from skillwing.sim_mujoco.sensors.corruptors import MagnitudeError, UnknownFaultError
 from skillwing.sim_mujoco.world.chosen import SiteOptions
 

@@ -19,7 +19,7 @@ from skillwing.onboard.sensor_data.directions import DEPTH_NOISE, depth_directio
 from skillwing.onboard.topics import DepthHeader
 from skillwing.sim_mujoco.sensors.infill import Infill, Pixels
 from skillwing.sim_mujoco.sensors.noise import NoiseTable
-from skillwing.sim_mujoco.sensors.rays import RayScene
+from skillwing.sim_mujoco.world.rays import RayScene
 
 ZED_MOUNT: Vector = (0.3, 0.0, -0.05)
 """Where the camera sits on the drone, FLU [m]."""

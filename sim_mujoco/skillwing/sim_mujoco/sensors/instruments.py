@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from skillwing.onboard.frames.motion import Motion
 from skillwing.onboard.frames.vectors import add, to_world
 from skillwing.onboard.sensor_data.directions import RANGE_MOUNT
-from skillwing.sim_mujoco.sensors.rays import RayScene
+from skillwing.sim_mujoco.world.rays import RayScene
 
 IMU_PERIOD = 0.004
 IMU_BATCH = 0.02

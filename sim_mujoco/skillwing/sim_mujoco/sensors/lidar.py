@@ -20,7 +20,7 @@ from skillwing.onboard.frames.poses import interpolate, rotations
 from skillwing.onboard.frames.vectors import Vector
 from skillwing.onboard.sensor_data.directions import lidar_directions
 from skillwing.sim_mujoco.sensors.noise import NoiseTable
-from skillwing.sim_mujoco.sensors.rays import RayScene
+from skillwing.sim_mujoco.world.rays import RayScene
 
 LIDAR_MOUNT: Vector = (0.0, 0.0, -0.42)
 """Where the sensor sits on the drone, FLU [m]."""

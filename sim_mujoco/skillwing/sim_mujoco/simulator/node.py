@@ -26,7 +26,7 @@ from skillwing.sim_mujoco.navigation.navigator import Solution
 from skillwing.sim_mujoco.navigation.odometry_aid import OdometryReport
 from skillwing.sim_mujoco.physics.battery import PACKS
 from skillwing.sim_mujoco.physics.wind import Gust
-from skillwing.sim_mujoco.scenario import (
+from skillwing.sim_mujoco.scenario.reading import (
     FaultOptions,
     GustOptions,
     PilotOptions,
@@ -41,9 +41,9 @@ from skillwing.sim_mujoco.sensors.channel import Measurement
 from skillwing.sim_mujoco.sensors.corruptors import Fault, MagnitudeError, UnknownFaultError
 from skillwing.sim_mujoco.sensors.depth_camera import depth_header
 from skillwing.sim_mujoco.sensors.fault_schedule import Seconds
-from skillwing.sim_mujoco.sensors.fittings import SENSORS
 from skillwing.sim_mujoco.sensors.gnss import ReceiverName
 from skillwing.sim_mujoco.sensors.health import Change
+from skillwing.sim_mujoco.sensors.table import SENSORS
 from skillwing.sim_mujoco.simulator.simulator import Simulator
 from skillwing.sim_mujoco.world.world import make_world
 

@@ -32,8 +32,8 @@ from skillwing.sim_mujoco.sensors import lidar
 from skillwing.sim_mujoco.sensors.cadence import Cadence
 from skillwing.sim_mujoco.sensors.channel import Measurement
 from skillwing.sim_mujoco.sensors.corruptors import KINDS, Fault, UnknownFaultError
+from skillwing.sim_mujoco.sensors.cross_checks import Twins
 from skillwing.sim_mujoco.sensors.depth_camera import DepthCamera
-from skillwing.sim_mujoco.sensors.fittings import SENSORS, make_channel
 from skillwing.sim_mujoco.sensors.gnss import Gnss, receiver_class
 from skillwing.sim_mujoco.sensors.health import Change, Condition
 from skillwing.sim_mujoco.sensors.instruments import (
@@ -44,9 +44,9 @@ from skillwing.sim_mujoco.sensors.instruments import (
     RangeFinder,
 )
 from skillwing.sim_mujoco.sensors.lidar import Lidar
-from skillwing.sim_mujoco.sensors.rays import RayScene
-from skillwing.sim_mujoco.sensors.twins import Twins
+from skillwing.sim_mujoco.sensors.table import SENSORS, make_channel
 from skillwing.sim_mujoco.simulator.fault_plan import ROTOR, FaultPlan
+from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.world import TERRAIN, World
 
 TICK = 0.01

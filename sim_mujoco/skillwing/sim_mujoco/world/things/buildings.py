@@ -6,8 +6,8 @@ import math
 
 from skillwing.sim_mujoco.world.footprint import Footprint
 from skillwing.sim_mujoco.world.things.facade import DWELLING, Windows
+from skillwing.sim_mujoco.world.things.frame import Place
 from skillwing.sim_mujoco.world.things.obstacle import SINK, Kind, Obstacle
-from skillwing.sim_mujoco.world.things.place import Place
 from skillwing.sim_mujoco.world.things.shapes import Colour, GableRoof, Solid, Spire, WindowedBlock
 
 EAVES = 0.4

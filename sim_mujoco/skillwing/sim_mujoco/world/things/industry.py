@@ -8,8 +8,8 @@ from itertools import pairwise
 
 from skillwing.onboard.frames.vectors import Vector
 from skillwing.sim_mujoco.world.footprint import Footprint, Point
+from skillwing.sim_mujoco.world.things.frame import Place
 from skillwing.sim_mujoco.world.things.obstacle import SINK, Kind, Obstacle
-from skillwing.sim_mujoco.world.things.place import Place
 from skillwing.sim_mujoco.world.things.plain import column
 from skillwing.sim_mujoco.world.things.shapes import Colour, Cone, Solid
 

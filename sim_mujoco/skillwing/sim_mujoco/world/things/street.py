@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from skillwing.sim_mujoco.world.footprint import Footprint, Point
+from skillwing.sim_mujoco.world.things.frame import Place
 from skillwing.sim_mujoco.world.things.obstacle import SINK, Kind, Obstacle
-from skillwing.sim_mujoco.world.things.place import Place
 from skillwing.sim_mujoco.world.things.plain import BARK, METAL, column
 from skillwing.sim_mujoco.world.things.shapes import Colour, Cone, Ellipsoid, Solid
 

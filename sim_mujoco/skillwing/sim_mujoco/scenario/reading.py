@@ -16,7 +16,7 @@ import msgspec
 
 from skillwing.onboard.topics import LARGEST_COMPONENT, Magnitude
 from skillwing.sim_mujoco.link.radio import RadioOptions
-from skillwing.sim_mujoco.scenario_slips import slips
+from skillwing.sim_mujoco.scenario.field_errors import slips
 from skillwing.sim_mujoco.sensors.fault_schedule import Seconds
 from skillwing.sim_mujoco.sensors.gnss import ReceiverName
 from skillwing.sim_mujoco.sensors.zones import Zone

@@ -7,7 +7,7 @@ from typing import Any
 
 from skillwing.m600.command import sentences
 from skillwing.services.errors import InvalidOptionError
-from skillwing.sim_mujoco.scenario import ScenarioError, read_scenario
+from skillwing.sim_mujoco.scenario.reading import ScenarioError, read_scenario
 from skillwing.sim_mujoco.world.kinds import make_site
 from skillwing.sim_mujoco.world.site import Site
 
