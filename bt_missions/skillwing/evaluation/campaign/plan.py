@@ -14,7 +14,7 @@ import msgspec
 from skillwing.evaluation.campaign.besides import ROOT, name_in_repository
 from skillwing.evaluation.campaign.conditions import Condition, draw
 from skillwing.services.errors import InvalidOptionError
-from skillwing.sim_mujoco.launching import inspection_options, mapping_options
+from skillwing.sim_mujoco.launching import inspection_mission, mapping_mission
 from skillwing.sim_mujoco.world.kinds import make_site
 from skillwing.sim_mujoco.world.site import Site
 
@@ -122,8 +122,8 @@ def usual_world(mission: str) -> str:
 def options_on(site: Site, mission: str) -> dict[str, Any]:
     """What a mission planner tells a mission of this site. Raises InvalidOptionError where it has nothing to do."""
     if mission == "mapping":
-        return mapping_options(site)
-    circle = inspection_options(site)
+        return mapping_mission(site)
+    circle = inspection_mission(site)
     if circle is None:
         sentence = f"A world of kind `{site.kind}` has no building to inspect. Give `--worlds inspection`."
         raise InvalidOptionError("worlds", sentence)
