@@ -25,7 +25,7 @@ from mapping_flight import free_route
 from numpy.typing import NDArray
 from performance_page import machine, spread, table, tell
 
-from skillwing.evaluation.judge.coverage import Coverage, Judge
+from skillwing.evaluation.flights.coverage import CoverageJudge, MapQuality
 from skillwing.onboard import topics
 from skillwing.onboard.frames.motion import Motion
 from skillwing.onboard.frames.pose_history import PoseHistory
@@ -46,7 +46,7 @@ TICKS_PER_SCAN = 10
 PAGE = Path(__file__).parents[1] / "docs" / "mapping.md"
 NOSES: Final = {"nose along the track": 0.0, "nose across the track": -math.pi / 2}
 JUDGED: Final = {"all": "all", "buildings": "buildings", "terrain": "terrain", "error": "error [m]"}
-"""Fields of `Coverage`, and how they are told."""
+"""Fields of `MapQuality`, and how they are told."""
 MISPLACED: Final[dict[str, tuple[Vector, float]]] = {
     "where it belongs": ((0.0, 0.0, 0.0), 0.0),
     "0.8 m too high": ((0.0, 0.0, 0.8), 0.0),
@@ -99,7 +99,7 @@ def _motion(t: float, position: Vector, velocity: Vector, heading: float) -> Mot
 class Mapped:
     """What came of one flight; `misfits` are those of scans put into the map as MISPLACED says."""
 
-    coverage: Coverage
+    coverage: MapQuality
     worst_misfit: float
     misfits: dict[str, list[float]]
     diverged: bool
@@ -149,7 +149,7 @@ def fly(seed: int, across: float, stopwatch: Stopwatch) -> Mapped:
                 f"the way ahead, judged by {name}",
                 lambda s=space, m=motion, a=ahead: s.outlook(m.t, m.position, m.velocity, 0.0, ((a[0], a[1], a[2]),)),
             )
-    coverage = Judge(world, world.route).coverage(mapper.grid.occupied_centres(), mapper.grid.size)
+    coverage = CoverageJudge(world, world.route).coverage(mapper.grid.occupied_centres(), mapper.grid.size)
     return Mapped(coverage, worst, misfits, mapper.diverged)
 
 

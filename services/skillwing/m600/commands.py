@@ -30,7 +30,7 @@ from skillwing.services.bus.reading import message_reader
 from skillwing.services.commands.completion import one_of
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.commands.output import make_console, print_json, print_table
-from skillwing.services.errors import InvalidOptionError, RefusedError, SkillwingError, UnansweredError
+from skillwing.services.errors import InvalidOptionError, NoReplyError, RefusedError, SkillwingError
 from skillwing.services.protocol import ErrorCode, M, Message
 
 LINK = "link"
@@ -189,6 +189,6 @@ def _ask_simulator(system: System, command: str, key: str, message: Message, rep
     """Ask the simulated drone; raises SkillwingError where the system has none, as that of another robot."""
     try:
         return system.ask(key, message, reply)
-    except UnansweredError as error:
+    except NoReplyError as error:
         what = f"`{command}` is for the simulated drone, and none answers in `{system.target.robot}`."
         raise SkillwingError(f"{what} See with `skillwing status` what runs.") from error

@@ -22,7 +22,7 @@ from skillwing.onboard.topics import (
     SetFault,
     SetLinkFault,
 )
-from skillwing.services.errors import InvalidOptionError, RefusedError, SkillwingError, UnansweredError
+from skillwing.services.errors import InvalidOptionError, NoReplyError, RefusedError, SkillwingError
 from skillwing.services.protocol import ErrorCode, Message
 
 
@@ -32,7 +32,7 @@ class Sprayer:
     target = SimpleNamespace(robot="sprayer")
 
     def ask(self, key: str, message: object, reply: object) -> None:
-        raise UnansweredError(key)
+        raise NoReplyError(key)
 
 
 @pytest.mark.parametrize("command", ["fault", "pilot"])
