@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import median
@@ -78,7 +78,7 @@ class Flight:
 class Rounds:
     """A drone on its rounds: it climbs, circles the pad at 3 to 5 m, and looks now ahead, now around."""
 
-    def __init__(self, seed: int, sensors: Iterable[str] = SENSORS) -> None:
+    def __init__(self, seed: int, sensors: Collection[str] = SENSORS) -> None:
         world = make_world(seed, WORLDS[seed % len(WORLDS)])
         self.simulator = Simulator(world, wind=(3.0, 1.0, 0.0), turbulence=4.0, sensors=sensors)
         self._angle = 0.0

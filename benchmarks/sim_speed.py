@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from statistics import median
 
 import numpy as np
@@ -103,7 +103,7 @@ def parts(world: World) -> list[list[str]]:
     ]
 
 
-def ratios(world: World, sensors: tuple[str, ...], seconds: float, fps: float = 0.0) -> list[float]:
+def ratios(world: World, sensors: Collection[str], seconds: float, fps: float = 0.0) -> list[float]:
     """Robot seconds per second of processor time, block by block, at the beginning of the route.
 
     fps: so many RGB pictures a second are wanted.

@@ -34,6 +34,8 @@ S = TypeVar("S")
 MISFITS = "the scans no longer fit the map"
 STATUS_PERIOD, MAP_PERIOD = 0.5, 1.0
 _LARGEST = 64_000_000
+VOXEL_SIZE = 0.4
+"""Usual edge of a voxel [m]."""
 BEYOND: Vector = (30.0, 30.0, 10.0)
 """So much farther than the map odometry holds on to what it sees, to each side [m]."""
 
@@ -195,7 +197,7 @@ class MappingOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     low: topics.Vector3
     high: topics.Vector3
-    voxel_size: float = 0.4
+    voxel_size: float = VOXEL_SIZE
     poses: Poses = "odometry"
 
 
