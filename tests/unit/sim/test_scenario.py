@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from itertools import product
 from pathlib import Path
 from typing import get_args
@@ -345,3 +347,25 @@ def test_a_unit_of_noise_or_bias_suits_each_value_of_a_sensor() -> None:
     still = [m.data for m in simulator.advance(0.54).measurements if m.sensor == "imu"][-1]
     assert still[:, :3].mean(axis=0) == pytest.approx([1.0, 1.0, 10.81], abs=0.3)
     assert still[:, 3:].mean(axis=0) == pytest.approx([0.1, 0.1, 0.1], abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("imported", "absent"),
+    [
+        ("scenario.format", ("numpy", "mujoco", "embreex")),
+        ("scenario.reading", ("mujoco", "embreex")),
+        ("launching", ("mujoco", "embreex")),
+    ],
+)
+def test_a_scenario_is_read_and_checked_without_physics(imported: str, absent: tuple[str, ...], tmp_path: Path) -> None:
+    file = tmp_path / "scenario.toml"
+    file.write_text('[[fault]]\nsensor = "zed"\nkind = "blackuot"\n', encoding="utf-8")
+    lines = ["import sys", f"from skillwing.sim_mujoco.{imported} import *"]
+    if imported.endswith("reading"):
+        lines += ["try:", f"    read_scenario(__import__('pathlib').Path({str(file)!r}))"]
+        lines += ["except ScenarioError as error:", "    print(error)"]
+    lines += [f"print([name for name in {absent!r} if name in sys.modules])"]
+    done = subprocess.run([sys.executable, "-c", "\n".join(lines)], capture_output=True, text=True, check=True)
+    *said, loaded = done.stdout.splitlines()
+    assert loaded == "[]"
+    assert not said or "did you mean `blackout`" in said[-1]
