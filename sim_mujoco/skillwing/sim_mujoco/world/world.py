@@ -14,7 +14,7 @@ from skillwing.onboard.frames.vectors import Vector
 from skillwing.onboard.geofence import Box
 from skillwing.sim_mujoco.world.footprint import Point
 from skillwing.sim_mujoco.world.kinds import KINDS, make_site
-from skillwing.sim_mujoco.world.layouts.paving import Strip
+from skillwing.sim_mujoco.world.layouts.ground import Strip
 from skillwing.sim_mujoco.world.scene import scene_spec
 from skillwing.sim_mujoco.world.site import Site
 from skillwing.sim_mujoco.world.terrain import Terrain

@@ -18,8 +18,7 @@ from skillwing.sim_mujoco.world.layouts.blockers import (
     container_stack,
     mast,
 )
-from skillwing.sim_mujoco.world.layouts.ground import Ground
-from skillwing.sim_mujoco.world.layouts.paving import ASPHALT, CONCRETE, PAINT, Strip
+from skillwing.sim_mujoco.world.layouts.ground import ASPHALT, CONCRETE, PAINT, Ground, Strip
 from skillwing.sim_mujoco.world.layouts.plot import Plot
 from skillwing.sim_mujoco.world.layouts.surroundings import (
     area_around,

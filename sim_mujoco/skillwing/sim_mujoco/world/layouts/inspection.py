@@ -10,8 +10,7 @@ import math
 import numpy as np
 
 from skillwing.sim_mujoco.world.footprint import Footprint, Point
-from skillwing.sim_mujoco.world.layouts.ground import Ground
-from skillwing.sim_mujoco.world.layouts.paving import ASPHALT, FOOTWAY, Strip
+from skillwing.sim_mujoco.world.layouts.ground import ASPHALT, FOOTWAY, Ground, Strip
 from skillwing.sim_mujoco.world.layouts.plot import Plot
 from skillwing.sim_mujoco.world.layouts.street import PAINTS
 from skillwing.sim_mujoco.world.layouts.surroundings import (

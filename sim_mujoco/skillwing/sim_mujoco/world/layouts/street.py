@@ -13,8 +13,7 @@ import numpy as np
 from skillwing.onboard.frames.vectors import Vector
 from skillwing.sim_mujoco.world.footprint import Footprint, Point
 from skillwing.sim_mujoco.world.layouts.blockers import block_legs, board, lone_tree, mast
-from skillwing.sim_mujoco.world.layouts.ground import Ground
-from skillwing.sim_mujoco.world.layouts.paving import ASPHALT, FOOTWAY, PAINT, Strip
+from skillwing.sim_mujoco.world.layouts.ground import ASPHALT, FOOTWAY, PAINT, Ground, Strip
 from skillwing.sim_mujoco.world.layouts.plot import Plot
 from skillwing.sim_mujoco.world.layouts.surroundings import (
     LEAVES,

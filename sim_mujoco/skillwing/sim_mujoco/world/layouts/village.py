@@ -12,8 +12,7 @@ import numpy as np
 
 from skillwing.sim_mujoco.world.footprint import Footprint, Point
 from skillwing.sim_mujoco.world.layouts.blockers import block_legs, lone_tree, mast
-from skillwing.sim_mujoco.world.layouts.ground import Ground
-from skillwing.sim_mujoco.world.layouts.paving import GRAVEL, Strip
+from skillwing.sim_mujoco.world.layouts.ground import GRAVEL, Ground, Strip
 from skillwing.sim_mujoco.world.layouts.plot import Leg, Plot
 from skillwing.sim_mujoco.world.layouts.surroundings import (
     area_around,
