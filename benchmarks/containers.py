@@ -41,7 +41,8 @@ WITHIN = 300.0
 PACKAGES = "cd /opt/skillwing/lib/python3*/site-packages && du --summarize --block-size=1M *"
 ROLES = {
     "manager": "router, bridge, managers, mocks, command line",
-    "sim": "the functional layer",
+    "onboard": "guidance, obstacles, mapping, video",
+    "sim": "the simulated drone and its radio link",
     "mission": "missions",
     "recorder": "the recorder",
     "viewer": "the web viewer",

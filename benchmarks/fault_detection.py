@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import median
@@ -33,9 +33,9 @@ from skillwing.onboard.topics import HEALTH, Health, SensorStatus
 from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader
 from skillwing.sim_mujoco.autopilot.autopilot import Setpoint
-from skillwing.sim_mujoco.sensors.corruptors import KINDS
-from skillwing.sim_mujoco.sensors.fittings import SENSORS
+from skillwing.sim_mujoco.sensors.faults import KINDS
 from skillwing.sim_mujoco.sensors.health import Change, Condition
+from skillwing.sim_mujoco.sensors.table import SENSORS
 from skillwing.sim_mujoco.simulator.simulator import Simulator
 from skillwing.sim_mujoco.world.world import make_world
 
@@ -78,7 +78,7 @@ class Flight:
 class Rounds:
     """A drone on its rounds: it climbs, circles the pad at 3 to 5 m, and looks now ahead, now around."""
 
-    def __init__(self, seed: int, sensors: Sequence[str] = SENSORS) -> None:
+    def __init__(self, seed: int, sensors: Collection[str] = SENSORS) -> None:
         world = make_world(seed, WORLDS[seed % len(WORLDS)])
         self.simulator = Simulator(world, wind=(3.0, 1.0, 0.0), turbulence=4.0, sensors=sensors)
         self._angle = 0.0

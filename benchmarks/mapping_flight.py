@@ -26,7 +26,7 @@ from skillwing.onboard.topics import (
 from skillwing.onboard.topics import Motion as Wanted
 from skillwing.sim_mujoco.autopilot.autopilot import Setpoint
 from skillwing.sim_mujoco.navigation.navigator import Solution
-from skillwing.sim_mujoco.sensors.corruptors import Fault
+from skillwing.sim_mujoco.sensors.faults import Fault
 from skillwing.sim_mujoco.simulator.simulator import Happened, Simulator
 from skillwing.sim_mujoco.world.world import World, make_world
 

@@ -37,7 +37,7 @@ from skillwing.onboard.obstacles.views import CameraView, RingView
 from skillwing.onboard.sensor_data.scans import DepthPicture, LidarScan, PlacedPoints
 from skillwing.services.protocol import encode
 from skillwing.sim_mujoco.sensors import depth_camera, lidar
-from skillwing.sim_mujoco.sensors.rays import RayScene
+from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.world import World
 
 T = TypeVar("T")

@@ -34,13 +34,14 @@ from skillwing.evaluation.flights.coverage import CoverageJudge
 from skillwing.onboard.frames.motion import Motion
 from skillwing.onboard.mapping.localiser import ByNavigation
 from skillwing.onboard.mapping.mapper import REACH, Mapper
-from skillwing.onboard.mapping.node import MappingOptions
+from skillwing.onboard.mapping.node import VOXEL_SIZE
 from skillwing.onboard.mapping.occupancy import OccupancyGrid
 from skillwing.onboard.odometry.gicp import MissingLibraryError
 from skillwing.onboard.odometry.odometry import Fix, Odometry, Phase
 from skillwing.onboard.odometry.vigil import FEWEST_MATCHES, LARGEST_SURPRISE, LEAST_CLOSE
 from skillwing.sim_mujoco.sensors.channel import Measurement
 from skillwing.sim_mujoco.sensors.corruptors import make_corruptor
+from skillwing.sim_mujoco.world.layouts.courtyard import BOUNDS
 
 MAPPING_PAGE = PAGE.with_name("mapping.md")
 DEMAND = 0.3
@@ -143,10 +144,9 @@ def fly(job: tuple[int, bool]) -> Result:
     """One flight with everything that is measured on it."""
     seed, across = job
     flight = MappingFlight(seed, across=across)
-    options = MappingOptions()
-    low, high = options.box.low, options.box.high
+    low, high = BOUNDS.low, BOUNDS.high
     odometry = make_odometry()
-    mapper, reference = (Mapper(OccupancyGrid(low, high, options.voxel_size)) for _ in range(2))
+    mapper, reference = (Mapper(OccupancyGrid(low, high, VOXEL_SIZE)) for _ in range(2))
     by_navigation = ByNavigation()
     fixes: list[Fix] = []
     path, truths = TruePath(), list[Motion]()

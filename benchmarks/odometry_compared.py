@@ -17,11 +17,12 @@ from workers import workers
 from skillwing.onboard.frames.motion import Motion
 from skillwing.onboard.geofence import Box
 from skillwing.onboard.mapping.mapper import REACH, Mapper
-from skillwing.onboard.mapping.node import MISFITS, MappingOptions
+from skillwing.onboard.mapping.node import MISFITS, VOXEL_SIZE
 from skillwing.onboard.mapping.occupancy import OccupancyGrid
 from skillwing.onboard.odometry.gicp import gicp_matcher
 from skillwing.onboard.odometry.matching import MakeMatcher, PlaneMatcher
 from skillwing.onboard.odometry.odometry import Fix, Phase
+from skillwing.sim_mujoco.world.layouts.courtyard import BOUNDS
 
 OURS, GICP = "ours", "small-gicp"
 _ABOVE = 1.0
@@ -56,7 +57,7 @@ class Follower:
     def __init__(self, method: str, box: Box) -> None:
         self.method = method
         self._odometry = make_odometry(_matcher(method))
-        self._mapper = Mapper(OccupancyGrid(box.low, box.high, MappingOptions().voxel_size))
+        self._mapper = Mapper(OccupancyGrid(box.low, box.high, VOXEL_SIZE))
         self._fixes: list[Fix] = []
         self._path, self._truths = TruePath(), list[Motion]()
         self._times: list[float] = []
@@ -137,7 +138,7 @@ def compare(
 def _followed(wanted: tuple[Sequence[str], int, bool, Path | None]) -> list[Outcome]:
     """By these methods, the flight of a seed, with the nose across the track or not, recorded in a folder."""
     methods, seed, across, folder = wanted
-    followers = [Follower(each, MappingOptions().box) for each in methods]
+    followers = [Follower(each, BOUNDS) for each in methods]
     for moment in moments(seed, across=across, folder=folder):
         for follower in followers:
             follower.feed(moment)

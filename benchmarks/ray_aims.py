@@ -15,7 +15,7 @@ from skillwing.onboard.frames.vectors import Vector, add, to_world
 from skillwing.onboard.sensor_data.directions import depth_directions, lidar_directions
 from skillwing.sim_mujoco.autopilot.descent import STANDING_RANGE
 from skillwing.sim_mujoco.sensors import depth_camera, lidar
-from skillwing.sim_mujoco.sensors.rays import Floats
+from skillwing.sim_mujoco.world.rays import Floats
 from skillwing.sim_mujoco.world.triangles import Triangles
 from skillwing.sim_mujoco.world.world import TERRAIN, World
 

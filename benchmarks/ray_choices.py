@@ -29,9 +29,9 @@ from skillwing.onboard.frames.motion import Motion
 from skillwing.sim_mujoco.sensors import depth_camera
 from skillwing.sim_mujoco.sensors.infill import Infill
 from skillwing.sim_mujoco.sensors.lidar import PERIOD, REACH, Lidar
-from skillwing.sim_mujoco.sensors.rays import Floats, RayScene
 from skillwing.sim_mujoco.simulator import simulator
 from skillwing.sim_mujoco.world.kinds import KINDS
+from skillwing.sim_mujoco.world.rays import Floats, RayScene
 from skillwing.sim_mujoco.world.world import World, make_world
 
 SENSORS_PAGE = Path(__file__).parents[1] / "docs" / "sensors.md"

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from skillwing.sim_mujoco.sensors import depth_camera, infill
 from skillwing.sim_mujoco.sensors.depth_camera import DepthCamera
 from skillwing.sim_mujoco.sensors.infill import Cast, Image, Infill
-from skillwing.sim_mujoco.sensors.rays import Floats, RayScene
+from skillwing.sim_mujoco.world.rays import Floats, RayScene
 from skillwing.sim_mujoco.world.triangles import Triangles
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from statistics import median
 
 import numpy as np
@@ -22,9 +22,9 @@ from skillwing.sim_mujoco.autopilot.autopilot import Setpoint
 from skillwing.sim_mujoco.camera.camera import Camera
 from skillwing.sim_mujoco.physics.physics import Physics
 from skillwing.sim_mujoco.sensors import depth_camera, lidar
-from skillwing.sim_mujoco.sensors.rays import Floats, RayScene
 from skillwing.sim_mujoco.simulator.simulator import SENSORS, Simulator
 from skillwing.sim_mujoco.world.kinds import KINDS
+from skillwing.sim_mujoco.world.rays import Floats, RayScene
 from skillwing.sim_mujoco.world.world import World, make_world
 
 FLOOR = 5.0
@@ -102,7 +102,7 @@ def parts(world: World) -> list[list[str]]:
     ]
 
 
-def ratios(world: World, sensors: tuple[str, ...], seconds: float, fps: float = 0.0) -> list[float]:
+def ratios(world: World, sensors: Collection[str], seconds: float, fps: float = 0.0) -> list[float]:
     """Robot seconds per second of processor time, block by block, at the beginning of the route.
 
     fps: so many RGB pictures a second are wanted.

@@ -27,7 +27,7 @@ from skillwing.services.testing import SkillsetInProcess
 from skillwing.sim_mujoco.camera.camera import Camera, Picture, camera_header
 from skillwing.sim_mujoco.camera.feed import CameraFeed
 from skillwing.sim_mujoco.link.node import make_link
-from skillwing.sim_mujoco.sensors.rays import RayScene
+from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.world import World, make_world
 
 SPEED = 2.0
