@@ -37,7 +37,7 @@ class Progress:
     @classmethod
     def of(cls, planner: RoutePlanner) -> Progress:
         """Progress along a route."""
-        return cls(min(planner.waypoint, len(planner.route)), len(planner.route), planner.target, planner.account)
+        return cls(min(planner.waypoint, len(planner.route)), len(planner.route), planner.target, planner.summary)
 
 
 @dataclass(frozen=True, slots=True)
