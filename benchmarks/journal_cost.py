@@ -1,4 +1,4 @@
-"""What the journal costs, and writing all steps down: one goal (begin and end) and one extern transition.
+"""Cost of the journal and of step files: for one goal (begin and end) and one extern transition.
 
 python benchmarks/journal_cost.py [--repeats N] [--write docs/journal.md]
 

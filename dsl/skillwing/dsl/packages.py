@@ -17,8 +17,8 @@ _OURS = "skillwing"
 def import_name(folder: Path) -> tuple[str, Path]:
     """The dotted name of a package folder, and the folder that has to be on `sys.path` for it.
 
-    The name starts below the first ancestor that is no package itself. Where Python looks for packages further up,
-    as for the parts of a namespace package, it starts there.
+    The name starts below the first ancestor that is no package itself. A part of a namespace package starts at an entry
+    of `sys.path` further up.
     """
     folder = folder.resolve()
     root = folder.parent
@@ -35,7 +35,7 @@ def import_name(folder: Path) -> tuple[str, Path]:
 
 
 def name_problem(folder: Path) -> str | None:
-    """Why a folder of that name could not be imported, with what to write instead; None if it can."""
+    """The reason why a folder of that name cannot be imported, with a name to use instead; None if it can."""
     name = folder.resolve().name
     if name in sys.stdlib_module_names or name == _OURS:
         return f"`{name}` is a module that Python finds first. Choose another name, such as `{name}_robot`."

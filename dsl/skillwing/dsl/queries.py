@@ -26,7 +26,7 @@ def changed_by(skill: Skill) -> frozenset[str]:
 
 
 def can_bring(skill: Skill, resource: str, targets: Collection[str]) -> bool:
-    """Whether an effect of the skill brings the resource to one of these states."""
+    """True if the skill has an effect that brings the resource to one of these states."""
     changes = (change for effect in skill.effects for change in effect.transitions)
     return any(name == resource and target in targets for name, target in changes)
 
@@ -72,7 +72,7 @@ def data_in_guards(skillset: Skillset) -> frozenset[str]:
 
 
 def holds(guard: Expression, states: Mapping[str, str]) -> bool:
-    """Whether a guard on resources alone holds. Raises UnboundNameError for a resource without a state."""
+    """True if a guard on resources alone holds. Raises UnboundNameError for a resource without a state."""
     return evaluate(guard, Environment(resources=states))
 
 
@@ -110,6 +110,6 @@ def blocked_at_start(skill: Skill, skillset: Skillset, states: Mapping[str, str]
 
 
 def could_start(skill: Skill, skillset: Skillset, states: Mapping[str, str]) -> bool:
-    """Whether the states of resources allow a start of the skill. Data and inputs are not considered."""
+    """True if the states of resources allow a start of the skill. Data and inputs are not considered."""
     checks = [check.expression for check in skill.preconditions.checks if check.kind == "resource"]
     return all(holds(check, states) for check in checks) and not blocked_at_start(skill, skillset, states)

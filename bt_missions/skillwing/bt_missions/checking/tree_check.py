@@ -19,6 +19,7 @@ from skillwing.bt_missions.subtrees.composites import OnEnding
 from skillwing.bt_missions.subtrees.decorators import Deadline
 from skillwing.bt_missions.subtrees.pausing import Pausable, WhileGranted
 from skillwing.dsl.model import Skill, Skillset
+from skillwing.dsl.queries import taken_by
 
 
 def shape_problems(root: Behaviour, skillset: Skillset) -> Iterator[tuple[Behaviour, str]]:
@@ -70,8 +71,7 @@ def _taken(node: Behaviour, skillset: Skillset) -> list[tuple[str, SkillAction]]
     for leaf in node.iterate():
         skill = skill_of(leaf, skillset) if isinstance(leaf, SkillAction) else None
         if isinstance(leaf, SkillAction) and skill is not None and skill.name == leaf.skill:
-            start = skill.transitions(skill.preconditions.success)
-            taken |= {(resource, leaf.name): leaf for resource, _ in start}
+            taken |= {(resource, leaf.name): leaf for resource in taken_by(skill)}
     return [(resource, leaf) for (resource, _), leaf in taken.items()]
 
 

@@ -1,4 +1,4 @@
-"""The whole way from source text to a skillset and its diagnostics."""
+"""The complete check, from source text to a skillset and its diagnostics."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from skillwing.dsl.checking.resolver import resolve
 from skillwing.dsl.checking.results import report_unmarked_results
 from skillwing.dsl.checking.source_locations import SourceLocations
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic, has_errors, in_file_order
-from skillwing.dsl.diagnostics.report import Report
+from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.model import Skillset
 from skillwing.dsl.reading import syntax
 from skillwing.dsl.reading.parser import ParsedFile, parse_file
@@ -28,17 +28,17 @@ _NAMED_IN = {
     "type": frozenset({"SW013", "SW015"}),
     "enum": frozenset({"SW013"}),
 }
-"""What may seem unknown because it got no name in such a block."""
+"""Codes for unknown names, by the kind of block in which the declaration may have lost its name."""
 _OF_THE_WHOLE = frozenset({"SW030", "SW043", "SW060", "SW062", "SW081"})
-"""What is said of a whole block, and does not hold if a part of it was not read, or not where it belongs."""
+"""Codes that concern a whole block. They are unreliable if a part of the block was not read."""
 _OF_THE_FILE = frozenset({"SW083"})
 
 
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """A checked file. skillset: None if there is any error. diagnostics: errors and warnings, in file order.
+    """Result of a check. skillset: None if there is any error. diagnostics: errors and warnings, in file order.
 
-    exact: whether the analysis could play everything through, so that no combination of states is passed over.
+    exact: whether the exploration was complete, so that no impossible combination of states is missed.
     """
 
     skillset: Skillset | None
@@ -48,10 +48,10 @@ class Checked:
 
 @contextmanager
 def paused_collector() -> Generator[None]:
-    """Keep the collector from running meanwhile, in the whole process.
+    """Pause the cyclic garbage collector of the process.
 
-    Nearly everything that is made while a file is checked lives until the end, and nothing of it is a cycle: the
-    collector finds nothing, again and again, and takes a third of the time on a large file.
+    Nearly all objects of a check live until its end, and they form no cycles. On a large file the collector would take
+    a third of the time.
     """
     was_enabled = gc.isenabled()
     gc.disable()
@@ -64,11 +64,11 @@ def paused_collector() -> Generator[None]:
 
 @paused_collector()
 def check(text: str, file: str) -> Checked:
-    """Check a source text; `file` is the name that its diagnostics show. Never raises for what the text contains."""
+    """Check a source text. `file` is its name in diagnostics. Raises nothing, whatever the text contains."""
     parsed = parse_file(text, file)
     if parsed.root is None:
         return Checked(None, in_file_order(parsed.diagnostics))
-    report = Report()
+    report = DiagnosticReport()
     skillset = resolve(parsed.root, report)
     if parsed.diagnostics or has_errors(report.diagnostics):
         return Checked(None, in_file_order(_despite_errors(parsed, parsed.root, skillset, report, text)))
@@ -79,14 +79,14 @@ def check(text: str, file: str) -> Checked:
 
 
 def _despite_errors(
-    parsed: ParsedFile, root: syntax.SkillsetSyntax, skillset: Skillset, report: Report, text: str
+    parsed: ParsedFile, root: syntax.SkillsetSyntax, skillset: Skillset, report: DiagnosticReport, text: str
 ) -> Iterator[Diagnostic]:
-    """All that can be said of a file with errors: of what may happen in it, only what cannot."""
+    """All diagnostics of a file with errors. The analysis contributes only its errors, not its warnings."""
     locations = SourceLocations(root)
     yield from parsed.diagnostics
     yield from _reliable(report.diagnostics, parsed, locations, text) if parsed.diagnostics else report.diagnostics
     left = partial_model(skillset, locations, parsed.diagnostics, report.diagnostics, report.lost)
-    meaning = Report()
+    meaning = DiagnosticReport()
     analyse(left.skillset, meaning, left.unconstrained)
     yield from (diagnostic for diagnostic in meaning.diagnostics if diagnostic.severity == "error")
 
@@ -94,10 +94,10 @@ def _despite_errors(
 def _reliable(
     diagnostics: Iterable[Diagnostic], parsed: ParsedFile, locations: SourceLocations, text: str
 ) -> Iterator[Diagnostic]:
-    """Keep what does not merely follow from a syntax error.
+    """Remove the diagnostics that merely follow from a syntax error.
 
-    A name that seems unknown may stand among the words that were passed over, a statement that was guessed at may mean
-    something else, and an element that was not read as a whole may hold what it seems to lack.
+    A name that seems unknown may be declared in skipped text. A guessed statement may have another meaning. An element
+    that was read in part may contain what seems to be missing.
     """
     recovery = parsed.recovery
     damaged = [locations.at(diagnostic.span) for diagnostic in parsed.diagnostics]

@@ -1,8 +1,8 @@
-"""What is left to judge of a file with errors: the sound elements, beside others of which nothing is known.
+"""The partial model of a file with errors: its sound elements, without those of unknown behaviour.
 
-An element is damaged if an error stands in it that leaves its behaviour open, or if it speaks of a damaged resource.
-Whatever a damaged skill may turn out to do, the resources that it can move count as moved at any time
-(`StateSpace.unconstrained`), so what is called impossible of the sound elements stays so when the damage is mended.
+An element is damaged if an error leaves its behaviour open, or if it names a damaged resource. A damaged skill may do
+anything to the resources that it names, so these are unconstrained (`StateSpace.unconstrained`). What the analysis then
+calls impossible stays impossible when the errors are fixed.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from skillwing.dsl.spans import Span
 _LEAVES_BEHAVIOUR = frozenset(
     {"SW013", "SW018", "SW019", "SW021", "SW022", "SW023", "SW024", "SW025", "SW026", "SW044", "SW062"}
 )
-"""Errors of types, values and names alone. What they cost a predicate is in `Report.lost`."""
+"""Errors that concern types, values and names alone. The predicates that they affect are in `DiagnosticReport.lost`."""
 _LEAVES_RESOURCES_OPEN = frozenset({"SW010", "SW092"})
-"""Errors after which a skill may mean any resource."""
+"""Errors after which a skill may name any resource."""
 
 
 @dataclass(frozen=True, slots=True)
 class PartialModel:
-    """The sound part of a skillset, and the resources that the rest may move at any time."""
+    """The sound part of a skillset. unconstrained: resources that the other part may move at any time."""
 
     skillset: Skillset
     unconstrained: frozenset[str]
@@ -40,10 +40,10 @@ def partial_model(
     wrong: Iterable[Diagnostic],
     lost: Iterable[Span],
 ) -> PartialModel:
-    """Return what can be judged.
+    """Return the part of a skillset that can be analysed.
 
-    misread: the syntax errors. wrong: what was found in names and types. lost: where something was left out because of
-    what is reported elsewhere.
+    misread: syntax errors. wrong: problems with names and types. lost: spans of elements that were left out because of
+    an error elsewhere.
     """
     misread, wrong = tuple(misread), tuple(item for item in wrong if item.severity == "error")
     spans = [item.span for item in (*misread, *wrong) if item.code not in _LEAVES_BEHAVIOUR]
@@ -66,7 +66,7 @@ def partial_model(
 
 
 def _may_move(skill: Skill, locations: SourceLocations) -> Iterator[str]:
-    """The resources that the effects of a skill name, those that could not be resolved included."""
+    """The resources that the effects of a skill name, also those that are not declared."""
     declaration = locations.at(skill.span) if skill.span else None
     if isinstance(declaration, syntax.SkillSyntax):
         for section in declaration.sections:

@@ -1,4 +1,4 @@
-"""Which element and which statement of a file a place belongs to."""
+"""Source locations: the element and the statement that a span belongs to."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _Position: TypeAlias = tuple[int, int]
 
 
 class SourceLocations:
-    """The elements and statements of a file by where they stand."""
+    """The elements and statements of a file by their positions."""
 
     def __init__(self, root: syntax.SkillsetSyntax) -> None:
         self._root = root
@@ -27,14 +27,14 @@ class SourceLocations:
         )
 
     def at(self, span: Span) -> syntax.Element | None:
-        """The innermost element around a place: one may stand in another by mistake. Else the last one before it."""
+        """The innermost element around a span, or else the last one before it. Elements may be nested by mistake."""
         place = _start(span)
         before = [(end, element) for start, end, element in self._elements if start <= place]
         around = [element for end, element in before if place < end]
         return around[-1] if around else before[-1][1] if before else None
 
     def statement(self, span: Span) -> int:
-        """The number of the statement that a place belongs to: the last one that begins before it, such as a field."""
+        """The number of the last statement, such as a field, that begins before the span."""
         return bisect(self._statements, _start(span))
 
     @cached_property
@@ -43,7 +43,7 @@ class SourceLocations:
 
 
 def _starts(node: object) -> Iterator[_Position]:
-    """Where the statements in a node begin: the items of all its lists."""
+    """The starts of the statements in a node: the items of all its lists."""
     for field in dataclasses.fields(node) if dataclasses.is_dataclass(node) else ():
         value: object = getattr(node, field.name)
         if isinstance(value, tuple):
@@ -58,7 +58,7 @@ def _is_empty(element: syntax.Element) -> bool:
 
 
 def _extent(element: syntax.Element) -> tuple[_Position, _Position]:
-    """From the first character of an element's name to behind its last word."""
+    """The position of an element's name, and the position behind its last word."""
     found = list(spans(element))
     return min(map(_start, found)), max((span.end_line, span.end_column) for span in found)
 

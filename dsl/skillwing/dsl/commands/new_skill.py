@@ -1,4 +1,4 @@
-"""`skillwing new-skill`: one more skill, with a manager that refuses, a test, and a list of what is left to do."""
+"""`skillwing new-skill`: a new skill, with a manager that rejects its goals, a test, and a to-do list."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ def new_skill(
         ),
     ] = None,
 ) -> None:
-    """Add a skill to a skillset, with its manager and its test, and say what is left to do.
+    """Add a skill to a skillset, with its manager and its test, and print what is left to do.
 
-    The file stays valid and keeps its comments; nothing that is there is overwritten. Until the manager is written it
-    refuses its goals, and its test says so.
+    The file stays valid and keeps its comments. Existing files are not overwritten. Until the manager is written it
+    rejects its goals, and the test passes.
     """
     source = read(skillset)
     before = _checked(skillset, source)
@@ -83,7 +83,7 @@ def _around(folder: Path, file: Path, name: str, skillset: Skillset) -> Surround
 
 
 def _checked(file: Path, source: str) -> Skillset:
-    """The skillset as it is; shows what is wrong with it and exits if anything is."""
+    """The skillset before the change. Shows its problems and exits if it has errors."""
     outcome = check_source(source, str(file))
     if outcome.skillset is None:
         show(outcome, source)
@@ -103,7 +103,7 @@ def _name_problem(name: str, skillset: Skillset) -> str | None:
 
 
 def _robot_problem(folder: Path, skillset: Path) -> str | None:
-    """A package that is not there was meant to be another one: whoever wants a new one generates it."""
+    """The problem with a folder that is no robot's package. A new package is made by `skillwing generate`."""
     if RobotFolder(folder).exists:
         return None
     beside = folder.parent.iterdir() if folder.parent.is_dir() else ()

@@ -1,7 +1,7 @@
-"""Every problem the language reports: its code, its severity and its title.
+"""The table of all problems that the language reports: code, severity and title.
 
-What a code means, with an example and the way out, is its page `docs/errors/CODE.md`. A code never changes its meaning
-and is never reused; new ones are added at the end of their group.
+The page `docs/errors/CODE.md` explains a code with an example and a solution. A code never changes its meaning and is
+never reused. New codes come at the end of their group.
 """
 
 from __future__ import annotations

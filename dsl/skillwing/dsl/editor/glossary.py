@@ -1,4 +1,4 @@
-"""What the words of each dialect mean, in a sentence or two of Markdown."""
+"""Glossary: the meaning of the words of each dialect, in a sentence or two of Markdown."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from skillwing.dsl.reading.dialect import dialect_of
 
 @dataclass(frozen=True, slots=True)
 class Glossary:
-    """Every keyword of a dialect, every type that is built in, and the choices that some keywords leave, by keyword."""
+    """The keywords of a dialect, its built-in types, and the values that some keywords take, by keyword."""
 
     keywords: Mapping[str, str]
     types: Mapping[str, str]
     choices: Mapping[str, Mapping[str, str]]
 
     def meaning(self, word: str, behind: str = "") -> str | None:
-        """What a word means. behind: the keyword of which it may be a choice."""
+        """The meaning of a word. behind: the keyword of which it may be a value."""
         return self.choices.get(behind, {}).get(word) or self.keywords.get(word) or self.types.get(word)
 
 

@@ -1,4 +1,4 @@
-"""A skill to begin with: its block in the skillset, a test of its manager, and what is left to do."""
+"""A new skill: its block in the skillset, a test of its manager, and a to-do list."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ def test_it_rejects_its_goals_until_it_is_written() -> None:
 
 
 def with_skill(text: str, skill: str, file: str) -> str:
-    """The text of a valid skillset with one more skill, the last one.
+    """The text of a valid skillset with one more skill at its end.
 
-    Nothing else of it changes, its comments least of all; what was in the style of `skillwing fmt` is so afterwards.
+    The rest of the text stays as it is. Text in the style of `skillwing fmt` is so afterwards.
     """
     closing = next(lexeme for lexeme in reversed(lex(text, file)) if lexeme.kind == "CLOSE")
     before, after = text[: closing.start].rstrip(), text[closing.start :]

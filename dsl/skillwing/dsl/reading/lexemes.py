@@ -1,4 +1,4 @@
-"""A source text and the lexemes in it."""
+"""Source texts and their lexemes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ COMMENT = "COMMENT"
 
 
 class Source:
-    """A source text and the name of the file that it is shown under; knows in which line a character stands."""
+    """A source text, the name of its file for diagnostics, and the lines of its characters."""
 
     def __init__(self, text: str, file: str) -> None:
         self.text = text
@@ -38,10 +38,10 @@ class Source:
 
 
 class Lexeme:
-    """A word, a sign or a comment of a source: a run of characters that the grammar counts as one.
+    """A word, a sign or a comment of a source.
 
-    kind: the name of its terminal, such as "NAME" or "OPEN". text: what stands there, or what is supposed to stand
-    there where a mistake was repaired. start, end: offsets of the first character and of the one behind the last.
+    kind: the name of its terminal, such as "NAME" or "OPEN". text: its characters in the source, or the synthesised
+    ones after a repair. start, end: offsets of the first character and of the one behind the last.
     """
 
     __slots__ = ("end", "kind", "source", "start", "text")
@@ -58,7 +58,7 @@ class Lexeme:
         return self.source.span(self.start, self.end)
 
     def synthesised(self, kind: str, text: str) -> Lexeme:
-        """Another lexeme in the place of this one."""
+        """A synthesised lexeme at the position of this one."""
         return Lexeme(kind, text, self.start, self.end, self.source)
 
     def __repr__(self) -> str:

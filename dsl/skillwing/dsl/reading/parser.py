@@ -1,4 +1,4 @@
-"""From source text to syntax nodes, with every syntax problem of the file."""
+"""The parser: from source text to syntax nodes, with every syntax problem of the file."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from skillwing.dsl.reading.recovery.repairs import Recovery
 
 @dataclass(frozen=True, slots=True)
 class ParsedFile:
-    """What could be read of a file. root: None where nothing could. diagnostics: its syntax errors."""
+    """Result of parsing a file. root: None if nothing could be read. diagnostics: its syntax errors."""
 
     root: syntax.SkillsetSyntax | None
     diagnostics: tuple[Diagnostic, ...]
@@ -22,7 +22,7 @@ class ParsedFile:
 
 
 def parse_file(text: str, file: str) -> ParsedFile:
-    """Parse a whole file in the dialect of its extension; never raises for what the text may contain."""
+    """Parse a whole file in the dialect of its extension. Raises nothing, whatever the text contains."""
     dialect = dialect_of(file)
     source = Source(text, file)
     lexemes = [lexeme for lexeme in dialect.scanner.scan(source) if lexeme.kind != COMMENT]

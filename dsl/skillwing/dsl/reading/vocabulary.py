@@ -1,4 +1,4 @@
-"""The terminals of a dialect, by kind and in words for the reader; what recovery from mistakes needs to know."""
+"""The vocabulary of a dialect: the kinds of its terminals and their names for the user."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ CLOSERS = {"OPEN": "CLOSE", "OPEN_PAREN": "CLOSE_PAREN"}
 
 @dataclass(frozen=True)
 class Vocabulary:
-    """What the terminals of a dialect mean to its reader. Every other terminal is a word, `SKILL` for `skill`.
+    """The terminals of a dialect. Terminals that are not listed are keywords, `SKILL` for `skill`.
 
-    signs: terminals of punctuation with the text to write, in the order in which a missing one is supposed. Blocks
-    are between OPEN and CLOSE, parentheses between OPEN_PAREN and CLOSE_PAREN. others: terminals without a text of
-    their own, in words. elements: the words that begin an element of a skillset. named_blocks: the words that a name
-    and a block follow. homes: for words that stand in one kind of place only, that place.
+    signs: punctuation with its text, in the order in which a missing sign is tried. Blocks are between OPEN and CLOSE,
+    parentheses between OPEN_PAREN and CLOSE_PAREN. others: descriptions of terminals without a fixed text. elements:
+    keywords that begin an element of a skillset. named_blocks: keywords before a name and a block. homes: for keywords
+    that are allowed in one kind of block only, that block.
     """
 
     signs: Mapping[str, str]
@@ -43,23 +43,23 @@ class Vocabulary:
         object.__setattr__(self, "_no_words", _NO_WORDS | self.signs.keys() | self.others.keys())
 
     def is_word(self, kind: str) -> bool:
-        """Tell whether a terminal is a word of the language."""
+        """True if a terminal is a keyword."""
         return kind not in self._no_words
 
     def may_be_name(self, kind: str, follower: str, fitting: Iterable[str]) -> bool:
-        """Tell whether a word of the language may stand for a name, where one fits: if it does not begin a block.
+        """True if a keyword may be a name where one is allowed: if it does not begin a block.
 
-        So it seems to do before a name or a bracket; there it is a name where the parser cannot go on without one.
-        fitting: the terminals that the parser knows at the place.
+        Before a name or a bracket it seems to begin one. There it is a name only if nothing but a name is allowed.
+        fitting: the terminals that the parser allows there.
         """
         return self.is_word(kind) and (follower not in _BEHIND_A_HEADING or _NAMES.issuperset(fitting))
 
     def may_be_listed(self, kind: str, fitting: Iterable[str]) -> bool:
-        """Tell whether a word may stand for a name in a list of names: in one whose `}` is known not to be missing."""
+        """True if a keyword may be a name in a list of names whose `}` is not missing."""
         return self.is_word(kind) and _NAMES_OF_A_LIST.issuperset(fitting)
 
     def block_title(self, heading: Sequence[object]) -> str:
-        """Name a block by the words in front of its bracket."""
+        """The name of a block, from the words before its bracket."""
         match heading[-2:]:
             case [Lexeme(kind=kind) as keyword, Lexeme(kind="NAME") as name] if kind in self.named_blocks:
                 return f"{keyword.text} `{name.text}`"
@@ -73,18 +73,18 @@ class Vocabulary:
                 return "the parenthesis"
 
     def belongs_into(self, kind: str, title: str) -> bool:
-        """Tell whether a word has its only home in blocks like the one of that title."""
+        """True if a keyword is allowed only in blocks like the one of that title."""
         keyword = title.partition(" ")[0]
         return self.homes.get(kind) in {f"a {keyword}", f"an {keyword}"}
 
     def kind_text(self, kind: str) -> str:
-        """A terminal in words."""
+        """A terminal in words for the user."""
         if kind == END:
             return "the end of the file"
         return f"`{self.signs[kind]}`" if kind in self.signs else self.others.get(kind, f"`{kind.lower()}`")
 
     def lexeme_text(self, lexeme: Lexeme) -> str:
-        """A lexeme in words, cut to what fits into a sentence."""
+        """A lexeme in words for the user, shortened to fit into a sentence."""
         return self.kind_text(END) if lexeme.kind == END else f"`{_shortened(lexeme.text)}`"
 
 

@@ -1,4 +1,4 @@
-"""What the comments of a source say about its elements."""
+"""Descriptions of elements, from the comments of a source."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ class Descriptions:
         self.of_file = "\n\n".join(_paragraphs(statements))
 
     def of(self, span: Span | None) -> str:
-        """The description of the element whose name stands there; empty if nothing is said."""
+        """The description of the element whose name has this span; empty if there is none."""
         return "" if span is None else self._by_place.get((span.line, span.column), "")
 
 
 def _described(statements: Sequence[Statement]) -> Iterator[tuple[tuple[int, int], str]]:
-    """The place of each word of a statement that is described, with the description."""
+    """The position of each word of a described statement, with the description."""
     above: list[str] = []
     for statement in statements:
         if statement.after_blank:
@@ -45,7 +45,7 @@ def _described(statements: Sequence[Statement]) -> Iterator[tuple[tuple[int, int
 
 
 def _paragraphs(statements: Sequence[Statement]) -> Iterator[str]:
-    """The comments at the beginning of a file, those without an empty line between them together."""
+    """The comments at the beginning of a file, joined to paragraphs at empty lines."""
     lines: list[str] = []
     for statement in statements:
         if not statement.is_comment:
@@ -63,7 +63,7 @@ def _comment(comments: Sequence[Lexeme]) -> str:
 
 
 def _bare(comment: str) -> str:
-    """The text of a comment without its signs, those in front of each line included."""
+    """The text of a comment without its signs, also those at the start of each line."""
     if comment.startswith("//"):
         return comment.lstrip("/").strip()
     lines = comment.removeprefix("/*").removesuffix("*/").strip("*").split("\n")

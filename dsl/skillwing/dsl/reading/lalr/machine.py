@@ -1,4 +1,4 @@
-"""The LALR machine: shifts lexemes and reduces rules as the tables say, until it cannot go on."""
+"""The LALR machine: shifts lexemes and reduces rules by its tables, until an unexpected lexeme."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from skillwing.dsl.reading.lexemes import Lexeme
 
 
 class Machine:
-    """One parse under way. states, values: the stack, where `values` lacks the start state.
+    """A parse in progress. states, values: the stack, where `values` lacks the start state.
 
-    Whoever changes the stack between two calls of `run` keeps the two in step.
+    Code that changes the stack between two calls of `run` has to keep both in step.
     """
 
     def __init__(self, tables: Tables) -> None:
@@ -21,9 +21,9 @@ class Machine:
         self.values: list[object] = []
 
     def run(self, lexemes: Sequence[Lexeme], at: int = 0) -> int:
-        """Read on from the lexeme at that index; return the index of the first that has no place, or their number.
+        """Read lexemes from that index on. Returns the index of the first unexpected one, or their number.
 
-        When the lexeme that ends the file has been read, the root node is the first of the values.
+        After the lexeme that ends the file, the root node is the first of the values.
         """
         actions, gotos, states, values = self.actions, self._gotos, self.states, self.values
         state = states[-1]
@@ -50,8 +50,8 @@ class Machine:
             values.append(lexeme)
         return len(lexemes)
 
-    def reads(self, kind: str, stack: Outlook) -> bool:
-        """Shift a word of that kind on a stack on trial, without building; False if it has no place there."""
+    def reads(self, kind: str, stack: TrialStack) -> bool:
+        """Shift a word of that kind on a trial stack, without building nodes. Returns False if it is not allowed."""
         while (action := self.actions[stack.top].get(kind)) is not None:
             if isinstance(action, int):
                 stack.push(action)
@@ -61,8 +61,8 @@ class Machine:
         return False
 
 
-class Outlook:
-    """A stack of states on trial: changes stand on top of a real stack, which stays as it is."""
+class TrialStack:
+    """A trial stack of states. Changes are kept apart from the real stack below."""
 
     def __init__(self, states: Sequence[int], depth: int | None = None) -> None:
         """Start from the lowest `depth` states, or from all of them."""
@@ -82,7 +82,7 @@ class Outlook:
         del self._own[len(self._own) - own :]
         self._depth -= count - own
 
-    def copy(self) -> Outlook:
-        other = Outlook(self._states, self._depth)
+    def copy(self) -> TrialStack:
+        other = TrialStack(self._states, self._depth)
         other._own = list(self._own)
         return other

@@ -1,4 +1,4 @@
-"""Cutting a source text into lexemes with one regular expression, made of the terminals of a grammar."""
+"""The scanner, which cuts a source text into lexemes by one regular expression, made of a grammar's terminals."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ BYTE_ORDER_MARK = "\ufeff"
 
 
 class Scanner:
-    """Cuts texts of one dialect into lexemes.
+    """A scanner for texts of one dialect.
 
-    Where several terminals match, the one of higher priority wins, then the one that can be longest, as in Lark. What
-    has a fixed text (keywords and signs) is told from names by that text.
+    If several terminals match, the one of higher priority wins, then the one that can be longest, as in Lark. Keywords
+    and signs, which have a fixed text, are recognised by that text.
     """
 
     def __init__(self, terminals: Iterable[TerminalDef]) -> None:
@@ -48,9 +48,9 @@ class Scanner:
         self._pattern = re.compile(rf"(?=\S)(?:{'|'.join(alternatives)})")
 
     def scan(self, source: Source) -> tuple[Lexeme, ...]:
-        """Cut the text; every character of it is in a lexeme, or is white space or a byte order mark at the start.
+        """Cut the text. Every character is in a lexeme, or is white space or a byte order mark at the start.
 
-        White space is what no terminal matches, which the search skips.
+        White space matches no terminal, so the search skips it.
         """
         text = source.text
         kind_of = self._kinds.get

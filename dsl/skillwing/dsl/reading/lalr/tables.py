@@ -1,7 +1,7 @@
-"""The LALR tables that Lark makes of a grammar, joined with what builds the node of each rule.
+"""The LALR tables of a grammar, made by Lark, with the function that builds the node of each rule.
 
-Lark's conventions hold: terminals without a name of their own and those that start with `_` are left out of a node's
-children, rules that start with `_` give their children to the rule above, and an absent `[option]` is None.
+Lark's conventions hold. Terminals without a name, and those that start with `_`, are left out of a node's children.
+Rules that start with `_` give their children to the rule above. An absent `[option]` is None.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ Build: TypeAlias = Callable[..., object]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reduction:
-    """Taking a complete rule off the stack: its length, what it makes of the values, and the rule's own symbol.
+    """The reduction of a complete rule: its length, its builder, and its symbol.
 
-    build: called with the values of the rule's symbols; None where the rule has one symbol, whose value stays as it is.
+    build: called with the values of the rule's symbols; None for a rule of one symbol, whose value stays as it is.
     """
 
     size: int
@@ -35,9 +35,9 @@ class Reduction:
 
 @dataclass(frozen=True, slots=True)
 class Tables:
-    """actions: in each state, by terminal, the state that follows or the reduction to make first.
+    """LALR tables. actions: in each state, by terminal, the next state or the reduction to make first.
 
-    gotos: in each state, by the symbol of a rule that was reduced to it, the state that follows. start: first state.
+    gotos: in each state, by the symbol of a reduced rule, the next state. start: first state.
     """
 
     actions: Mapping[int, Mapping[str, int | Reduction]]
@@ -46,7 +46,7 @@ class Tables:
 
 
 def tables(lark: Lark, start: str, builder: object) -> Tables:
-    """Join Lark's tables with the methods of the builder: the one of a rule's name, or alias, makes its node."""
+    """Join Lark's tables with the builder. Its method with the name or alias of a rule builds the rule's node."""
     conf = cast(Any, lark).parse_interactive("", start=start).parser_state.parse_conf
     rows = cast("Mapping[int, Mapping[str, tuple[object, Any]]]", conf.parse_table.states)
     rules = {argument for row in rows.values() for action, argument in row.values() if action is not Shift}
@@ -86,7 +86,7 @@ def _is_dropped(symbol: Symbol) -> bool:
 
 
 def _single(rules: Iterable[Rule]) -> frozenset[str]:
-    """The inlined rules that always have exactly one child: their value is the child, not a list of children."""
+    """The inlined rules that always have exactly one child. Their value is the child, not a list of children."""
     by_name: dict[str, list[Rule]] = defaultdict(list)
     for rule in rules:
         if _is_inlined(rule.origin):
@@ -103,7 +103,7 @@ def _single(rules: Iterable[Rule]) -> frozenset[str]:
 
 
 def _gaps(rule: Rule) -> list[int]:
-    """How many absent options stand before each symbol of the rule, and behind the last."""
+    """The number of absent options before each symbol of the rule, and behind the last."""
     marks = rule.options.empty_indices or [False] * len(rule.expansion)
     gaps = [0]
     for absent in marks:
@@ -166,7 +166,7 @@ def _from_lists(method: Callable[..., object], kept: list[int], spliced: set[int
 
 
 def _collecting(kept: list[int], spliced: set[int]) -> Build:
-    """Collect children in a list. A list that comes first is continued: long repetitions take linear time."""
+    """Collect children in a list. A list that comes first is extended, so that long repetitions take linear time."""
     first, others = (kept[0], kept[1:]) if kept and kept[0] in spliced else (None, kept)
 
     def build(*values: Any) -> object:

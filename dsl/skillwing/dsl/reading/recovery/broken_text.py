@@ -1,4 +1,4 @@
-"""A file with mistakes, under repair: what is changed in it, what is said of it, and what that costs."""
+"""A file with errors under repair: its changed lexemes, its diagnostics, and the report of the recovery."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from skillwing.dsl.diagnostics.diagnostic import Diagnostic
 from skillwing.dsl.reading.dialect import Dialect
 from skillwing.dsl.reading.lalr.tables import END
 from skillwing.dsl.reading.lexemes import Lexeme, Source
-from skillwing.dsl.reading.recovery.cursor import Block, Cursor
+from skillwing.dsl.reading.recovery.cursor import Cursor, OpenBracket
 from skillwing.dsl.reading.vocabulary import BROKEN, capitalised, either
 from skillwing.dsl.spans import Span
 
 BEHIND_A_NAME = ("COLON", "OPEN")
-"""Signs with which no item begins."""
+"""Signs that cannot begin an item."""
 
 
 @dataclass(slots=True)
@@ -36,7 +36,7 @@ class RecoveryReport:
 
 
 class BrokenText:
-    """The lexemes of a file, read with a cursor that can change them. diagnostics: the problems reported so far."""
+    """The lexemes of a file, with a cursor that can change them. diagnostics: the problems reported so far."""
 
     def __init__(self, dialect: Dialect, lexemes: Iterable[Lexeme], source: Source) -> None:
         self.diagnostics: list[Diagnostic] = []
@@ -49,7 +49,7 @@ class BrokenText:
         self.cursor = Cursor(dialect, [*read, Lexeme(END, "", end, end, source)])
 
     def balance(self) -> int:
-        """How many more blocks the whole file opens than it closes."""
+        """The number of opening brackets in the file minus that of closing ones."""
         return sum({"OPEN": 1, "CLOSE": -1}.get(lexeme.kind, 0) for lexeme in self.cursor.lexemes)
 
     # --- changing it
@@ -61,8 +61,8 @@ class BrokenText:
     def replace(self, lexeme: Lexeme) -> None:
         self.cursor.lexemes[self.cursor.at] = lexeme
 
-    def close(self, blocks: Sequence[Block], at: int) -> int:
-        """Report blocks, innermost first, as not closed before a lexeme; close them there. Return their number."""
+    def close(self, blocks: Sequence[OpenBracket], at: int) -> int:
+        """Report blocks, innermost first, as not closed before a lexeme, and close them there. Returns their number."""
         lexemes = self.cursor.lexemes
         signs = [self.words.signs[block.closer] for block in blocks]
         titles = ", and of ".join(f"{block.title}, opened at line {block.line}" for block in blocks)
@@ -78,20 +78,20 @@ class BrokenText:
     # --- what it costs
 
     def doubt_statement(self) -> None:
-        """The statement before a word without a place, if not closed, may have taken what was not meant for it."""
+        """Mark the statement before an unexpected word as guessed, because it may have taken too many words."""
         last = self.cursor.last
         if last is not None and last.kind != "CLOSE":
             self.recovery.guessed.append(last.span)
 
     def doubt_name(self, lexeme: Lexeme) -> None:
-        """A sign without a place where an item begins may have stood behind the name of one."""
+        """Mark the block as nameless if an unexpected sign may have stood behind the name of an item."""
         if lexeme.kind in BEHIND_A_NAME and self.cursor.reads([BROKEN]):
             self.recovery.nameless.update(block.keyword for block in self.cursor.blocks()[-1:])
 
     # --- reporting
 
     def behind(self, at: int) -> Span:
-        """The place right behind the lexeme before the one at that index."""
+        """The position right behind the lexeme before that index."""
         return self._character(self.cursor.lexemes[at - 1].end if at else 0)
 
     def _character(self, offset: int) -> Span:

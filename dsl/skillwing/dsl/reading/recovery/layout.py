@@ -1,8 +1,7 @@
-"""Finding the block whose `}` is missing by how the file is laid out.
+"""Search for the block whose `}` is missing, by the layout of the file.
 
-Where brackets do not match, the words alone seldom tell which block was left open: the next `}` closes it, and the one
-missed is that of the whole file. Indentation tells: whatever stands no deeper than the line that opened a block stands
-behind that block.
+If brackets do not match, words alone seldom show which block is open: the next `}` closes it, and the file lacks one at
+its end. Indentation does: a line that is indented no deeper than the line that opened a block is behind that block.
 """
 
 from __future__ import annotations
@@ -29,9 +28,8 @@ class Unclosed:
 
 
 def unclosed_by_layout(lexemes: Sequence[Lexeme]) -> list[Unclosed]:
-    """The blocks that are not closed; none at all if the layout does not account for exactly the missing brackets.
-
-    Nor are any named where so many are missing that nobody would want to read of them.
+    """The unclosed blocks; none if the layout does not account for exactly the missing brackets, or if too many are
+    missing.
     """
     missing = sum({"OPEN": 1, "CLOSE": -1}.get(lexeme.kind, 0) for lexeme in lexemes)
     if not 0 < missing <= _MOST:
@@ -56,7 +54,7 @@ def unclosed_by_layout(lexemes: Sequence[Lexeme]) -> list[Unclosed]:
 
 
 def behind_what_belongs(lexemes: Sequence[Lexeme], at: int, title: str, words: Vocabulary) -> int:
-    """Where the block of that title ends, which layout ends at an index: later, if a part of it stands too far left."""
+    """The index of the block's end. It is later than the layout shows if a part of the block is indented too little."""
     if not words.belongs_into(lexemes[at].kind, title):
         return at
     opened = 0

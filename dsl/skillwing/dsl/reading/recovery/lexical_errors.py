@@ -1,4 +1,4 @@
-"""Lexical errors: characters and signs that the language does not have, reported and mended before syntax is judged."""
+"""Lexical errors: unknown characters and signs, which are reported and replaced before the parse continues."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _SEPARATORS = frozenset({",", ";"})
 
 
 def fix_lexical_errors(lexemes: Sequence[Lexeme], words: Vocabulary) -> tuple[list[Lexeme], list[Diagnostic]]:
-    """Return the lexemes with every slip replaced by what was meant, or left out, and what is to be said of them."""
+    """Return the lexemes with all lexical errors replaced or removed, and the diagnostics."""
     errors = _LexicalErrors(lexemes, words)
     errors.fix()
     return errors.fixed, errors.diagnostics
@@ -48,7 +48,7 @@ class _LexicalErrors:
             at += self._fix(at)
 
     def _fix(self, at: int) -> int:
-        """Deal with the lexeme at an index; return how many lexemes that were."""
+        """Handle the lexeme at an index; return the number of lexemes that were handled."""
         lexeme = self._lexemes[at]
         match lexeme.kind:
             case "UNCLOSED_COMMENT":
@@ -117,7 +117,7 @@ class _LexicalErrors:
         return len(run)
 
     def _misshapen_name(self, at: int, first: Lexeme) -> int:
-        """Join the pieces of a name that holds characters which names cannot hold."""
+        """Join the parts of a name with characters that names cannot have."""
         count, end = 0, self._lexemes[at].start
         for piece in self._lexemes[at:]:
             if piece.start != end or not (piece.kind == "UNKNOWN_CHARACTER" or self._is_name(piece)):
@@ -145,11 +145,11 @@ class _LexicalErrors:
 
 
 def _for_names(character: str) -> str:
-    """What a name can hold in place of a character: a letter without its accent, or `_`."""
+    """The replacement of a character in a name: a letter without its accent, or `_`."""
     plain = unicodedata.normalize("NFKD", character).encode("ascii", "ignore").decode()
     return plain if re.fullmatch(r"\w+", plain) else "_"
 
 
 def shown(text: Iterable[str]) -> str:
-    """A text with what cannot be seen written as code points."""
+    """A text with its invisible characters written as code points."""
     return "".join(character if character.isprintable() else f"U+{ord(character):04X}" for character in text)

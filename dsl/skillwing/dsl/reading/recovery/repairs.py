@@ -1,10 +1,10 @@
-"""Going on behind mistakes, so that one run finds every syntax problem of a file.
+"""Repairs of syntax errors, so that one run finds every syntax problem of a file.
 
-Slips of single characters are fixed first, then a `}` that is missing is put where the file's layout shows its place.
-A mistake among the words is repaired in place (a sign or a word is supposed, replaced or passed over), as in Burke and
-Fisher, "A Practical Method for LR and LL Syntactic Error Diagnosis and Recovery" (TOPLAS 1987): a repair counts if the
-parser can read on for some words behind it. Where no repair helps, the innermost block gives up the element and the
-parser goes on behind it, as with yacc's `error` token.
+Lexical errors are fixed first. Then a missing `}` is inserted where the layout shows its place. Other errors are
+repaired in place: a sign or a word is inserted, replaced or skipped. A repair counts if the parser can then read some
+words ahead. See Burke and Fisher, "A Practical Method for LR and LL Syntactic Error Diagnosis and Recovery" (TOPLAS
+1987). If no repair helps, the innermost block drops the element and the parser continues behind it, as with yacc's
+`error` token.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from __future__ import annotations
 from itertools import groupby, islice
 from operator import itemgetter
 
-from skillwing.dsl.reading.lalr.machine import Outlook
+from skillwing.dsl.reading.lalr.machine import TrialStack
 from skillwing.dsl.reading.lalr.tables import END
 from skillwing.dsl.reading.lexemes import Lexeme
 from skillwing.dsl.reading.recovery.broken_text import BEHIND_A_NAME, BrokenText
-from skillwing.dsl.reading.recovery.cursor import Block
+from skillwing.dsl.reading.recovery.cursor import OpenBracket
 from skillwing.dsl.reading.recovery.layout import behind_what_belongs, unclosed_by_layout
 from skillwing.dsl.reading.recovery.lexical_errors import fix_lexical_errors
 from skillwing.dsl.reading.vocabulary import BROKEN, capitalised
@@ -27,7 +27,7 @@ _MOST_UNCLOSED = 20  # brackets supposed at one place
 
 
 class Recovery:
-    """One parse of one file, which holds its problems afterwards, and what mending them cost."""
+    """The parse of one file with repairs. The text then holds its diagnostics and the report of the recovery."""
 
     def __init__(self, text: BrokenText) -> None:
         self._text = text
@@ -53,7 +53,7 @@ class Recovery:
     # --- before the words are judged
 
     def _fix_lexical_errors(self) -> None:
-        """Mend all slips; the words before the first mistake have none."""
+        """Fix all lexical errors. The words before the first syntax error have none."""
         cursor = self._cursor
         self._text.recovery.skip(lexeme for lexeme in cursor.lexemes if lexeme.kind == "UNCLOSED_COMMENT")
         fixed, found = fix_lexical_errors(cursor.lexemes, self._words)
@@ -61,7 +61,7 @@ class Recovery:
         self._text.diagnostics += found[:_MOST_PROBLEMS]
 
     def _close_by_layout(self) -> None:
-        """Close the blocks that are not closed where the layout shows it, and read the file anew."""
+        """Close the unclosed blocks where the layout shows their ends, and parse the file again."""
         cursor = self._cursor
         found = [
             (behind_what_belongs(cursor.lexemes, unclosed.closing, block.title, self._words), block)
@@ -78,7 +78,7 @@ class Recovery:
     # --- the mistakes among the words, the likeliest first
 
     def _repair(self, lexeme: Lexeme) -> bool:
-        """Change the words ahead, or the parser's state, so that the parse can go on; False if it cannot."""
+        """Change the words ahead, or the parser's state, so that the parse can continue; return False if it cannot."""
         return (
             self._word_as_name(lexeme)
             or self._no_header(lexeme)
@@ -95,7 +95,7 @@ class Recovery:
         )
 
     def _word_as_name(self, lexeme: Lexeme) -> bool:
-        """A word of the language may also be a name, where only a name fits."""
+        """Read a keyword as a name, where only a name is allowed."""
         cursor = self._cursor
         fitting = cursor.machine.actions[cursor.machine.states[-1]]
         follower = cursor.kind_at(1)
@@ -119,7 +119,7 @@ class Recovery:
         return True
 
     def _behind_the_end(self, lexeme: Lexeme) -> bool:
-        """Something stands behind the skillset: another one, or elements that are read as if they stood in it."""
+        """Handle text behind the skillset: another skillset, or elements that are read as if they were in it."""
         cursor = self._cursor
         if cursor.acceptable() != [END] or cursor.last is None:
             return False
@@ -143,27 +143,27 @@ class Recovery:
         return True
 
     def _misspelt(self, lexeme: Lexeme) -> bool:
-        word = self._meant_word(lexeme, self._cursor.outlook(), 1)
+        word = self._meant_word(lexeme, self._cursor.trial_stack(), 1)
         if word is None:
             return False
         self._replace_misspelt(lexeme, word)
         return True
 
     def _misspelt_before(self) -> bool:
-        """The word before was read as a name, and was meant as a word of the language: `intial A`."""
+        """Handle a keyword that was misspelt and read as a name, such as `intial A`."""
         cursor = self._cursor
         if cursor.last is None or cursor.last.kind != "NAME":
             return False
         earlier = cursor.before_last()
-        word = None if earlier is None else self._meant_word(cursor.last, Outlook(earlier.states), 0)
+        word = None if earlier is None else self._meant_word(cursor.last, TrialStack(earlier.states), 0)
         if earlier is None or word is None:
             return False
         cursor.go_back(earlier)
         self._replace_misspelt(cursor.next, word)
         return True
 
-    def _meant_word(self, lexeme: Lexeme, stack: Outlook, behind: int) -> str | None:
-        """The word of the language that a name resembles and that the parser could read there, with what follows."""
+    def _meant_word(self, lexeme: Lexeme, stack: TrialStack, behind: int) -> str | None:
+        """The keyword that a name resembles, if the parser could read it there with the following words."""
         if lexeme.kind != "NAME":
             return None
         words = [kind.lower() for kind in self._cursor.acceptable(stack) if self._words.is_word(kind)]
@@ -176,7 +176,7 @@ class Recovery:
         self._text.replace(lexeme.synthesised(word.upper(), word))
 
     def _nameless(self, lexeme: Lexeme) -> bool:
-        """A name is missing: that of a block, or the one in front of an effect, its change or a predicate."""
+        """Handle a missing name: of a block, or before an effect, its change or a predicate."""
         cursor, last = self._cursor, self._cursor.last
         if last is not None and last.kind in self._words.named_blocks and cursor.reads(["NAME", *cursor.kinds_from(0)]):
             self._text.report("SW005", lexeme, f"This {last.text} has no name.", f"Write `{last.text} NAME {{ ... }}`.")
@@ -191,7 +191,7 @@ class Recovery:
         if earlier is None or last is None:
             return False
         for kind in (last.text.upper(), "NAME"):  # A word of the language may have been read as a name.
-            if cursor.reads(["NAME", "COLON", kind, *cursor.kinds_from(0)], Outlook(earlier.states)):
+            if cursor.reads(["NAME", "COLON", kind, *cursor.kinds_from(0)], TrialStack(earlier.states)):
                 cursor.go_back(earlier)
                 self._text.replace(last.synthesised(kind, last.text))
                 self._supply_name(cursor.next)
@@ -212,13 +212,13 @@ class Recovery:
         cursor.lexemes[cursor.at : cursor.at] = synthesised
 
     def _misplaced(self, lexeme: Lexeme) -> bool:
-        """A section or an element stands in a wrong block, and is read as if it stood behind the one it fits behind."""
+        """Handle a section or element in a wrong block, and read it behind the block that it fits behind."""
         cursor = self._cursor
         length = cursor.section_ahead() if self._words.is_word(lexeme.kind) else None
         if length is None or self._text.balance() != 0:
             return False
         blocks = cursor.blocks()
-        stack = cursor.outlook()
+        stack = cursor.trial_stack()
         for depth, block in enumerate(islice(reversed(blocks), _MOST_UNCLOSED), 1):
             if not cursor.machine.reads(block.closer, stack):
                 return False
@@ -233,12 +233,12 @@ class Recovery:
         return False
 
     def _unclosed(self, lexeme: Lexeme) -> bool:
-        """A closing bracket is missing: the words read on once the innermost open blocks are closed."""
+        """Handle a missing closing bracket: the words are allowed once the innermost open blocks are closed."""
         cursor = self._cursor
         if lexeme.kind in self._words.signs and lexeme.kind != "CLOSE":
             return False
-        stack = cursor.outlook()
-        unclosed: list[Block] = []
+        stack = cursor.trial_stack()
+        unclosed: list[OpenBracket] = []
         for block in islice(reversed(cursor.blocks()), _MOST_UNCLOSED):
             unclosed.append(block)
             if not cursor.machine.reads(block.closer, stack):
@@ -286,12 +286,12 @@ class Recovery:
         return True
 
     def _give_up_element(self, lexeme: Lexeme) -> bool:
-        """Drop the element under way, and the words up to where its block can go on."""
+        """Drop the present element, and skip words until its block can continue."""
         cursor = self._cursor
         states, values = cursor.machine.states, cursor.machine.values
         self._text.report_unexpected(lexeme)
         depths = range(len(states), 0, -1)
-        depth = next((depth for depth in depths if cursor.reads([BROKEN], Outlook(states, depth))), None)
+        depth = next((depth for depth in depths if cursor.reads([BROKEN], TrialStack(states, depth))), None)
         if depth is None:
             return False
         self._text.doubt_statement()

@@ -1,4 +1,4 @@
-"""The nodes of the `.rl` dialect: the method named after a rule of `rl.lark` builds the rule's node."""
+"""The node builder of the `.rl` dialect."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _Kind = TypeVar("_Kind")
 
 
 class RlBuilder(NodeBuilder):
-    """Adds the rules that only this dialect has. The node of the whole file is one of the skillset language."""
+    """Adds the rules that only this dialect has. The node of the whole file is a `SkillsetSyntax`."""
 
     def skillset(self, *children: Node | Lexeme | None) -> syntax.SkillsetSyntax:
         name = _only(children, Lexeme)[0]
@@ -60,7 +60,7 @@ class RlBuilder(NodeBuilder):
         return syntax.DatumSyntax(name, type_use, unit=None, period=period)
 
     def period(self, amount: Lexeme, unit: Lexeme | None) -> syntax.Number:
-        """A period in seconds, which is the unit unless another is given."""
+        """A period in seconds, which is the default unit."""
         written = number(amount)
         if unit is None:
             return written
@@ -100,7 +100,7 @@ class RlBuilder(NodeBuilder):
         return InterruptNode(keyword, _changes(items), _only(items, PostNode))
 
     def interrupting(self, _value: Lexeme) -> None:
-        """Nothing: one that stops at once confirms at once, as the base class of managers does (docs/onera.md)."""
+        """Nothing: a skill that stops at once confirms at once, as the base class of managers does (docs/onera.md)."""
 
     def results(self, keyword: Lexeme, *results: ResultNode) -> ResultsNode:
         return ResultsNode(keyword, results)
@@ -126,7 +126,7 @@ def _changes(items: Iterable[object]) -> tuple[syntax.ChangeSyntax, ...]:
 
 
 def _extent(expression: Expression) -> Span:
-    """From the first word to the last. A loop, since expressions may be nested deeper than Python can call."""
+    """The span from the first word to the last. Uses no recursion, because expressions may be nested deeply."""
     first = last = expression
     while isinstance(first, And | Or | Implies | Not):
         first = first.operand if isinstance(first, Not) else first.left

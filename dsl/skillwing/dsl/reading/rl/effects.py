@@ -10,7 +10,7 @@ NOTHING = "nothing"
 
 
 class InlineEffects:
-    """The effects of one skill: equal ones are one effect, and each is named after what it does.
+    """The effects of one skill. Equal ones are one effect, named after its changes.
 
     `motion -> Used` becomes `motion_to_Used`, two changes are joined by `_and_`, an effect without any is `nothing`.
     """
@@ -20,7 +20,7 @@ class InlineEffects:
 
     @property
     def declared(self) -> tuple[EffectSyntax, ...]:
-        """In the order in which they were first asked for."""
+        """The effects in the order of their first use."""
         return tuple(self._by_changes.values())
 
     def of(self, changes: Sequence[ChangeSyntax]) -> Word | None:
@@ -36,7 +36,7 @@ class InlineEffects:
         return self._named(CoinedWord(NOTHING, place.span), ())
 
     def written(self, name: str) -> str:
-        """What the file says for the effect of that name, fit to stand behind the word `effect`."""
+        """The source text of the effect of that name, without the word `effect`."""
         effect = next(effect for effect in self.declared if effect.name.text == name)
         changes = [f"{change.resource.text} -> {change.target.text}" for change in effect.changes]
         return changes[0] if len(changes) == 1 else f"{{ {'  '.join(changes)} }}"

@@ -1,4 +1,4 @@
-"""From the nodes of an `.rl` file to those of the skillset language, with remarks on what has no counterpart there."""
+"""Lowering of `.rl` nodes to those of the skillset language, with remarks on features without a counterpart."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import reduce
 from typing import TypeVar
 
-from skillwing.dsl.diagnostics.report import Report
+from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.expressions import And, Expression, depth, references
 from skillwing.dsl.reading import syntax
 from skillwing.dsl.reading.rl.effects import InlineEffects
@@ -34,15 +34,15 @@ _Kind = TypeVar("_Kind")
 
 
 def lowered(name: Word, nodes: Sequence[Node]) -> syntax.SkillsetSyntax:
-    """Return the skillset that an `.rl` file describes; its remarks say what means less, or something else, here."""
-    report = Report()
+    """Return the skillset that an `.rl` file describes. Its remarks report what means less, or something else, here."""
+    report = DiagnosticReport()
     types = RlTypes((word for node in _only(nodes, TypesNode) for word in node.names), report)
     elements = tuple(_Lowering(types, report).elements(nodes))
     return syntax.SkillsetSyntax(name, (*types.structures, *elements), tuple(report.diagnostics))
 
 
 class _Lowering:
-    def __init__(self, types: RlTypes, report: Report) -> None:
+    def __init__(self, types: RlTypes, report: DiagnosticReport) -> None:
         self._types = types
         self._report = report
 
@@ -135,7 +135,9 @@ class _Lowering:
             yield _end(node.name, effects.nothing(node.name))
 
     def _undecided(self, node: SkillNode, results: Sequence[syntax.ResultSyntax]) -> bool:
-        """Whether neither the results agree on an effect that an interruption would share, nor nothing is taken."""
+        """True if no effect of an interruption follows: the results disagree, or resources are taken and there is no
+        result.
+        """
         applied = {None if result.apply is None else result.apply.effect.text for result in results}
         takes = any(start.changes for start in _only(node.sections, StartNode))
         return len(applied) > 1 or (takes and not results)
@@ -219,8 +221,8 @@ def _divided(
 ) -> syntax.ResourceSyntax:
     """Mark the transitions of a resource as internal, extern or both. by_...: (resource, target state) pairs.
 
-    What a skill brings about is internal, what an event does is extern. What nobody in the file brings about is
-    extern, too: published files leave it to the robot, a pilot handing over authority for instance.
+    A transition of a skill is internal, one of an event is extern. One of neither is extern, too: published files leave
+    it to the robot, such as a pilot who hands over the authority.
     """
     name = resource.name.text
     items: list[syntax.StatesSyntax | syntax.InitialSyntax | syntax.TransitionSyntax] = []
@@ -238,7 +240,7 @@ def _divided(
 
 
 def _by_target(edge: syntax.TransitionSyntax, resource: syntax.ResourceSyntax) -> Iterator[syntax.TransitionSyntax]:
-    """A transition into any state as one transition for each state, since they may differ in who takes them."""
+    """A transition into any state as one transition for each state, since each may be internal or extern."""
     if edge.target.text != EVERY_STATE:
         yield edge
         return
@@ -255,7 +257,7 @@ def _only(nodes: Iterable[object], kind: type[_Kind]) -> list[_Kind]:
 
 
 def _names(expression: Expression) -> frozenset[str]:
-    """The names in an expression, unless it is nested so deeply that the checker refuses it anyway."""
+    """The names in an expression; none if it is nested so deeply that the checker rejects it."""
     return frozenset() if depth(expression) > 100 else frozenset(name.path for name in references(expression))
 
 

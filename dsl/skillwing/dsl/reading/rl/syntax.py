@@ -1,4 +1,4 @@
-"""Syntax nodes that only `.rl` files have. `rl_lowering.py` turns them into those of `syntax.py`."""
+"""Syntax nodes that only `.rl` files have. `lowering.py` turns them into those of `reading/syntax.py`."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ class ResultNode:
 
 @dataclass(frozen=True, slots=True)
 class ResultsNode:
-    """`success n { ... }` or a block of them, and the same with `failure`. The keyword tells which."""
+    """`success n { ... }` or a block of them, and the same with `failure`, by the keyword."""
 
     keyword: Word
     results: tuple[ResultNode, ...]

@@ -1,10 +1,10 @@
-"""The types of an `.rl` file, which declares their names and leaves to the robot's middleware what they hold."""
+"""The types of an `.rl` file, which declares only their names. The robot's middleware defines their contents."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
-from skillwing.dsl.diagnostics.report import Report
+from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.reading.syntax import CoinedWord, StructSyntax, TypeUse, Word
 from skillwing.dsl.suggest import closest
 
@@ -25,9 +25,9 @@ _SCALARS = {
 
 
 class RlTypes:
-    """The declared types. structures: those whose contents nobody knows, as structures without fields."""
+    """The declared types. structures: those of unknown contents, as structures without fields."""
 
-    def __init__(self, declared: Iterable[Word], report: Report) -> None:
+    def __init__(self, declared: Iterable[Word], report: DiagnosticReport) -> None:
         self._report = report
         self._declared: dict[str, Word] = {}
         self._unknown: dict[str, StructSyntax] = {}
@@ -45,7 +45,7 @@ class RlTypes:
         return (*self._structures, *self._unknown.values())
 
     def use(self, use: TypeUse) -> TypeUse:
-        """The type meant where a name is used. One that is not declared is reported, and supposed to be."""
+        """The type in use. An undeclared one is reported and then treated as declared."""
         word = use.name
         scalar = _SCALARS.get(word.text.casefold())
         if word.text in self._declared and scalar is not None:

@@ -1,17 +1,17 @@
-"""The nodes of the `.skillset` dialect: the method named after a rule of `skillset.lark` builds the rule's node."""
+"""The node builder of the `.skillset` dialect."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from skillwing.dsl.expressions import Expression, Literal, Symbol
+from skillwing.dsl.expressions import Expression, Literal, NamedValue
 from skillwing.dsl.reading import syntax
 from skillwing.dsl.reading.lexemes import Lexeme
 from skillwing.dsl.reading.node_builder import NodeBuilder, number
 
 
 class SkillsetBuilder(NodeBuilder):
-    """Adds the rules that only this dialect has, or has its own way."""
+    """Adds the rules that differ from, or do not exist in, other dialects."""
 
     def skillset(self, name: Lexeme, *elements: syntax.Element) -> syntax.SkillsetSyntax:
         return syntax.SkillsetSyntax(name, elements)
@@ -35,7 +35,7 @@ class SkillsetBuilder(NodeBuilder):
         type_use: syntax.TypeUse,
         unit: Lexeme | None,
         bounds: syntax.BoundsSyntax | None,
-        default: Literal | Symbol | None,
+        default: Literal | NamedValue | None,
     ) -> syntax.FieldSyntax:
         return syntax.FieldSyntax(name, type_use, unit, bounds, default)
 
@@ -45,11 +45,11 @@ class SkillsetBuilder(NodeBuilder):
     def bounds(self, low: Lexeme, high: Lexeme) -> syntax.BoundsSyntax:
         return syntax.BoundsSyntax(number(low), number(high))
 
-    def default(self, value: Literal | Symbol) -> Literal | Symbol:
+    def default(self, value: Literal | NamedValue) -> Literal | NamedValue:
         return value
 
-    def symbol(self, word: Lexeme) -> Symbol:
-        return Symbol(word.text, word.span)
+    def symbol(self, word: Lexeme) -> NamedValue:
+        return NamedValue(word.text, word.span)
 
     # --- resources and events
 
