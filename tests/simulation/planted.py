@@ -9,9 +9,9 @@ from unittest.mock import patch
 
 from simulation.run import simulate
 from skillwing.services.client.goal_tracker import GoalTracker
-from skillwing.services.core import resource_core
-from skillwing.services.core.grants import Ledger
-from skillwing.services.core.resource_core import ResourceCore
+from skillwing.services.core import ends, externs_and_events, grants, invariants, losses, readiness
+from skillwing.services.core.ledger import Ledger
+from skillwing.services.core.manager_state import ManagerState
 from skillwing.services.core.skill_core import SkillCore
 from skillwing.services.core.snapshot import FinishedGoal, GrantEntry
 from skillwing.services.journal.journal import Journal
@@ -78,10 +78,10 @@ def _never_force(right: Wrong) -> Wrong:
 def _judge_once(right: Wrong) -> Wrong:
     del right
 
-    def enforce(self: ResourceCore, now: float) -> None:
-        found = self._first_violation(now)
-        if found is not None:
-            self._violate(*found, {}, now)
+    def enforce(state: ManagerState, now: float) -> None:
+        violation = invariants.first_violation(state, now)
+        if violation is not None:
+            invariants._end_violated(state, violation, {}, now)
 
     return enforce
 
@@ -131,9 +131,15 @@ BUGS: Mapping[str, tuple[tuple[Any, str, Callable[[Wrong], Wrong]], ...]] = {
         (SkillCore, "renewed", _always(())),
     ),
     "goals outlive their owner": ((SkillCore, "owner_gone", _always(())),),
-    "the lost effect is skipped": ((resource_core, "_lost_effect", _always(None)),),
-    "preconditions are not judged with the start effect": ((ResourceCore, "_failing_preconditions", _always({})),),
-    "invariants are judged once, not to the fixpoint": ((ResourceCore, "_enforce_invariants", _judge_once),),
+    "the lost effect is skipped": (
+        (losses, "lost_effect", _always(None)),
+        (ends, "lost_effect", _always(None)),
+    ),
+    "preconditions are not judged with the start effect": ((grants, "failing_preconditions", _always({})),),
+    "invariants are judged once, not to the fixpoint": tuple(
+        (module, "enforce_invariants", _judge_once)
+        for module in (invariants, grants, readiness, ends, losses, externs_and_events)
+    ),
     "tokens are counted from one": ((Ledger, "next_token", _count_from_one),),
     "grants are not written to the journal": ((Journal, "write", _write_no_grants),),
     "a local outcome is not written down": ((Ledger, "remember", _write_no_local_outcomes),),

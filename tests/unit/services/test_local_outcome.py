@@ -9,12 +9,14 @@ import pytest
 from rig import Bench
 from skill_desk import REFUSED, TOKEN, VIOLATED, Desk
 
-from skillwing.services.core.grants import GOALS_REMEMBERED, LONGEST_LOCAL_OUTCOME, NO_TOKEN
+from skillwing.services.core.ends import LONGEST_LOCAL_OUTCOME
+from skillwing.services.core.ledger import GOALS_REMEMBERED
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.skill_actions import AskResources, Hook
 from skillwing.services.core.skill_core import DOUBTS_AT_ONCE, SILENCES_UNTIL_ERROR, SILENCES_UNTIL_SETTLED
 from skillwing.services.core.snapshot import FinishedGoal
 from skillwing.services.protocol import (
+    NO_TOKEN,
     Ended,
     EndKind,
     ErrorCode,
@@ -209,7 +211,7 @@ def ask(bench: Bench, incarnation: str, goal_id: str = "g", terminal: Terminal =
         incarnation=incarnation,
         cause="m#1",
     )
-    return bench.perform(bench.core.record_outcome(request, bench.now))
+    return bench.perform(bench.core.step(request, bench.now))
 
 
 def begun(bench: Bench) -> int:

@@ -14,7 +14,6 @@ from msgspec.structs import replace
 from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.services.core.bounded_dict import BoundedDict
 from skillwing.services.core.checks import check_goal_id, check_schema
-from skillwing.services.core.grants import NO_TOKEN
 from skillwing.services.core.outbox import Outbox
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.skill_actions import Action, AskResources, CallHook, Ending, GoalRun, Hook
@@ -23,6 +22,7 @@ from skillwing.services.core.verdicts import terminal_of
 from skillwing.services.names import CLIENT, RESOURCE_MANAGER
 from skillwing.services.protocol import (
     LONGEST_LABEL,
+    NO_TOKEN,
     BeginGoal,
     Ended,
     EndGoal,
