@@ -186,7 +186,7 @@ class SignalReader:
         if over is not None and not (_is_number(over) and math.isfinite(over) and over >= 0.0):
             self.report(f"{where}.over is `{over}`; it takes a number of seconds.")
             return None
-        if over is None and "from" in raw and not self.never_expires:
+        if over is None and "from" in raw and not self.lasts:
             self.report(f"{where} does not say how long it takes. Add `over`, in seconds.")
             return None
         start = self.read(raw["from"], target, f"{where}.from") if "from" in raw else None
