@@ -25,9 +25,11 @@ from skillwing.services.protocol import (
     ErrorReply,
     FireEvent,
     FireExtern,
+    GoalCall,
     GoalVerdict,
     Granted,
     QueryStates,
+    RecordOutcome,
     RenewGoal,
     ResourceStates,
     Violated,
@@ -41,7 +43,7 @@ class Lose:
     goal_id: str
 
 
-Call: TypeAlias = BeginGoal | EndGoal | RenewGoal | FireExtern | FireEvent | AttachManager | QueryStates | Lose
+Call: TypeAlias = GoalCall | FireExtern | FireEvent | AttachManager | QueryStates | Lose
 Reply: TypeAlias = GoalVerdict | ResourceStates | ErrorReply
 Told: TypeAlias = Operation[Call, Reply]
 
@@ -78,9 +80,9 @@ class SequentialManager:
         for told in history:
             if isinstance(told.answer, (Granted, Violated)):
                 self._tokens[told.answer.goal_id] = told.answer.token
-            if isinstance(told.call, (BeginGoal, EndGoal)):
+            if isinstance(told.call, (BeginGoal, EndGoal, RecordOutcome)):
                 self._clients.setdefault(told.call.goal_id, set()).add(told.client)
-            if told.answer is None and isinstance(told.call, (BeginGoal, EndGoal)):
+            if told.answer is None and isinstance(told.call, (BeginGoal, EndGoal, RecordOutcome)):
                 self._open_ended.add(told.call.goal_id)
 
     @property
@@ -116,6 +118,8 @@ class SequentialManager:
                 step = core.begin(call, self._time_of_grant(call.goal_id))
             case EndGoal():
                 step = core.end(call, 0.0)
+            case RecordOutcome():
+                step = core.record_outcome(call, 0.0)
             case RenewGoal():
                 step = core.renew(call)
             case FireExtern():
@@ -141,7 +145,7 @@ class SequentialManager:
         A client asks for the next goal when it is done with the one before; another one may come back to that, and
         calls without an answer may come later.
         """
-        if not isinstance(call, (BeginGoal, EndGoal)):
+        if not isinstance(call, (BeginGoal, EndGoal, RecordOutcome)):
             return kept
         clients = self._clients[call.goal_id]
         if len(clients) > 1:

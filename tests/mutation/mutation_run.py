@@ -37,7 +37,7 @@ UNIT_TESTS = (
     "tests/unit/services/test_interrupting.py",
     "tests/unit/services/test_laws.py",
     "tests/unit/services/test_leases.py",
-    "tests/unit/services/test_own_word.py",
+    "tests/unit/services/test_local_outcome.py",
     "tests/unit/services/test_processes_of_a_manager.py",
     "tests/unit/services/test_requests_that_do_not_fit.py",
     "tests/unit/services/test_resource_core.py",

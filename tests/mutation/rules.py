@@ -13,7 +13,7 @@ RULES: Mapping[str, tuple[str, ...]] = {
         "SkillCore._doubt_answered",
         "SkillCore._bear_doubt",
         "ResourceCore.begin",
-        "ResourceCore._end_ungranted",
+        "ResourceCore.record_outcome",
         "Ledger.verdict",
         "Ledger.remember",
     ),

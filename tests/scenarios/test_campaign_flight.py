@@ -11,7 +11,12 @@ from skillwing.m600.campaign.result import End
 from skillwing.m600.campaign.witness import HELD_FOR, Witness
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus.inprocess import InProcessNetwork
-from skillwing.services.protocol import Keys, MissionStatus, encode
+from skillwing.services.protocol import (
+    Keys,
+    MissionPhase,
+    MissionStatus,
+    encode,
+)
 from skillwing.sim_mujoco.extent import TIP_RADIUS
 from skillwing.sim_mujoco.topics import FLIGHT, TRUTH, FlightState, Truth
 from skillwing.sim_mujoco.world.world import make_world
@@ -83,9 +88,11 @@ class Scene:
             self.truth.put(encode(truth))
             self.network.run_for(0.1)
 
-    def end_mission(self, phase: str = "FAILED") -> None:
+    def end_mission(self, phase: str = MissionPhase.FAILED) -> None:
         self.mission.put(
-            encode(MissionStatus(mission="mapping", phase=phase, t=self.bus.now(), text="as the test says"))
+            encode(
+                MissionStatus(mission="mapping", phase=MissionPhase(phase), t=self.bus.now(), text="as the test says")
+            )
         )
         self.network.run_for(0.1)
 

@@ -17,7 +17,6 @@ from skillwing.bt_missions.running.library import find_draft, find_mission, inst
 from skillwing.bt_missions.running.mission import Mission
 from skillwing.bt_missions.running.option_values import written
 from skillwing.bt_missions.running.option_words import parse_options
-from skillwing.bt_missions.running.phase import Phase
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.bt_missions.running.tree_text import render
 from skillwing.bt_missions.templates.template import write_template
@@ -30,7 +29,15 @@ from skillwing.services.commands.connection import JsonOption, RobotOption, Syst
 from skillwing.services.commands.exit_codes import FAILED, OK
 from skillwing.services.commands.output import make_console, print_json, print_table
 from skillwing.services.errors import InvalidOptionError, NoReplyError, NoSystemError, RefusedError, SkillwingError
-from skillwing.services.protocol import AbortMission, ErrorCode, Keys, MissionStatus, PauseMission, ResumeMission
+from skillwing.services.protocol import (
+    AbortMission,
+    ErrorCode,
+    Keys,
+    MissionPhase,
+    MissionStatus,
+    PauseMission,
+    ResumeMission,
+)
 from skillwing.services.robot import find_robot
 
 MissionName = Annotated[
@@ -128,9 +135,9 @@ def run(
         fly(system, node, console)
     if console is None:
         print_json(node.status)
-    elif node.status.phase != Phase.SUCCEEDED and node.tree_tells:
+    elif node.status.phase != MissionPhase.SUCCEEDED and node.tree_tells:
         say(console, render(node.snapshot))
-    raise typer.Exit(OK if node.status.phase == Phase.SUCCEEDED else FAILED)
+    raise typer.Exit(OK if node.status.phase == MissionPhase.SUCCEEDED else FAILED)
 
 
 @mission.command()

@@ -8,7 +8,6 @@ from rich.console import Console, Group, RenderableType
 from rich.live import Live
 from rich.text import Text
 
-from skillwing.bt_missions.running.phase import ENDED, Phase
 from skillwing.bt_missions.running.tree_text import render
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.commands.connection import System
@@ -19,6 +18,7 @@ from skillwing.services.commands.records import clock_text
 from skillwing.services.protocol import (
     GoalProgress,
     GoalStatus,
+    MissionPhase,
     MissionStatus,
     Record,
     RecordKind,
@@ -42,11 +42,11 @@ FRAME, FEWEST = 8, 6
 RESULTS = {"success": "succeeded", "failure": "failed", "aborted": "was aborted", "unfinished": "was cut short"}
 """What became of a mission, by the result in its report."""
 PHASE_COLOURS = {
-    Phase.SUCCEEDED: "bold green",
-    Phase.FAILED: "bold red",
-    Phase.ABORTED: "bold yellow",
-    Phase.PAUSED: "bold cyan",
-    Phase.HELD: "bold magenta",
+    MissionPhase.SUCCEEDED: "bold green",
+    MissionPhase.FAILED: "bold red",
+    MissionPhase.ABORTED: "bold yellow",
+    MissionPhase.PAUSED: "bold cyan",
+    MissionPhase.HELD: "bold magenta",
 }
 _BAR_COLOURS = {
     Outcome.RUNNING: "blue",
@@ -75,11 +75,11 @@ class MissionWatch:
 
     @property
     def over(self) -> bool:
-        return self.status is not None and self.status.phase in ENDED
+        return self.status is not None and self.status.phase.over
 
     @property
     def failed(self) -> bool:
-        return self.over and self.status is not None and self.status.phase != Phase.SUCCEEDED
+        return self.over and self.status is not None and self.status.phase != MissionPhase.SUCCEEDED
 
     @property
     def complete(self) -> bool:
@@ -131,7 +131,8 @@ class MissionWatch:
     def _on_record(self, record: Record) -> None:
         if record.kind is not RecordKind.DATA:
             self._history.add_record(record)
-        if record.kind is RecordKind.MISSION and (record.before, record.after) == (Phase.IDLE, Phase.RUNNING):
+        begins = (record.before, record.after) == (MissionPhase.IDLE, MissionPhase.RUNNING)
+        if record.kind is RecordKind.MISSION and begins:
             self._since = max(self._since, record.t)
 
     def _on_goal(self, status: GoalStatus) -> None:
@@ -166,7 +167,7 @@ def _last_flown(run_dir: Path | None) -> str:
 def status_line(status: MissionStatus) -> Text:
     """Robot time, phase, waypoints and what the mission does, in one line."""
     text = Text(f"{clock_text(status.t):>9}  ")
-    text.append(f"{status.phase:9}", PHASE_COLOURS.get(Phase(status.phase), "default"))
+    text.append(f"{status.phase:9}", PHASE_COLOURS.get(status.phase, "default"))
     if status.waypoints:
         text.append(f"  {status.waypoint}/{status.waypoints}", "dim")
     return text.append(f"  {status.text}")

@@ -20,6 +20,7 @@ from skillwing.services.protocol import (
     BeginGoal,
     DataSample,
     EndGoal,
+    EndKind,
     ErrorReply,
     FireEvent,
     FireExtern,
@@ -149,10 +150,10 @@ class Twins(RuleBasedStateMachine):
         verdict = self.take(lambda core: core.begin(request, self.now))
         self.tokens.append(getattr(verdict, "token", 0))
 
-    @rule(goal=goals, data=st.data(), how=st.sampled_from(["result", "interrupt", "error"]))
-    def end(self, goal: tuple[str, str], data: st.DataObject, how: str) -> None:
+    @rule(goal=goals, data=st.data(), how=st.sampled_from(EndKind))
+    def end(self, goal: tuple[str, str], data: st.DataObject, how: EndKind) -> None:
         skill, goal_id = goal
-        result = data.draw(st.sampled_from(RESULTS[skill])) if how == "result" else None
+        result = data.draw(st.sampled_from(RESULTS[skill])) if how is EndKind.RESULT else None
         token = data.draw(st.sampled_from(self.tokens[-3:]))
         request = EndGoal(goal_id=goal_id, skill=skill, token=token, how=how, result=result)
         self.take(lambda core: core.end(request, self.now))

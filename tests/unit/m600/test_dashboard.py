@@ -13,7 +13,14 @@ from rerun.chunk import RrdReader
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus import Bus
 from skillwing.services.bus.inprocess import InProcessNetwork
-from skillwing.services.protocol import Keys, MissionStatus, Record, RecordKind, encode
+from skillwing.services.protocol import (
+    Keys,
+    MissionPhase,
+    MissionStatus,
+    Record,
+    RecordKind,
+    encode,
+)
 from skillwing.services.telemetry.recorder import RECORDING_FILE, make_recorder
 from skillwing.sim_mujoco import topics
 
@@ -64,7 +71,9 @@ class Drone:
         health = bus.advertise(topics.health_key("zed"), events=True)
         failed = topics.Health(id="h", t=6.0, sensor="zed", status=topics.SensorStatus.FAILED)
         bus.after(6.0, lambda: health.put(encode(failed)))
-        goal = MissionStatus(mission="mapping", phase="RUNNING", t=0.0, text="", waypoints=1, goal=(20.0, 0.0, 4.0))
+        goal = MissionStatus(
+            mission="mapping", phase=MissionPhase.RUNNING, t=0.0, text="", waypoints=1, goal=(20.0, 0.0, 4.0)
+        )
         bus.advertise(keys.mission_status, events=True).put(encode(goal))
 
     def detach(self) -> None:

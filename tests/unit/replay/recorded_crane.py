@@ -19,6 +19,7 @@ from skillwing.services.protocol import (
     BeginGoal,
     DataSample,
     EndGoal,
+    EndKind,
     FireEvent,
     FireExtern,
     Record,
@@ -98,14 +99,14 @@ def _begin(skill: str, goal: str, load: object, incarnation: str) -> Begin:
     )
 
 
-def _end(skill: str, goal: str, token: int, how: str) -> End:
-    result = {"lift": "STUCK", "shine": "END"}.get(skill) if how == "result" else None
+def _end(skill: str, goal: str, token: int, how: EndKind) -> End:
+    result = {"lift": "STUCK", "shine": "END"}.get(skill) if how is EndKind.RESULT else None
     return End(EndGoal(goal_id=goal, skill=skill, token=token, how=how, result=result))
 
 
 QUESTIONS: st.SearchStrategy[Question] = st.one_of(
     st.builds(_begin, SKILLS, GOALS, st.sampled_from([1.0, 5, "heavy", {1: b"x"}]), st.sampled_from(["", "a", "b"])),
-    st.builds(_end, SKILLS, GOALS, TOKENS, st.sampled_from(["result", "interrupt", "error", "magic"])),
+    st.builds(_end, SKILLS, GOALS, TOKENS, st.sampled_from(EndKind)),
     st.builds(
         lambda goal, skill, token: Renew(RenewGoal(goal_id=goal, skill=skill, token=token)), GOALS, SKILLS, TOKENS
     ),

@@ -17,7 +17,13 @@ from skillwing.services.core.grants import Ledger
 from skillwing.services.core.latest import LatestData
 from skillwing.services.core.resource_core import ResourceCore
 from skillwing.services.core.resource_table import ResourceTable
-from skillwing.services.protocol import BeginGoal, DataSample, EndGoal, FireExtern
+from skillwing.services.protocol import (
+    BeginGoal,
+    DataSample,
+    EndGoal,
+    EndKind,
+    FireExtern,
+)
 from skillwing.services.replay.files import read_steps, step_files
 from skillwing.services.replay.recorded_core import RecordedCore
 from skillwing.services.replay.replaying import replay_folder
@@ -61,7 +67,7 @@ STORY: list[tuple[Question, float]] = [
     (begin("lift", "g1"), 1.0),
     (begin("lift", "g2"), 0.0),
     (begin("shine", "g3"), 0.0),
-    (End(EndGoal(goal_id="g1", skill="lift", token=1000, how="result", result="STUCK")), 0.5),
+    (End(EndGoal(goal_id="g1", skill="lift", token=1000, how=EndKind.RESULT, result="STUCK")), 0.5),
     (begin("lift", "g4", load=5.0), 0.0),
     (begin("lift", "g5"), 0.0),
     (Tick(), 5.0),

@@ -7,7 +7,15 @@ from rig import Bench, granted
 
 from skillwing.services.core.kept import GoalOver, ManagerNoted
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.protocol import AttachManager, Ended, ErrorCode, Lost, Record, RenewGoal
+from skillwing.services.protocol import (
+    AttachManager,
+    Ended,
+    EndKind,
+    ErrorCode,
+    Lost,
+    Record,
+    RenewGoal,
+)
 
 
 def test_a_lost_manager_loses_its_goals_and_its_token(bench: Bench) -> None:
@@ -52,14 +60,14 @@ def test_an_incarnation_that_attaches_again_loses_nothing(bench: Bench) -> None:
 
 
 def test_a_goal_given_up_before_its_begin_arrives_is_never_granted(bench: Bench) -> None:
-    assert isinstance(bench.end("move", "g", 0, "error"), Ended)
+    assert isinstance(bench.end("move", "g", 0, EndKind.ERROR), Ended)
     assert isinstance(bench.begin("move", "g"), Ended)
     assert bench.core.states["axes"] == "FREE"
 
 
 def test_a_goal_given_up_without_its_token_is_freed_all_the_same(bench: Bench) -> None:
     bench.begin("move", "g", incarnation="this")
-    assert isinstance(bench.end("move", "g", 0, "error", incarnation="this"), Ended)
+    assert isinstance(bench.end("move", "g", 0, EndKind.ERROR, incarnation="this"), Ended)
     assert bench.core.states["axes"] == "FREE"
 
 
@@ -70,7 +78,7 @@ def test_a_goal_of_the_successor_is_not_given_up_by_a_process_without_its_token(
     granted(bench.begin("move", "g", incarnation="second"))
     for incarnation in ("first", ""):
         with pytest.raises(RefusedError) as refusal:
-            bench.end("move", "g", 0, "error", incarnation=incarnation)
+            bench.end("move", "g", 0, EndKind.ERROR, incarnation=incarnation)
         assert refusal.value.code is ErrorCode.STALE_TOKEN
     assert bench.core.states["axes"] == "USED"
 

@@ -9,7 +9,15 @@ from rig import Bench, granted
 from skillwing.services.core.grants import NO_TOKEN
 from skillwing.services.core.kept import GoalOver
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.protocol import DataSample, Ended, NotReady, Record, ResourceChange, Violated
+from skillwing.services.protocol import (
+    DataSample,
+    Ended,
+    EndKind,
+    NotReady,
+    Record,
+    ResourceChange,
+    Violated,
+)
 
 
 def test_every_failing_precondition_is_named_with_its_reason() -> None:
@@ -67,9 +75,14 @@ def test_tokens_grow_and_outgrow_those_of_an_earlier_process() -> None:
 
 @pytest.mark.parametrize(
     ("how", "result", "held"),
-    [("result", "DONE", True), ("result", "STUCK", True), ("interrupt", None, True), ("error", None, True)],
+    [
+        (EndKind.RESULT, "DONE", True),
+        (EndKind.RESULT, "STUCK", True),
+        (EndKind.INTERRUPT, None, True),
+        (EndKind.ERROR, None, True),
+    ],
 )
-def test_every_end_gives_back_what_the_goal_took(bench: Bench, how: str, result: str | None, held: bool) -> None:
+def test_every_end_gives_back_what_the_goal_took(bench: Bench, how: EndKind, result: str | None, held: bool) -> None:
     token = granted(bench.begin("move", "g")).token
     ended = bench.end("move", "g", token, how, result)
     assert isinstance(ended, Ended)

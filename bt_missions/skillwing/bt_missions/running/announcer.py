@@ -7,10 +7,9 @@ from collections.abc import Callable
 from py_trees.behaviour import Behaviour
 
 from skillwing.bt_missions.running.mission import Progress
-from skillwing.bt_missions.running.phase import Phase
 from skillwing.bt_missions.running.tree_text import TreePortrait
 from skillwing.services.bus import Bus, Publisher
-from skillwing.services.protocol import Keys, MissionStatus, RecordKind, TreeSnapshot, encode
+from skillwing.services.protocol import Keys, MissionPhase, MissionStatus, RecordKind, TreeSnapshot, encode
 from skillwing.services.timeline import Timeline
 
 
@@ -18,7 +17,7 @@ class Announcer:
     """Publishes for the mission of that name. `status` is what was told last; on_status: called with each."""
 
     def __init__(self, mission: str, keys: Keys, on_status: Callable[[MissionStatus], None]) -> None:
-        self.status = MissionStatus(mission=mission, phase=Phase.IDLE, t=0.0, text="not started")
+        self.status = MissionStatus(mission=mission, phase=MissionPhase.IDLE, t=0.0, text="not started")
         self._keys = keys
         self._on_status = on_status
 
@@ -41,13 +40,13 @@ class Announcer:
 
     # --- the status
 
-    def enter(self, phase: Phase, text: str, cause: str | None = None) -> str:
+    def enter(self, phase: MissionPhase, text: str, cause: str | None = None) -> str:
         """Tell of another phase, in the timeline too. Returns the id of the record."""
         record = self.record(self.status.mission, self.status.phase, phase, text, cause)
         self.publish(phase, text)
         return record
 
-    def publish(self, phase: Phase, text: str) -> None:
+    def publish(self, phase: MissionPhase, text: str) -> None:
         progress = self._progress()
         self.status = MissionStatus(
             mission=self.status.mission,
@@ -61,7 +60,7 @@ class Announcer:
         self._status_out.put(encode(self.status))
         self._on_status(self.status)
 
-    def publish_news(self, phase: Phase, text: str) -> None:
+    def publish_news(self, phase: MissionPhase, text: str) -> None:
         """Publish what is done within a phase, if it is something else than was told last."""
         progress = self._progress()
         if (text, progress.waypoint, progress.goal) != (self.status.text, self.status.waypoint, self.status.goal):

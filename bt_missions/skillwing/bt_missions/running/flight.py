@@ -19,10 +19,10 @@ from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.running.announcer import Announcer
 from skillwing.bt_missions.running.landing_gear import LandingGear
 from skillwing.bt_missions.running.mission import Mission, MissionTrees
-from skillwing.bt_missions.running.phase import Phase
 from skillwing.bt_missions.running.standing import Holders, Standing
 from skillwing.bt_missions.running.still_clock import STILL_CLOCK_TIMEOUT, StillClock
 from skillwing.services.bus import Bus, Handle
+from skillwing.services.protocol import MissionPhase
 
 SETTLED_TICK = 0.01
 """A tick that changed something is followed by another one, after so many seconds of robot time."""
@@ -61,7 +61,7 @@ class Flight:
         self._wake = wake
         self._landing_gear = LandingGear(context.interface, context.skillset)
         self._stage = Stage.WAITING
-        self._outcome = Phase.IDLE, ""
+        self._outcome = MissionPhase.IDLE, ""
         self._abort_reason: str | None = None
         self._knows_time = False
         self._has_flown = False
@@ -110,12 +110,12 @@ class Flight:
         if self._stage not in (Stage.WAITING, Stage.FLYING):
             return
         self._abort_reason = reason
-        self._end(Phase.ABORTED, reason, rescue=self._stage is Stage.FLYING)
+        self._end(MissionPhase.ABORTED, reason, rescue=self._stage is Stage.FLYING)
         # At once: whoever asked is answered with it.
         if self._stage is Stage.RESCUING:
-            self._announcer.publish(Phase.RUNNING, self._rescue_text)
+            self._announcer.publish(MissionPhase.RUNNING, self._rescue_text)
         else:
-            self._announcer.publish(Phase.IDLE, self._outcome[1])
+            self._announcer.publish(MissionPhase.IDLE, self._outcome[1])
         self._wake()
 
     def pause(self, reason: str) -> str | None:
@@ -147,11 +147,11 @@ class Flight:
             self._stage = Stage.FLYING
             self._has_flown = True
             self._landing_gear.begin()
-            self._announcer.enter(Phase.RUNNING, "the robot is ready")
+            self._announcer.enter(MissionPhase.RUNNING, "the robot is ready")
             self._until_over.append(StillClock(self._bus, self._give_up_for_clock))
             self._fly()
         elif self._announcer.status.text != missing:
-            self._announcer.publish(Phase.IDLE, missing)
+            self._announcer.publish(MissionPhase.IDLE, missing)
 
     def _missing(self) -> str:
         """What the robot still lacks for this mission, or an empty text."""
@@ -183,9 +183,9 @@ class Flight:
     def _fly(self) -> None:
         status = self._tick_tree(self._trees.root)
         if status is Status.SUCCESS:
-            self._land(Phase.SUCCEEDED, self._trees.progress().text or "done")
+            self._land(MissionPhase.SUCCEEDED, self._trees.progress().text or "done")
         elif status is Status.FAILURE:
-            self._land(Phase.FAILED, self._why())
+            self._land(MissionPhase.FAILED, self._why())
 
     def _rescue(self) -> None:
         status = self._tick_tree(self._trees.rescue)
@@ -204,7 +204,7 @@ class Flight:
                 phase, reason = self._outcome
                 self._end(phase, _joined(reason, f"while landing {text}"), rescue=False)
             else:
-                self._end(Phase.FAILED, text, rescue=True)
+                self._end(MissionPhase.FAILED, text, rescue=True)
             return Status.INVALID
         return tree.status
 
@@ -224,7 +224,7 @@ class Flight:
 
     def _tell_progress(self) -> None:
         running = [leaf.name for leaf in self._tree.iterate() if _is_flying(leaf)]
-        phase, text = Phase.RUNNING, ", ".join(running) or "deciding"
+        phase, text = MissionPhase.RUNNING, ", ".join(running) or "deciding"
         if self._stage is Stage.RESCUING:
             text = self._rescue_text
         else:
@@ -248,7 +248,7 @@ class Flight:
 
     def give_up(self, text: str) -> None:
         """End as FAILED, and land nothing."""
-        self._end(Phase.FAILED, text, rescue=False)
+        self._end(MissionPhase.FAILED, text, rescue=False)
         self._wake()
 
     def _give_up_for_clock(self) -> None:
@@ -259,7 +259,7 @@ class Flight:
     def stop(self) -> None:
         """Interrupt what still runs and say that the mission is over; nobody will wait for the answers."""
         if self._stage is not Stage.OVER:
-            self._end(Phase.ABORTED, self._abort_reason or "the mission's process was stopped", rescue=False)
+            self._end(MissionPhase.ABORTED, self._abort_reason or "the mission's process was stopped", rescue=False)
             self._finish()
 
     def leave(self) -> None:
@@ -271,16 +271,17 @@ class Flight:
         after = f"; before that: {before}" if before else ""
         self._system_is_there = False
         self._stop_tree(
-            Phase.ABORTED if phase is Phase.IDLE else phase, f"the system was stopped under it{where}{after}"
+            MissionPhase.ABORTED if phase is MissionPhase.IDLE else phase,
+            f"the system was stopped under it{where}{after}",
         )
         self._conclude(*self._outcome)
 
-    def _end(self, phase: Phase, text: str, *, rescue: bool) -> None:
+    def _end(self, phase: MissionPhase, text: str, *, rescue: bool) -> None:
         """Halt the tree. Then bring the drone down with `rescue`, or wait for the goals to stop."""
         self._stop_tree(phase, text)
         self._begin_rescue() if rescue else self._settle()
 
-    def _land(self, phase: Phase, text: str) -> None:
+    def _land(self, phase: MissionPhase, text: str) -> None:
         """The tree has come to its end; whoever ended it in the air does not leave the drone there."""
         self._stop_tree(phase, text)
         self._stage = Stage.LOOKING
@@ -296,7 +297,7 @@ class Flight:
             self._outcome = phase, _joined(text, "it ended in the air")
             self._begin_rescue()
 
-    def _stop_tree(self, phase: Phase, text: str) -> None:
+    def _stop_tree(self, phase: MissionPhase, text: str) -> None:
         self._outcome = phase, text
         self._announcer.publish_tree()  # the last picture of it, before halting wipes its statuses
         self._halt()
@@ -327,9 +328,9 @@ class Flight:
             text = _joined(text, "these did not stop: " + ", ".join(sorted({goal.skill for goal in running})))
         self._conclude(phase, text)
 
-    def _conclude(self, phase: Phase, text: str) -> None:
+    def _conclude(self, phase: MissionPhase, text: str) -> None:
         self._stage = Stage.OVER
-        failure = self._context.failure if phase is Phase.FAILED else None
+        failure = self._context.failure if phase is MissionPhase.FAILED else None
         self._announcer.enter(phase, text, failure.record if failure else None)
         for handle in self._until_over:
             handle.cancel()

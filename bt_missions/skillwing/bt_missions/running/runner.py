@@ -13,7 +13,6 @@ from skillwing.bt_missions.running.flight import Flight
 from skillwing.bt_missions.running.library import find_mission
 from skillwing.bt_missions.running.mission import Mission, MissionOptions
 from skillwing.bt_missions.running.orders import serve_orders
-from skillwing.bt_missions.running.phase import ENDED
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Bus
@@ -79,7 +78,7 @@ class MissionNode:
 
     @property
     def over(self) -> bool:
-        return self.status.phase in ENDED
+        return self.status.phase.over
 
     @property
     def tree_tells(self) -> bool:

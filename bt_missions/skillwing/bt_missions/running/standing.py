@@ -8,14 +8,14 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from skillwing.bt_missions.leaves.skills import Interface
-from skillwing.bt_missions.running.phase import Phase
 from skillwing.bt_missions.subtrees.holding import Pausable, WhileGranted
+from skillwing.services.protocol import MissionPhase
 
 
 class Standing(NamedTuple):
     """RUNNING, PAUSED or HELD; why; and the record of what made it so, if the robot did."""
 
-    phase: Phase
+    phase: MissionPhase
     reason: str = ""
     cause: str | None = None
 
@@ -55,7 +55,7 @@ class Holders:
         for grant in self._grants:
             if grant.status is Status.RUNNING and grant.reason is not None:
                 cause = self._interface.change_record(grant.resource)
-                return Standing(Phase.HELD, grant.feedback_message, cause)
+                return Standing(MissionPhase.HELD, grant.feedback_message, cause)
         if self._pausable is not None and self._pausable.reason is not None:
-            return Standing(Phase.PAUSED, self._pausable.reason)
-        return Standing(Phase.RUNNING)
+            return Standing(MissionPhase.PAUSED, self._pausable.reason)
+        return Standing(MissionPhase.RUNNING)

@@ -10,13 +10,13 @@ from rich.text import Text
 
 from skillwing.bt_missions.leaves.conditions import DataCompare, ResourceIs
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.services.protocol import TreeNode, TreeSnapshot
+from skillwing.services.protocol import NodeStatus, TreeNode, TreeSnapshot
 
 _LOOKS = {
-    "SUCCESS": ("✓", "green"),
-    "FAILURE": ("✗", "red"),
-    "RUNNING": ("▶", "blue"),
-    "INVALID": ("·", "dim"),
+    NodeStatus.SUCCESS: ("✓", "green"),
+    NodeStatus.FAILURE: ("✗", "red"),
+    NodeStatus.RUNNING: ("▶", "blue"),
+    NodeStatus.INVALID: ("·", "dim"),
 }
 
 
@@ -44,7 +44,7 @@ class TreePortrait:
                 parent=parent,
                 name=node.name,
                 kind=_kind(node),
-                status=node.status.name,
+                status=NodeStatus(node.status.name),
                 feedback=node.feedback_message,
             )
             for index, (node, parent) in enumerate(self._members)
@@ -69,7 +69,7 @@ def render(snapshot: TreeSnapshot, *, feedback: bool = True) -> Text:
     text = Text()
     for node in snapshot.nodes:
         depth[node.index] = 0 if node.parent is None else depth[node.parent] + 1
-        mark, style = _LOOKS.get(node.status, ("?", ""))
+        mark, style = _LOOKS[node.status]
         text.append(f"{'  ' * depth[node.index]}{mark} {node.name}", style)
         if feedback and node.feedback:
             text.append(f"  {node.feedback}", "dim")

@@ -59,7 +59,7 @@ class FlightWatch:
 
     def follow(self) -> str:
         """Wait for the end. Returns a sentence saying why the flight was cut short, empty if the mission ended it."""
-        while not (self._deck.mission is not None and self._deck.mission.over):
+        while not (self._deck.mission is not None and self._deck.mission.phase.over):
             reason = self._dead() or self._cut_off() or self._stalled()
             if reason:
                 self._deck.tell(f"{reason} The flight ends here.", "red")

@@ -123,8 +123,8 @@ def _outcome(verdict: GoalVerdict) -> str:
             return f"{invariant} violated: {reason}"
         case Lost(reason=reason):
             return f"lost: {reason}"
-        case Ended(terminal=Terminal() as own_word):
-            return f"{own_word.label}, by its manager's own word: {own_word.reason}"
+        case Ended(terminal=Terminal() as outcome):
+            return f"{outcome.label}, local outcome of its manager: {outcome.reason}"
         case Ended(held=False, reason=reason):
             return f"ended, but did not hold: {reason}"
         case _:

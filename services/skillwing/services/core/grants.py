@@ -12,11 +12,13 @@ from skillwing.services.core.refusal import RefusedError
 from skillwing.services.protocol import (
     EndGoal,
     Ending,
+    EndKind,
     ErrorCode,
     GoalVerdict,
     Granted,
     Lost,
     ProtocolError,
+    RecordOutcome,
     RenewGoal,
     Terminal,
     require_sendable,
@@ -26,11 +28,9 @@ GOALS_REMEMBERED = 1000
 """On each shelf."""
 NO_TOKEN = 0
 """Sent with an end by a manager that never learned whether its goal was granted, nor with which token."""
-UNGRANTED = "ungranted"
-"""How a goal ends that a manager ends by its own word, because it never asked for it to be granted."""
-OWN_WORDS = (Ending.BUSY, Ending.NOT_VALIDATED, Ending.INTERRUPTED, Ending.ERROR)
-LONGEST_OWN_WORD = 1 << 14
-"""Bytes of an answer that is kept for a manager; those of ours are shorter."""
+LOCAL_OUTCOMES = (Ending.BUSY, Ending.NOT_VALIDATED, Ending.INTERRUPTED, Ending.ERROR)
+LONGEST_LOCAL_OUTCOME = 1 << 14
+"""Bytes of a terminal answer that is stored for a manager; those of our own managers are shorter."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,7 +131,7 @@ class Ledger:
 
 def gives_up_unheard(request: EndGoal) -> bool:
     """The manager gives a goal up of which it never heard whether it was granted, so that it has no token."""
-    return request.how == "error" and request.token == NO_TOKEN
+    return request.how is EndKind.ERROR and request.token == NO_TOKEN
 
 
 def check_fence(request: EndGoal, grant: Grant) -> None:
@@ -156,27 +156,26 @@ def check_token(request: EndGoal | RenewGoal, token: int) -> None:
         )
 
 
-def own_word(request: EndGoal) -> Terminal:
-    """The answer that a manager is about to give by its own word; refuses with BAD_REQUEST what cannot be one."""
-    word = request.terminal
-    if word is None or word.ending not in OWN_WORDS or request.token != NO_TOKEN or _tells_of_a_run(word):
+def check_local_outcome(request: RecordOutcome) -> None:
+    """Refuse with BAD_REQUEST a terminal answer that a goal without a grant cannot have."""
+    terminal = request.terminal
+    if terminal.ending not in LOCAL_OUTCOMES or _needs_a_run(terminal):
         raise RefusedError(
             ErrorCode.BAD_REQUEST,
-            "A goal that was never granted ends with a `terminal`, without token and without anything of a run.",
-            help=f"Let it be {', '.join(OWN_WORDS[:-1])} or {OWN_WORDS[-1]}.",
-            known=OWN_WORDS,
+            f"A goal that was never granted cannot end with {terminal.label}, nor with anything that needs a run.",
+            help=f"Let `terminal` be {', '.join(LOCAL_OUTCOMES[:-1])} or {LOCAL_OUTCOMES[-1]}, without a result.",
+            known=LOCAL_OUTCOMES,
         )
     try:
-        require_sendable(word, LONGEST_OWN_WORD)
+        require_sendable(terminal, LONGEST_LOCAL_OUTCOME)
     except ProtocolError as error:
-        text = f"The answer to the goal {request.goal_id} cannot be kept: {error}."
+        text = f"The outcome of the goal {request.goal_id} cannot be stored: {error}."
         raise RefusedError(ErrorCode.BAD_REQUEST, text, help="Give a shorter reason.") from error
-    return word
 
 
-def _tells_of_a_run(word: Terminal) -> bool:
-    """It claims what only a goal can have that has run."""
-    return word.result is not None or word.success or word.output is not None or word.forced
+def _needs_a_run(terminal: Terminal) -> bool:
+    """Only a goal that has run can have these fields."""
+    return terminal.result is not None or terminal.success or terminal.output is not None or terminal.forced
 
 
 def unknown_goal(goal_id: str) -> RefusedError:

@@ -16,13 +16,12 @@ from skillwing.dsl.model import Invariant, Skill, Skillset, UnknownNameError
 from skillwing.services.core.checks import check_goal_id, check_schema, unknown_name
 from skillwing.services.core.grants import (
     NO_TOKEN,
-    UNGRANTED,
     Grant,
     Ledger,
     check_fence,
+    check_local_outcome,
     check_token,
     gives_up_unheard,
-    own_word,
     unknown_goal,
 )
 from skillwing.services.core.incarnations import Incarnations
@@ -39,6 +38,7 @@ from skillwing.services.protocol import (
     DataSample,
     Ended,
     EndGoal,
+    EndKind,
     ErrorCode,
     FireEvent,
     FireExtern,
@@ -48,9 +48,9 @@ from skillwing.services.protocol import (
     NotReady,
     Record,
     RecordKind,
+    RecordOutcome,
     RenewGoal,
     ResourceStates,
-    Terminal,
     Violated,
 )
 
@@ -264,8 +264,6 @@ class ResourceCore:
         """Apply the effect of an end. For a goal that is over already the reply says how it ended."""
         check_goal_id(request.goal_id)
         skill = self._skill(request.skill)
-        if request.how == UNGRANTED:
-            return self._end_ungranted(request, own_word(request))
         effect, post = _effect_of_end(skill, request)
         known = self._ledger.verdict(request.goal_id, skill.name)
         grant = self._ledger.in_force(request.goal_id)
@@ -290,6 +288,34 @@ class ResourceCore:
         # What the goal gives back may break its own invariants: it is over before they are judged.
         self._ledger.close(grant, ended)
         self._enforce_invariants(now)
+        return self._finish(ended)
+
+    def record_outcome(self, request: RecordOutcome, now: float) -> Step[GoalVerdict]:
+        """Commit the outcome of a goal without a grant, unless another process of the manager has done something
+        with it.
+
+        A successor that is asked for the goal gives the same answer, and does not run it.
+        """
+        del now
+        check_goal_id(request.goal_id)
+        skill = self._skill(request.skill)
+        check_local_outcome(request)
+        self._incarnations.check_attached(request.manager, request.incarnation)
+        verdict = self._ledger.verdict(request.goal_id, skill.name)
+        if self._ledger.in_force(request.goal_id) is not None:
+            text = f"The goal {request.goal_id} holds a grant."
+            raise RefusedError(ErrorCode.STALE_TOKEN, text, help="Leave it to the process that runs it.")
+        if verdict is not None:
+            return Step(verdict)
+        ended = Ended(
+            goal_id=request.goal_id,
+            held=False,
+            reason="",
+            revision=self.revision,
+            record=request.cause or "",
+            terminal=request.terminal,
+        )
+        self._ledger.remember(GoalOver(request.goal_id, skill.name, NO_TOKEN, ended))
         return self._finish(ended)
 
     def renew(self, request: RenewGoal) -> Step[GoalVerdict]:
@@ -353,30 +379,6 @@ class ResourceCore:
         record = self._record(skill, "ENDED", now, request.goal_id, request.cause, text)
         ended = Ended(goal_id=request.goal_id, held=False, reason=text, revision=self.revision, record=record)
         self._ledger.remember(GoalOver(request.goal_id, skill.name, NO_TOKEN, ended))
-        return self._finish(ended)
-
-    def _end_ungranted(self, request: EndGoal, terminal: Terminal) -> Step[GoalVerdict]:
-        """A manager ends a goal by its own word, unless another process of its name has done something with it.
-
-        Kept, so that a successor which is asked for the goal gives the same answer, and does not run it.
-        """
-        self._incarnations.check_attached(request.manager, request.incarnation)
-        verdict = self._ledger.verdict(request.goal_id, request.skill)
-        grant = self._ledger.in_force(request.goal_id)
-        if grant is not None:
-            check_token(request, grant.token)
-        if verdict is not None:
-            return Step(verdict)
-        ended = Ended(
-            goal_id=request.goal_id,
-            held=False,
-            reason="",
-            revision=self.revision,
-            record=request.cause or "",
-            how=request.how,
-            terminal=terminal,
-        )
-        self._ledger.remember(GoalOver(request.goal_id, request.skill, NO_TOKEN, ended))
         return self._finish(ended)
 
     def _take_from_predecessor(self, grant: Grant, request: BeginGoal, now: float) -> Step[GoalVerdict]:
@@ -534,22 +536,22 @@ def _is_of_predecessor(grant: Grant, request: BeginGoal) -> bool:
 def _effect_of_end(skill: Skill, request: EndGoal) -> tuple[str | None, Expression | None]:
     """The effect to apply at an end, and the postcondition to judge after it."""
     match request.how, request.result:
-        case "result", str(name):
+        case EndKind.RESULT, str(name):
             try:
                 result = skill.result(name)
             except UnknownNameError as error:
                 raise unknown_name(error) from error
             return result.apply, result.post
-        case "interrupt", _:
+        case EndKind.INTERRUPT, _:
             return skill.interrupt.apply, None
-        case "error", _:
+        case EndKind.ERROR, _:
             return _lost_effect(skill), None
         case _:
             raise RefusedError(
                 ErrorCode.BAD_REQUEST,
-                f"A goal cannot end by `{request.how}`.",
-                help="Use `result` with the name of one, `interrupt`, `error`, or `ungranted` with `terminal`.",
-                known=("result", "interrupt", "error", UNGRANTED),
+                "A goal that ends with a result needs the name of one.",
+                help=f"Name the `result` of `{skill.name}` that it ended with.",
+                known=tuple(result.name for result in skill.results),
             )
 
 

@@ -45,6 +45,7 @@ from skillwing.services.protocol import (
     QueryData,
     QueryStates,
     Record,
+    RecordOutcome,
     ResourceChange,
     ResourceStates,
     Violated,
@@ -219,6 +220,8 @@ class ResourceManagerNode:
                 return self._perform(lambda core, now: core.begin(call, now))
             case EndGoal():
                 return self._perform(lambda core, now: core.end(call, now))
+            case RecordOutcome():
+                return self._perform(lambda core, now: core.record_outcome(call, now))
             case _:
                 verdict = self._perform(lambda core, _: core.renew(call))
                 self._leases.renew(call.goal_id, GRANT_LEASE)

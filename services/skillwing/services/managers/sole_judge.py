@@ -37,14 +37,14 @@ class SoleJudge:
         self._candidates: set[str] = set()
         self._judging = False
         self._over = False
-        bus.watch_alive(keys.judge("*"), self._on_judge)
+        bus.watch_alive(keys.leader("*"), self._on_judge)
         bus.watch_alive(keys.candidate("*"), self._on_candidate)
         self._candidacy = bus.declare_alive(keys.candidate(self._mark))
         self._give_up_at = bus.wall() + PATIENCE
         self._ask()
 
     def _on_judge(self, key: str, alive: bool) -> None:
-        mark = key.removeprefix(self._keys.judge(""))
+        mark = key.removeprefix(self._keys.leader(""))
         self._note(self._judges, mark, alive)
         if alive and self._judging and mark > self._mark:
             self._give_way("Another resource manager has begun to judge while this one was away.")
@@ -85,7 +85,7 @@ class SoleJudge:
 
     def _begin(self) -> None:
         self._judging = True
-        self._bus.declare_alive(self._keys.judge(self._mark))
+        self._bus.declare_alive(self._keys.leader(self._mark))
         self._candidacy.cancel()
         self._on_free()
 

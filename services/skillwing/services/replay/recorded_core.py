@@ -20,6 +20,7 @@ from skillwing.services.protocol import (
     EndGoal,
     FireEvent,
     FireExtern,
+    RecordOutcome,
     RenewGoal,
 )
 from skillwing.services.replay.files import StepWriter
@@ -35,6 +36,7 @@ from skillwing.services.replay.steps import (
     GoalSilent,
     Made,
     ManagerGone,
+    Outcome,
     Question,
     Renew,
     Resume,
@@ -98,6 +100,9 @@ class RecordedCore(ResourceCore):
 
     def end(self, request: EndGoal, now: float) -> Step[Any]:
         return self._noted(End(request), now, super())
+
+    def record_outcome(self, request: RecordOutcome, now: float) -> Step[Any]:
+        return self._noted(Outcome(request), now, super())
 
     def renew(self, request: RenewGoal) -> Step[Any]:
         return self._noted(Renew(request), self._t, super())

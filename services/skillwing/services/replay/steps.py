@@ -20,10 +20,11 @@ from skillwing.services.protocol import (
     ErrorReply,
     FireEvent,
     FireExtern,
+    RecordOutcome,
     RenewGoal,
 )
 
-FORMAT = 2
+FORMAT = 3
 """Raised whenever what is written below changes its form."""
 
 
@@ -77,6 +78,13 @@ class End(msgspec.Struct, frozen=True, tag="end"):
         return core.end(self.request, t)
 
 
+class Outcome(msgspec.Struct, frozen=True, tag="outcome"):
+    request: RecordOutcome
+
+    def put_to(self, core: ResourceCore, t: float) -> Step[Any]:
+        return core.record_outcome(self.request, t)
+
+
 class Renew(msgspec.Struct, frozen=True, tag="renew"):
     request: RenewGoal
 
@@ -108,7 +116,9 @@ class Resume(msgspec.Struct, frozen=True, tag="resume"):
         return core.resume(self.kept, t)
 
 
-Question: TypeAlias = Extern | Event | Datum | Tick | Attach | Begin | End | Renew | ManagerGone | GoalSilent | Resume
+Question: TypeAlias = (
+    Extern | Event | Datum | Tick | Attach | Begin | End | Outcome | Renew | ManagerGone | GoalSilent | Resume
+)
 
 
 # --- answers ---------------------------------------------------------------------------------------------------------

@@ -1,15 +1,16 @@
-"""A manager ends no goal by its own word before it knows that nobody else of its name was granted it."""
+"""Local outcomes: a manager gives none before the resource manager has committed it."""
 
 from __future__ import annotations
 
 from typing import Any
 
+import msgspec
 import pytest
 from rig import Bench
 from skill_desk import REFUSED, TOKEN, VIOLATED, Desk
 
 from skillwing.services.core.delivery import SILENCES_UNTIL_ERROR, SILENCES_UNTIL_SETTLED
-from skillwing.services.core.grants import GOALS_REMEMBERED, LONGEST_OWN_WORD, NO_TOKEN, UNGRANTED
+from skillwing.services.core.grants import GOALS_REMEMBERED, LONGEST_LOCAL_OUTCOME, NO_TOKEN
 from skillwing.services.core.kept import GoalOver
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.skill_actions import AskResources, Hook
@@ -17,15 +18,18 @@ from skillwing.services.core.skill_core import PENDING_OUTCOMES_LIMIT
 from skillwing.services.core.skill_events import QuestionAnswered, Validated
 from skillwing.services.protocol import (
     Ended,
-    EndGoal,
+    EndKind,
     ErrorCode,
     ErrorReply,
     Granted,
     Lost,
     NotReady,
+    ProtocolError,
     Record,
+    RecordOutcome,
     State,
     Terminal,
+    decode,
     encode,
 )
 from skillwing.services.protocol import Ending as End
@@ -79,7 +83,7 @@ def failed_to_validate() -> Desk:
     return desk
 
 
-OWN_WORDS = [
+OUTCOMES = [
     (busy, "BUSY"),
     (interrupted_early, "IT"),
     (out_of_range, "NV"),
@@ -89,15 +93,15 @@ OWN_WORDS = [
 ]
 
 
-@pytest.mark.parametrize(("make", "label"), OWN_WORDS)
-def test_it_asks_before_it_ends_a_goal_by_its_own_word(make: Any, label: str) -> None:
+@pytest.mark.parametrize(("make", "label"), OUTCOMES)
+def test_it_records_an_outcome_before_it_gives_it(make: Any, label: str) -> None:
     desk = make()
     assert [goal for goal, _ in desk.terminals] == []
     [first, *_] = [action for action in desk.actions if isinstance(action, Record) and action.goal_id == "g"]
     assert (first.after, first.text) == ("VALIDATING", "asked by test")
     asked = desk.asked.call
-    assert isinstance(asked, EndGoal) and asked.terminal is not None
-    assert (asked.goal_id, asked.skill, asked.token, asked.how) == ("g", "move", NO_TOKEN, "ungranted")
+    assert isinstance(asked, RecordOutcome)
+    assert (asked.goal_id, asked.skill) == ("g", "move")
     assert (asked.manager, asked.incarnation, asked.cause) == ("skill/move", "this", desk.core.status("g").record)
     assert asked.terminal.label == label
     desk.outcome_committed()
@@ -108,11 +112,11 @@ def test_it_asks_before_it_ends_a_goal_by_its_own_word(make: Any, label: str) ->
 INTERRUPTED = Terminal(ending=End.INTERRUPTED, reason="It was interrupted before it started.")
 ANSWERS = [
     (
-        Ended(goal_id="g", held=False, reason="", revision=2, record="m#2", how=UNGRANTED, terminal=INTERRUPTED),
+        Ended(goal_id="g", held=False, reason="", revision=2, record="m#2", terminal=INTERRUPTED),
         "IT",
     ),
-    (Ended(goal_id="g", held=True, reason="", revision=2, record="rm#2", how="result", result="DONE"), "S_DONE"),
-    (Ended(goal_id="g", held=True, reason="", revision=2, record="rm#2", how="interrupt"), "IT"),
+    (Ended(goal_id="g", held=True, reason="", revision=2, record="rm#2", how=EndKind.RESULT, result="DONE"), "S_DONE"),
+    (Ended(goal_id="g", held=True, reason="", revision=2, record="rm#2", how=EndKind.INTERRUPT), "IT"),
     (NotReady(goal_id="g", failing={"free": "It is not."}, record="rm#1"), "NR"),
     (VIOLATED, "RI"),
     (LOST, "LOST"),
@@ -123,7 +127,7 @@ ANSWERS = [
 
 
 @pytest.mark.parametrize(("answer", "label"), ANSWERS)
-@pytest.mark.parametrize("make", [make for make, _ in OWN_WORDS])
+@pytest.mark.parametrize("make", [make for make, _ in OUTCOMES])
 def test_what_another_one_did_is_the_answer(make: Any, answer: Any, label: str) -> None:
     desk = make()
     late = desk.committed
@@ -157,7 +161,7 @@ def test_a_silent_resource_manager_is_asked_again_until_the_goal_gets_its_answer
     assert terminal.label == "ERROR"
     assert terminal.reason == "The resource manager does not answer. `move` is busy with goal other."
     call = desk.asked.call
-    assert isinstance(call, EndGoal)
+    assert isinstance(call, RecordOutcome)
     assert call.terminal == terminal, "what the client was told is what is to be written down"
     while desk.asked.silences < SILENCES_UNTIL_SETTLED - 1:
         before = desk.asked.silences
@@ -169,7 +173,7 @@ def test_a_silent_resource_manager_is_asked_again_until_the_goal_gets_its_answer
     assert desk.terminals.count(("g", terminal)) == 1
 
 
-def test_a_word_that_is_written_down_late_changes_no_answer() -> None:
+def test_an_outcome_that_is_committed_late_changes_no_answer() -> None:
     desk = busy()
     for _ in range(SILENCES_UNTIL_ERROR):
         desk.answer(None)
@@ -198,20 +202,16 @@ def test_doubts_are_bounded_and_no_goal_is_forgotten_for_that() -> None:
 # --- what the resource manager knows ----------------------------------------------------------------------------------
 
 
-def ask(
-    bench: Bench, incarnation: str, goal_id: str = "g", terminal: Terminal | None = INTERRUPTED, token: int = NO_TOKEN
-) -> Any:
-    request = EndGoal(
+def ask(bench: Bench, incarnation: str, goal_id: str = "g", terminal: Terminal = INTERRUPTED) -> Any:
+    request = RecordOutcome(
         goal_id=goal_id,
         skill="move",
-        token=token,
-        how=UNGRANTED,
-        cause="m#1",
+        terminal=terminal,
         manager="skill/move",
         incarnation=incarnation,
-        terminal=terminal,
+        cause="m#1",
     )
-    return bench.perform(bench.core.end(request, bench.now))
+    return bench.perform(bench.core.record_outcome(request, bench.now))
 
 
 def begun(bench: Bench) -> int:
@@ -226,7 +226,7 @@ def refused(bench: Bench, incarnation: str) -> ErrorCode:
     return refusal.value.code
 
 
-def test_only_the_latest_of_a_name_ends_a_goal_by_its_own_word(bench: Bench) -> None:
+def test_only_the_latest_of_a_name_records_outcomes(bench: Bench) -> None:
     bench.attach("skill/move", "one")
     bench.begin("move", "g", incarnation="one")
     assert refused(bench, "two") is ErrorCode.UNAVAILABLE
@@ -245,11 +245,11 @@ def test_a_successor_hears_how_a_goal_has_ended(bench: Bench) -> None:
     assert len(bench.published) == before
 
 
-def test_a_goal_that_was_ended_by_a_managers_own_word_begins_nowhere(bench: Bench) -> None:
+def test_a_goal_with_a_local_outcome_begins_nowhere(bench: Bench) -> None:
     bench.attach("skill/move", "one")
     ended = ask(bench, "one")
     assert (ended.terminal, ended.reason, ended.record, ended.held) == (INTERRUPTED, "", "m#1", False)
-    assert ended.how == UNGRANTED
+    assert ended.how is None
     assert bench.kept[-1:] == [GoalOver("g", "move", NO_TOKEN, ended)]
     bench.attach("skill/move", "two")
     states = dict(bench.core.states)
@@ -266,15 +266,15 @@ def test_a_goal_that_somebody_holds_is_left_alone(bench: Bench) -> None:
     assert [grant.goal_id for grant in bench.core.grants] == ["g"]
 
 
-def test_a_word_that_is_too_long_is_not_kept(bench: Bench) -> None:
+def test_an_outcome_that_is_too_long_is_not_stored(bench: Bench) -> None:
     bench.attach("skill/move", "one")
     with pytest.raises(RefusedError) as refusal:
-        ask(bench, "one", terminal=Terminal(ending=End.ERROR, reason="a" * LONGEST_OWN_WORD))
+        ask(bench, "one", terminal=Terminal(ending=End.ERROR, reason="a" * LONGEST_LOCAL_OUTCOME))
     assert refusal.value.code is ErrorCode.BAD_REQUEST
     assert isinstance(ask(bench, "one"), Ended)
 
 
-def test_the_word_on_a_start_with_a_huge_name_is_short() -> None:
+def test_the_outcome_of_a_start_with_a_huge_name_is_short() -> None:
     desk = Desk()
     desk.start(inputs={"a" * 1_000_000: 1.0})
     assert len(encode(desk.committed)) < 5000
@@ -283,7 +283,6 @@ def test_the_word_on_a_start_with_a_huge_name_is_short() -> None:
 @pytest.mark.parametrize(
     "terminal",
     [
-        None,
         Terminal(ending=End.SUCCEEDED, reason="It says so.", result="DONE", success=True),
         Terminal(ending=End.BUSY, reason="It is.", result="DONE"),
         Terminal(ending=End.ERROR, reason="A success all the same.", success=True),
@@ -293,7 +292,7 @@ def test_the_word_on_a_start_with_a_huge_name_is_short() -> None:
         Terminal(ending=End.LOST, reason="Nor that."),
     ],
 )
-def test_what_cannot_be_a_managers_own_word_is_refused(bench: Bench, terminal: Terminal | None) -> None:
+def test_what_cannot_be_a_local_outcome_is_refused(bench: Bench, terminal: Terminal) -> None:
     bench.attach("skill/move", "one")
     with pytest.raises(RefusedError) as refusal:
         ask(bench, "one", terminal=terminal)
@@ -302,14 +301,16 @@ def test_what_cannot_be_a_managers_own_word_is_refused(bench: Bench, terminal: T
     assert refusal.value.help
 
 
-def test_an_own_word_has_no_token(bench: Bench) -> None:
-    bench.attach("skill/move", "one")
-    with pytest.raises(RefusedError) as refusal:
-        ask(bench, "one", token=1)
-    assert refusal.value.code is ErrorCode.BAD_REQUEST
+@pytest.mark.parametrize("change", [{"token": 1}, {"terminal": None}, {"manager": None}, {"incarnation": None}])
+def test_an_outcome_has_no_token_and_always_a_terminal_and_a_sender(change: dict[str, Any]) -> None:
+    request = RecordOutcome(goal_id="g", skill="move", terminal=INTERRUPTED, manager="skill/move", incarnation="one")
+    fields = msgspec.msgpack.decode(encode(request))
+    assert decode(msgspec.msgpack.encode(fields), RecordOutcome) == request
+    with pytest.raises(ProtocolError):
+        decode(msgspec.msgpack.encode(fields | change), RecordOutcome)
 
 
-def test_refusals_push_out_no_word_that_a_goal_is_interrupted(bench: Bench) -> None:
+def test_refusals_push_out_no_interrupted_goal(bench: Bench) -> None:
     bench.attach("skill/move", "one")
     ended = ask(bench, "one")
     for number in range(GOALS_REMEMBERED + 1):
