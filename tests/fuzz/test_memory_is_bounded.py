@@ -30,7 +30,7 @@ from skillwing.services.protocol import (
     ErrorReply,
     GoalVerdict,
     InterruptGoal,
-    RenewGoal,
+    RecordOutcome,
     StartGoal,
 )
 
@@ -113,15 +113,15 @@ class Goals:
                 case _:
                     pass
 
-    def _judged(self, call: BeginGoal | EndGoal | RenewGoal, now: float) -> GoalVerdict | ErrorReply:
+    def _judged(self, call: BeginGoal | EndGoal | RecordOutcome, now: float) -> GoalVerdict | ErrorReply:
         try:
             match call:
                 case BeginGoal():
                     return self.resources.begin(call, now).reply
                 case EndGoal():
                     return self.resources.end(call, now).reply
-                case RenewGoal():
-                    return self.resources.renew(call).reply
+                case RecordOutcome():
+                    return self.resources.record_outcome(call, now).reply
         except RefusedError as refusal:
             return refusal.reply
 

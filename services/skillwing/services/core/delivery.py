@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from msgspec.structs import replace
 
-from skillwing.services.core.goal_states import Finished, GoalRun
+from skillwing.services.core.goal_states import GoalRun
 from skillwing.services.core.grants import NO_TOKEN
 from skillwing.services.core.outbox import Outbox
 from skillwing.services.core.skill_actions import Action, AskBegin, AskCommit, AskEnd, AskResources, Question
@@ -96,7 +96,7 @@ class Delivery:
         call = asked.call
         if isinstance(call, BeginGoal):
             call = self._end(run, NO_TOKEN, EndKind.ERROR)
-        elif isinstance(call, RecordOutcome) and isinstance(run.state, Finished):
+        elif isinstance(call, RecordOutcome) and run.state.terminal is not None:
             call = replace(call, terminal=run.state.terminal)
         self._outbox.add(AskResources(call, asked.silences + 1))
 

@@ -79,13 +79,14 @@ class Transition(msgspec.Struct, frozen=True):
 
 
 class GoalState(msgspec.Struct, frozen=True):
-    """Base of all states. `phase` is the state that clients see; `text` explains it in the timeline."""
+    """Base of all states.
 
-    PHASE: ClassVar[State] = State.VALIDATING
+    phase: the state that clients see; text: its explanation in the timeline. busy: no other goal can start meanwhile.
+    """
 
-    @property
-    def phase(self) -> State:
-        return self.PHASE
+    phase: ClassVar[State] = State.VALIDATING
+    busy: ClassVar[bool] = True
+    terminal: ClassVar[Terminal | None] = None
 
     @property
     def text(self) -> str:
@@ -145,7 +146,7 @@ class Validating(GoalState, frozen=True):
 class ValidatingCancelled(Validating, frozen=True):
     """The developer's `validate` runs for a goal that is to stop. reason: why."""
 
-    PHASE: ClassVar[State] = State.INTERRUPTING
+    phase: ClassVar[State] = State.INTERRUPTING
     reason: str
 
     @property
@@ -161,14 +162,11 @@ class ValidatingCancelled(Validating, frozen=True):
 
 
 class Committing(GoalState, frozen=True):
-    """The goal waits until its local outcome is committed. terminal: that outcome; came_from: the phase before."""
+    """The goal waits until its local outcome is committed. It keeps its phase."""
 
-    terminal: Terminal
-    came_from: State
-
-    @property
-    def phase(self) -> State:
-        return self.came_from
+    busy: ClassVar[bool] = False
+    outcome: Terminal
+    phase: State  # pyright: ignore[reportIncompatibleVariableOverride] - in other states it is given by the type
 
     def awaits(self, call: BeginGoal | EndGoal | RecordOutcome) -> bool:
         return isinstance(call, RecordOutcome)
@@ -178,7 +176,7 @@ class Committing(GoalState, frozen=True):
             case Reply(answer=answer):
                 return Transition(Finished(terminal_without_grant(answer, skill)), cause=record_of(answer))
             case RetriesExhausted():
-                return Transition(Finished(_no_answer(self.terminal.reason)))
+                return Transition(Finished(_no_answer(self.outcome.reason)))
             case _:
                 return None
 
@@ -216,7 +214,7 @@ class Asking(GoalState, frozen=True):
 class AskingCancelled(Asking, frozen=True):
     """The goal waits for its grant, to give it back at once. reason: why it is to stop."""
 
-    PHASE: ClassVar[State] = State.INTERRUPTING
+    phase: ClassVar[State] = State.INTERRUPTING
     reason: str
 
     @property
@@ -345,7 +343,7 @@ class Unstopped(Executing, frozen=True):
 class Dispatching(Unstopped, frozen=True):
     """The developer's `on_dispatch` runs."""
 
-    PHASE: ClassVar[State] = State.DISPATCHING
+    phase: ClassVar[State] = State.DISPATCHING
 
     def on(self, event: GoalEvent, skill: Skill, now: float) -> Transition | None:
         if isinstance(event, Dispatched):
@@ -356,7 +354,7 @@ class Dispatching(Unstopped, frozen=True):
 class Running(Unstopped, frozen=True):
     """The skill runs."""
 
-    PHASE: ClassVar[State] = State.RUNNING
+    phase: ClassVar[State] = State.RUNNING
 
     def on(self, event: GoalEvent, skill: Skill, now: float) -> Transition | None:
         return self.stop_or_end(event, skill, now)
@@ -365,7 +363,7 @@ class Running(Unstopped, frozen=True):
 class Stopping(Executing, frozen=True):
     """The skill was asked to stop. reason: why; deadline: robot time at which the end is forced."""
 
-    PHASE: ClassVar[State] = State.INTERRUPTING
+    phase: ClassVar[State] = State.INTERRUPTING
     reason: str
 
     @property
@@ -389,19 +387,15 @@ class Stopping(Executing, frozen=True):
 class Finishing(Holding, frozen=True):
     """The goal waits until the effect of its end is applied. Fields as in `Executing.ask_end`.
 
-    came_from: the phase before. It still changes when `on_dispatch` returns, for that hook may end its own goal.
+    It keeps its phase, except that `on_dispatch` may return only now: that hook may end its own goal.
     """
 
     how: EndKind
     reason: str
-    came_from: State
+    phase: State  # pyright: ignore[reportIncompatibleVariableOverride] - in other states it is given by the type
     result: str | None = None
     output: dict[str, Any] | None = None
     forced: bool = False
-
-    @property
-    def phase(self) -> State:
-        return self.came_from
 
     def awaits(self, call: BeginGoal | EndGoal | RecordOutcome) -> bool:
         return isinstance(call, EndGoal) and call.token == self.token
@@ -416,8 +410,8 @@ class Finishing(Holding, frozen=True):
                 return self.finish(terminal_of_revoked(answer), record_of(answer))
             case RetriesExhausted():
                 return self.finish(_no_answer(self.reason))
-            case Dispatched() if self.came_from is State.DISPATCHING:
-                return Transition(replace(self, came_from=State.RUNNING))
+            case Dispatched() if self.phase is State.DISPATCHING:
+                return Transition(replace(self, phase=State.RUNNING))
             case _:
                 return self.revoke(event)
 
@@ -435,8 +429,9 @@ class GivingBack(Finishing, frozen=True):
 class Finished(GoalState, frozen=True):
     """The goal has its terminal answer."""
 
-    PHASE: ClassVar[State] = State.TERMINATED
-    terminal: Terminal
+    phase: ClassVar[State] = State.TERMINATED
+    busy: ClassVar[bool] = False
+    terminal: Terminal  # pyright: ignore[reportIncompatibleVariableOverride] - the only state that has one
 
     @property
     def text(self) -> str:

@@ -13,9 +13,7 @@ from skillwing.services.core.bounded_dict import BoundedDict
 from skillwing.services.core.checks import check_goal_id, check_schema
 from skillwing.services.core.delivery import Delivery
 from skillwing.services.core.goal_states import (
-    Committing,
     Executing,
-    Finished,
     GoalRun,
     Holding,
     Idle,
@@ -224,7 +222,7 @@ class SkillCore:
         run.state, run.record = transition.state, transition.cause or run.record
         if run.status is None or run.status.state is not run.phase:
             self._publish(run, now)
-        if isinstance(run.state, Committing | Finished) and self._current is run:
+        if self._current is run and not run.state.busy:
             self._current = None
         for action in transition.actions:
             if isinstance(action, HookCall):
@@ -236,22 +234,20 @@ class SkillCore:
     def _publish(self, run: GoalRun, now: float) -> None:
         """Publish the phase of a goal, with a timeline record."""
         state, goal_id, skill = run.state, run.goal_id, self.skill.name
-        terminal = state.terminal if isinstance(state, Finished) else None
         before, text = (run.status.state, state.text) if run.status else ("IDLE", f"asked by {run.client}")
-        after = terminal.label if terminal else state.phase
+        after = state.terminal.label if state.terminal else state.phase
         run.record = self._outbox.record(
             now, RecordKind.GOAL, skill, before, after, text, cause=run.record, goal_id=goal_id
         )
         run.status = GoalStatus(
-            goal_id=goal_id, skill=skill, state=state.phase, t=now, terminal=terminal, record=run.record
+            goal_id=goal_id, skill=skill, state=state.phase, t=now, terminal=state.terminal, record=run.record
         )
         self._outbox.add(run.status)
-        if terminal is not None:
+        if state.terminal is not None:
             self._finished[goal_id] = run.status
 
     def _call(self, call: HookCall, run: GoalRun) -> None:
-        terminal = run.state.terminal if isinstance(run.state, Finished) else None
-        self._outbox.add(CallHook(call.hook, run.goal_id, run.inputs, call.token, run.started_at, terminal))
+        self._outbox.add(CallHook(call.hook, run.goal_id, run.inputs, call.token, run.started_at, run.state.terminal))
 
     def _run_of(self, goal_id: str) -> GoalRun | None:
         """The goal of that id, if it has no terminal answer or its local outcome is not committed yet."""
