@@ -15,7 +15,8 @@ from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.client.goal_tracker import VERDICT_PATIENCE
 from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.core.events import ManagerGone
-from skillwing.services.core.skill_core import RENEWAL_PERIOD, RENEWALS_UNTIL_UNWATCHED
+from skillwing.services.core.goal_states import RENEWALS_UNTIL_UNWATCHED
+from skillwing.services.core.skill_core import RENEWAL_PERIOD
 from skillwing.services.managers.hooks import Goal, SkillHooks
 from skillwing.services.managers.leased_core import DISPATCH_GRACE, GRANT_LEASE
 from skillwing.services.managers.liveliness_monitor import LOSS_DEBOUNCE
