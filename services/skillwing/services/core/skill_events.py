@@ -98,6 +98,10 @@ class RenewalAnswered(msgspec.Struct, frozen=True):
     call: RenewGoal
     answer: ResourcesAnswer
 
+    @property
+    def goal_id(self) -> str:
+        return self.call.goal_id
+
 
 # --- from the clock ------------------------------------------------------------------------------------------------
 
@@ -106,22 +110,11 @@ class TimePassed(msgspec.Struct, frozen=True):
     """Some robot time has passed."""
 
 
-Event: TypeAlias = (
-    StartGoal
-    | InterruptGoal
-    | OwnerGone
-    | Validated
-    | Dispatched
-    | Raised
-    | Terminated
-    | StopConfirmed
-    | Failed
-    | QuestionAnswered
-    | RenewalAnswered
-    | Violated
-    | Lost
-    | TimePassed
+CurrentGoalEvent: TypeAlias = (
+    Validated | Dispatched | Raised | Terminated | StopConfirmed | Failed | RenewalAnswered | Violated | Lost
 )
+"""Events that name a goal, and count only while it is the current one."""
+Event: TypeAlias = StartGoal | InterruptGoal | OwnerGone | CurrentGoalEvent | QuestionAnswered | TimePassed
 """Events that `SkillCore.step` takes."""
 
 
@@ -156,20 +149,6 @@ class RetriesExhausted(msgspec.Struct, frozen=True):
 
 
 GoalEvent: TypeAlias = (
-    Accepted
-    | Rejected
-    | StopRequested
-    | Validated
-    | Dispatched
-    | Raised
-    | Terminated
-    | StopConfirmed
-    | Failed
-    | Reply
-    | RetriesExhausted
-    | RenewalAnswered
-    | Violated
-    | Lost
-    | TimePassed
+    Accepted | Rejected | StopRequested | CurrentGoalEvent | Reply | RetriesExhausted | RenewalAnswered | TimePassed
 )
 """Events that the state of a goal takes."""
