@@ -21,22 +21,22 @@ from performance_page import machine, table, tell
 from scipy.stats import chi2
 from workers import workers
 
-from skillwing.m600.campaign.conditions import Condition as Befalls
-from skillwing.m600.campaign.course import in_process
-from skillwing.m600.campaign.flight import LONGEST, processes
-from skillwing.m600.campaign.plan import FlightPlan
-from skillwing.m600.campaign.result import End
-from skillwing.m600.campaign.witness import Witness
+from skillwing.evaluation.flights.conditions import Condition as Befalls
+from skillwing.evaluation.flights.flight import LONGEST, processes
+from skillwing.evaluation.flights.observer import FlightObserver
+from skillwing.evaluation.flights.plan import FlightPlan
+from skillwing.evaluation.flights.result import End
+from skillwing.evaluation.flights.session import in_process
 from skillwing.m600.robot import ROBOT
+from skillwing.onboard.sensor_data.names import GNSS
+from skillwing.onboard.topics import HEALTH, Health, SensorStatus
 from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader
+from skillwing.sim_mujoco.autopilot.autopilot import Setpoint
 from skillwing.sim_mujoco.sensors.corruptors import KINDS
 from skillwing.sim_mujoco.sensors.fittings import SENSORS
 from skillwing.sim_mujoco.sensors.health import Change, Condition
-from skillwing.sim_mujoco.sensors.names import GNSS
-from skillwing.sim_mujoco.simulator.autopilot import Setpoint
 from skillwing.sim_mujoco.simulator.simulator import Simulator
-from skillwing.sim_mujoco.topics import HEALTH, Health, SensorStatus
 from skillwing.sim_mujoco.world.world import make_world
 
 PAGE = Path(__file__).parents[1] / "docs" / "sensors.md"
@@ -148,8 +148,8 @@ def fly_well(seed: int, minutes: float) -> Flight:
     return Flight(alarms=alarms, good=60.0 * minutes, collisions=rounds.simulator.collisions)
 
 
-class Listener(Witness):
-    """A witness who hears as well what sensors say of themselves."""
+class Listener(FlightObserver):
+    """A observer who hears as well what sensors say of themselves."""
 
     def __init__(self, seed: int) -> None:
         super().__init__(ROBOT.skillset.stem, make_world(seed).terrain)

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.sim_mujoco.frames.vectors import Vector, axes, heading_of, norm, wrap
-from skillwing.sim_mujoco.geofence import Box
-from skillwing.sim_mujoco.guidance.trajectory import Segment, straight
-from skillwing.sim_mujoco.simulator.autopilot import Limits, Mode, Setpoint
+from skillwing.onboard.frames.vectors import Vector, axes, heading_of, norm, wrap
+from skillwing.onboard.geofence import Box
+from skillwing.onboard.guidance.trajectory import Segment, straight
+from skillwing.sim_mujoco.autopilot.autopilot import Limits, Mode, Setpoint
+from skillwing.sim_mujoco.physics.wind import Gust
 from skillwing.sim_mujoco.simulator.simulator import Happened, Simulator
-from skillwing.sim_mujoco.simulator.wind import Gust
 from skillwing.sim_mujoco.world.terrain import make_terrain
 from skillwing.sim_mujoco.world.world import World, make_world
 

@@ -11,11 +11,11 @@ from flight_trials import PERIOD, SETTLING, Flight, along, follow, nothing, open
 from mapping_flight import as_navigation, free_route
 from odometry_on_flight import give, make_odometry
 
-from skillwing.sim_mujoco.frames.vectors import Vector
-from skillwing.sim_mujoco.guidance.trajectory import straight
+from skillwing.onboard.frames.vectors import Vector
+from skillwing.onboard.guidance.trajectory import straight
+from skillwing.onboard.odometry.odometry import Phase
 from skillwing.sim_mujoco.navigation.odometry_aid import OdometryReport
 from skillwing.sim_mujoco.simulator.simulator import Happened
-from skillwing.sim_mujoco.slam.odometry import Phase
 from skillwing.sim_mujoco.world.world import World, make_world
 
 _AT_REST = 3.5

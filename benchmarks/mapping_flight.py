@@ -10,14 +10,10 @@ import dataclasses
 import math
 from collections.abc import Callable, Iterable, Iterator
 
-from skillwing.sim_mujoco.frames.motion import Motion
-from skillwing.sim_mujoco.frames.vectors import heading_of
-from skillwing.sim_mujoco.guidance.core import GuidanceCore
-from skillwing.sim_mujoco.navigation.navigator import Solution
-from skillwing.sim_mujoco.sensors.corruptors import Fault
-from skillwing.sim_mujoco.simulator.autopilot import Setpoint
-from skillwing.sim_mujoco.simulator.simulator import Happened, Simulator
-from skillwing.sim_mujoco.topics import (
+from skillwing.onboard.frames.motion import Motion
+from skillwing.onboard.frames.vectors import heading_of
+from skillwing.onboard.guidance.core import GuidanceCore
+from skillwing.onboard.topics import (
     FlightState,
     FlyTo,
     GuidanceCommand,
@@ -27,7 +23,11 @@ from skillwing.sim_mujoco.topics import (
     TakeOff,
     Turn,
 )
-from skillwing.sim_mujoco.topics import Motion as Wanted
+from skillwing.onboard.topics import Motion as Wanted
+from skillwing.sim_mujoco.autopilot.autopilot import Setpoint
+from skillwing.sim_mujoco.navigation.navigator import Solution
+from skillwing.sim_mujoco.sensors.corruptors import Fault
+from skillwing.sim_mujoco.simulator.simulator import Happened, Simulator
 from skillwing.sim_mujoco.world.world import World, make_world
 
 SPEED = 2.0

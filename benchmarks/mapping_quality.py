@@ -25,19 +25,19 @@ from mapping_flight import free_route
 from numpy.typing import NDArray
 from performance_page import machine, spread, table, tell
 
+from skillwing.evaluation.flights.coverage import CoverageJudge, MapQuality
+from skillwing.onboard import topics
+from skillwing.onboard.frames.motion import Motion
+from skillwing.onboard.frames.pose_history import PoseHistory
+from skillwing.onboard.frames.vectors import Vector, wrap
+from skillwing.onboard.mapping.mapper import REACH, Mapper
+from skillwing.onboard.mapping.occupancy import OccupancyGrid
+from skillwing.onboard.obstacles.free_space import FreeSpace, Sighting
+from skillwing.onboard.obstacles.views import CameraView, RingView
+from skillwing.onboard.sensor_data.scans import DepthPicture, LidarScan, PlacedPoints
 from skillwing.services.protocol import encode
-from skillwing.sim_mujoco import topics
-from skillwing.sim_mujoco.frames.motion import Motion
-from skillwing.sim_mujoco.frames.pose_history import PoseHistory
-from skillwing.sim_mujoco.frames.vectors import Vector, wrap
-from skillwing.sim_mujoco.judge.coverage import Coverage, Judge
-from skillwing.sim_mujoco.mapping.mapper import REACH, Mapper
-from skillwing.sim_mujoco.mapping.occupancy import OccupancyGrid
-from skillwing.sim_mujoco.obstacles.free_space import FreeSpace, Sighting
-from skillwing.sim_mujoco.obstacles.views import CameraView, RingView
 from skillwing.sim_mujoco.sensors import depth_camera, lidar
 from skillwing.sim_mujoco.sensors.rays import RayScene
-from skillwing.sim_mujoco.sensors.scans import DepthPicture, LidarScan, PlacedPoints
 from skillwing.sim_mujoco.world.world import World
 
 T = TypeVar("T")
@@ -46,7 +46,7 @@ TICKS_PER_SCAN = 10
 PAGE = Path(__file__).parents[1] / "docs" / "mapping.md"
 NOSES: Final = {"nose along the track": 0.0, "nose across the track": -math.pi / 2}
 JUDGED: Final = {"all": "all", "buildings": "buildings", "terrain": "terrain", "error": "error [m]"}
-"""Fields of `Coverage`, and how they are told."""
+"""Fields of `MapQuality`, and how they are told."""
 MISPLACED: Final[dict[str, tuple[Vector, float]]] = {
     "where it belongs": ((0.0, 0.0, 0.0), 0.0),
     "0.8 m too high": ((0.0, 0.0, 0.8), 0.0),
@@ -99,7 +99,7 @@ def _motion(t: float, position: Vector, velocity: Vector, heading: float) -> Mot
 class Mapped:
     """What came of one flight; `misfits` are those of scans put into the map as MISPLACED says."""
 
-    coverage: Coverage
+    coverage: MapQuality
     worst_misfit: float
     misfits: dict[str, list[float]]
     diverged: bool
@@ -149,7 +149,7 @@ def fly(seed: int, across: float, stopwatch: Stopwatch) -> Mapped:
                 f"the way ahead, judged by {name}",
                 lambda s=space, m=motion, a=ahead: s.outlook(m.t, m.position, m.velocity, 0.0, ((a[0], a[1], a[2]),)),
             )
-    coverage = Judge(world, world.route).coverage(mapper.grid.occupied_centres(), mapper.grid.size)
+    coverage = CoverageJudge(world, world.route).coverage(mapper.grid.occupied_centres(), mapper.grid.size)
     return Mapped(coverage, worst, misfits, mapper.diverged)
 
 

@@ -11,8 +11,8 @@ from collections.abc import Callable
 import msgspec
 from performance_page import machine, make_parser, table, tell
 
+from skillwing.onboard.topics import Navigation
 from skillwing.services.protocol import ClockTick, DataSample, GoalStatus, Message, StartGoal, State, decode, encode
-from skillwing.sim_mujoco.topics import Navigation
 
 GOAL = "0199b0d4-0000-7000-8000-000000000001"
 POSITION = {"x": 12.5, "y": -3.25, "z": 4.0}

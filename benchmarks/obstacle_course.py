@@ -15,16 +15,16 @@ from typing import Final
 import numpy as np
 
 from skillwing.bt_missions.planning.detour import RoutePlanner
+from skillwing.onboard import topics
+from skillwing.onboard.guidance.node import make_guidance
+from skillwing.onboard.obstacles.node import make_obstacles
+from skillwing.onboard.topics import FlyTo, Motion, MotionState, Nose, ObstacleSource, TakeOff
 from skillwing.services.bus import Answered, Bus
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.protocol import encode
-from skillwing.sim_mujoco import topics
-from skillwing.sim_mujoco.guidance.node import make_guidance
-from skillwing.sim_mujoco.obstacles.node import make_obstacles
 from skillwing.sim_mujoco.simulator.node import SimNode
 from skillwing.sim_mujoco.simulator.simulator import Simulator
-from skillwing.sim_mujoco.topics import FlyTo, Motion, MotionState, Nose, ObstacleSource, TakeOff
 from skillwing.sim_mujoco.world.footprint import Footprint, Point
 from skillwing.sim_mujoco.world.things.obstacle import Kind, Obstacle
 from skillwing.sim_mujoco.world.things.plain import block, pole

@@ -30,17 +30,17 @@ from performance_page import PAGE, machine, make_parser, spread, spread_said, ta
 from recorded_flight import flights
 from workers import workers
 
-from skillwing.sim_mujoco.frames.motion import Motion
-from skillwing.sim_mujoco.judge.coverage import Judge
-from skillwing.sim_mujoco.mapping.localiser import ByNavigation
-from skillwing.sim_mujoco.mapping.mapper import REACH, Mapper
-from skillwing.sim_mujoco.mapping.node import MappingOptions
-from skillwing.sim_mujoco.mapping.occupancy import OccupancyGrid
+from skillwing.evaluation.flights.coverage import CoverageJudge
+from skillwing.onboard.frames.motion import Motion
+from skillwing.onboard.mapping.localiser import ByNavigation
+from skillwing.onboard.mapping.mapper import REACH, Mapper
+from skillwing.onboard.mapping.node import MappingOptions
+from skillwing.onboard.mapping.occupancy import OccupancyGrid
+from skillwing.onboard.odometry.gicp import MissingLibraryError
+from skillwing.onboard.odometry.odometry import Fix, Odometry, Phase
+from skillwing.onboard.odometry.vigil import FEWEST_MATCHES, LARGEST_SURPRISE, LEAST_CLOSE
 from skillwing.sim_mujoco.sensors.channel import Measurement
 from skillwing.sim_mujoco.sensors.corruptors import make_corruptor
-from skillwing.sim_mujoco.slam.gicp import MissingLibraryError
-from skillwing.sim_mujoco.slam.odometry import Fix, Odometry, Phase
-from skillwing.sim_mujoco.slam.vigil import FEWEST_MATCHES, LARGEST_SURPRISE, LEAST_CLOSE
 
 MAPPING_PAGE = PAGE.with_name("mapping.md")
 DEMAND = 0.3
@@ -185,7 +185,7 @@ def fly(job: tuple[int, bool]) -> Result:
             tries = [Try(odometry, fault, truth.t, off(fixes[-1], truths[-1])) for fault in FAULTS]
         for each in tries:
             each.feed(moment, path)
-    judge = Judge(flight.world, flight.world.route)
+    judge = CoverageJudge(flight.world, flight.world.route)
     judged = [judge.coverage(m.grid.occupied_centres(), m.grid.size) for m in (mapper, reference)]
     errors = np.array([off(fix, truth) for fix, truth in zip(fixes, truths, strict=True)])
     aligned = drifts(fixes, truths)

@@ -14,14 +14,14 @@ from performance_page import machine, spread, spread_said, table
 from recorded_flight import moments
 from workers import workers
 
-from skillwing.sim_mujoco.frames.motion import Motion
-from skillwing.sim_mujoco.geofence import Box
-from skillwing.sim_mujoco.mapping.mapper import REACH, Mapper
-from skillwing.sim_mujoco.mapping.node import MISFITS, MappingOptions
-from skillwing.sim_mujoco.mapping.occupancy import OccupancyGrid
-from skillwing.sim_mujoco.slam.gicp import gicp_matcher
-from skillwing.sim_mujoco.slam.matching import MakeMatcher, PlaneMatcher
-from skillwing.sim_mujoco.slam.odometry import Fix, Phase
+from skillwing.onboard.frames.motion import Motion
+from skillwing.onboard.geofence import Box
+from skillwing.onboard.mapping.mapper import REACH, Mapper
+from skillwing.onboard.mapping.node import MISFITS, MappingOptions
+from skillwing.onboard.mapping.occupancy import OccupancyGrid
+from skillwing.onboard.odometry.gicp import gicp_matcher
+from skillwing.onboard.odometry.matching import MakeMatcher, PlaneMatcher
+from skillwing.onboard.odometry.odometry import Fix, Phase
 
 OURS, GICP = "ours", "small-gicp"
 _ABOVE = 1.0

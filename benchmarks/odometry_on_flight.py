@@ -7,19 +7,19 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from skillwing.onboard.frames.motion import Motion
+from skillwing.onboard.frames.vectors import add, subtract
+from skillwing.onboard.mapping.node import BEYOND, MappingOptions
+from skillwing.onboard.odometry import so3
+from skillwing.onboard.odometry.inertial import Inertial
+from skillwing.onboard.odometry.matching import MakeMatcher, PlaneMatcher
+from skillwing.onboard.odometry.odometry import Fix, Odometry
+from skillwing.onboard.sensor_data.scans import LidarScan
+from skillwing.onboard.topics import LidarHeader
 from skillwing.services.protocol import encode
-from skillwing.sim_mujoco.frames.motion import Motion
-from skillwing.sim_mujoco.frames.vectors import add, subtract
-from skillwing.sim_mujoco.mapping.node import BEYOND, MappingOptions
 from skillwing.sim_mujoco.sensors import lidar
 from skillwing.sim_mujoco.sensors.channel import Measurement
 from skillwing.sim_mujoco.sensors.instruments import IMU_PERIOD
-from skillwing.sim_mujoco.sensors.scans import LidarScan
-from skillwing.sim_mujoco.slam import so3
-from skillwing.sim_mujoco.slam.inertial import Inertial
-from skillwing.sim_mujoco.slam.matching import MakeMatcher, PlaneMatcher
-from skillwing.sim_mujoco.slam.odometry import Fix, Odometry
-from skillwing.sim_mujoco.topics import LidarHeader
 
 
 def make_odometry(make_matcher: MakeMatcher = PlaneMatcher) -> Odometry:

@@ -9,13 +9,13 @@ from typing import Final
 
 import numpy as np
 
-from skillwing.sim_mujoco.frames.motion import Motion
-from skillwing.sim_mujoco.frames.poses import rotations
-from skillwing.sim_mujoco.frames.vectors import Vector, add, to_world
+from skillwing.onboard.frames.motion import Motion
+from skillwing.onboard.frames.poses import rotations
+from skillwing.onboard.frames.vectors import Vector, add, to_world
+from skillwing.onboard.sensor_data.directions import depth_directions, lidar_directions
+from skillwing.sim_mujoco.autopilot.descent import STANDING_RANGE
 from skillwing.sim_mujoco.sensors import depth_camera, lidar
-from skillwing.sim_mujoco.sensors.directions import depth_directions, lidar_directions
 from skillwing.sim_mujoco.sensors.rays import Floats
-from skillwing.sim_mujoco.simulator.descent import STANDING_RANGE
 from skillwing.sim_mujoco.world.triangles import Triangles
 from skillwing.sim_mujoco.world.world import TERRAIN, World
 

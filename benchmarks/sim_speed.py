@@ -16,14 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 from performance_page import against, machine, make_parser, table, tell
 
+from skillwing.onboard.frames.motion import Motion
+from skillwing.onboard.video.rate_control import USUAL_FPS
+from skillwing.sim_mujoco.autopilot.autopilot import Setpoint
 from skillwing.sim_mujoco.camera.camera import Camera
-from skillwing.sim_mujoco.frames.motion import Motion
+from skillwing.sim_mujoco.physics.physics import Physics
 from skillwing.sim_mujoco.sensors import depth_camera, lidar
 from skillwing.sim_mujoco.sensors.rays import Floats, RayScene
-from skillwing.sim_mujoco.simulator.autopilot import Setpoint
-from skillwing.sim_mujoco.simulator.physics import Physics
 from skillwing.sim_mujoco.simulator.simulator import SENSORS, Simulator
-from skillwing.sim_mujoco.video.rate_control import USUAL_FPS
 from skillwing.sim_mujoco.world.kinds import KINDS
 from skillwing.sim_mujoco.world.world import World, make_world
 

@@ -20,11 +20,11 @@ import numpy as np
 from performance_page import machine, make_parser, table, tell
 from video_trial import START_UP, Album, Orbiter, Trial, inspection_world, stream
 
+from skillwing.onboard.video.codec import Decoder, Encoder
+from skillwing.onboard.video.similarity import similarity
 from skillwing.sim_mujoco.camera.camera import Camera, Picture
 from skillwing.sim_mujoco.sensors.depth_camera import HEIGHT, WIDTH
 from skillwing.sim_mujoco.sensors.rays import RayScene
-from skillwing.sim_mujoco.video.codec import Decoder, Encoder
-from skillwing.sim_mujoco.video.similarity import similarity
 from skillwing.sim_mujoco.world.world import World
 
 mpl.use("Agg")

@@ -14,20 +14,20 @@ import numpy as np
 from skillwing.m600.bridge.node import RobotBridge
 from skillwing.m600.robot import ROBOT
 from skillwing.m600.skills.stream import StreamManager
+from skillwing.onboard import topics
+from skillwing.onboard.frames.motion import Motion
+from skillwing.onboard.messaging import answer_with
+from skillwing.onboard.video.ground import make_ground
+from skillwing.onboard.video.node import make_video
+from skillwing.onboard.video.receiver import Receiver
 from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import stream_reader
 from skillwing.services.protocol import decode, encode
 from skillwing.services.testing import SkillsetInProcess
-from skillwing.sim_mujoco import topics
 from skillwing.sim_mujoco.camera.camera import Camera, Picture, camera_header
 from skillwing.sim_mujoco.camera.feed import CameraFeed
-from skillwing.sim_mujoco.frames.motion import Motion
 from skillwing.sim_mujoco.link.node import make_link
-from skillwing.sim_mujoco.messaging import answer_with
 from skillwing.sim_mujoco.sensors.rays import RayScene
-from skillwing.sim_mujoco.video.ground import make_ground
-from skillwing.sim_mujoco.video.node import make_video
-from skillwing.sim_mujoco.video.receiver import Receiver
 from skillwing.sim_mujoco.world.world import World, make_world
 
 SPEED = 2.0

@@ -20,12 +20,12 @@ import mujoco
 import numpy as np
 from performance_page import machine, table, tell
 
-from skillwing.sim_mujoco.frames.motion import Motion
-from skillwing.sim_mujoco.frames.vectors import Vector
+from skillwing.onboard.frames.motion import Motion
+from skillwing.onboard.frames.vectors import Vector
+from skillwing.sim_mujoco.autopilot.autopilot import Setpoint
 from skillwing.sim_mujoco.sensors.depth_camera import DepthCamera
 from skillwing.sim_mujoco.sensors.lidar import Lidar
 from skillwing.sim_mujoco.sensors.rays import RayScene
-from skillwing.sim_mujoco.simulator.autopilot import Setpoint
 from skillwing.sim_mujoco.simulator.simulator import Simulator
 from skillwing.sim_mujoco.world.kinds import KINDS, make_site
 from skillwing.sim_mujoco.world.promises import broken_promises

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from skillwing.onboard import topics
 from skillwing.services.bus import Bus, Request
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.protocol import ErrorCode, ErrorReply, ProtocolError, decode, encode
-from skillwing.sim_mujoco import topics
 
 from .vehicle import Mode, Vehicle
 

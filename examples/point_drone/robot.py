@@ -18,7 +18,7 @@ def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
     return (
         # A new one would begin on the ground at the origin, wherever the old one was.
         ProcessSpec("vehicle", "point_drone.node:make_vehicle", restart="never"),
-        ProcessSpec("guidance", "skillwing.sim_mujoco.guidance.node:make_guidance", {"geofence": FENCE}),
+        ProcessSpec("guidance", "skillwing.onboard.guidance.node:make_guidance", {"geofence": FENCE}),
         ProcessSpec("bridge", "skillwing.m600.bridge.node:make_bridge", {"skillset": str(SKILLSET)}),
     )
 

@@ -13,13 +13,13 @@ from signs import BAD_ENDS, Fault, Sign, Signs
 
 from skillwing.bt_missions.missions.mapping import MISSION
 from skillwing.m600.robot import ROBOT
+from skillwing.onboard.topics import FLIGHT, TRUTH, FlightState, Truth
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.names import DATA_MANAGER, RESOURCE_MANAGER, skill_process
 from skillwing.services.processes.launcher import ROUTER, Launcher
 from skillwing.services.protocol import Keys, MissionStatus, Record, RecordKind
 from skillwing.services.robot import ProcessSpec
-from skillwing.sim_mujoco.topics import FLIGHT, TRUTH, FlightState, Truth
 
 ROUTE = ((14.0, 0.0, 4.0),)
 STOPPED_FOR = 6.0

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from skillwing.m600.robot import ROBOT
+from skillwing.onboard import topics
 from skillwing.services import protocol
 from skillwing.services.wire.channels import CHANNELS, Kind
-from skillwing.sim_mujoco import topics
 
 SKILLSET = ROBOT.load_skillset()
 KEYS = protocol.Keys(SKILLSET.name)

@@ -12,6 +12,7 @@ from endpoints import KEYS, PUBLICATIONS, QUERIES, SKILLSET, WORDS, Endpoint
 from payloads import HUGE_SIZES, huge, payload
 
 from skillwing.m600.robot import ROBOT
+from skillwing.onboard import topics
 from skillwing.services.bus import Answer, Answered, Publisher, Refused
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.mocking.system import mock_processes
@@ -29,7 +30,6 @@ from skillwing.services.protocol import (
     encode,
 )
 from skillwing.services.robot import ProcessSpec
-from skillwing.sim_mujoco import topics
 
 ANSWER_WITHIN = 10.0
 """Wall seconds; a question that nobody has answered by then is counted as silence."""

@@ -10,9 +10,9 @@ import pytest
 from endpoints import KEYS, PUBLICATIONS, QUERIES
 from fuzz_stage import MOCKED, REAL, FuzzStage, nodes_of_the_m600, nodes_of_the_mocked_m600
 
+from skillwing.onboard import topics
 from skillwing.services.bus.keys import matches
 from skillwing.services.protocol import CLOCK_DONE_KEY, CLOCK_KEY, Keys
-from skillwing.sim_mujoco import topics
 
 ONLY_OBSERVED = {
     KEYS.alive("x"): "a liveliness token has no payload",

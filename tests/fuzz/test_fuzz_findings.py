@@ -6,6 +6,7 @@ import msgspec
 import pytest
 
 from skillwing.dsl import parse
+from skillwing.onboard.topics import AutopilotSetpoint, Health, MapHeader, SensorStatus, VideoPiece
 from skillwing.services.core.resource_core import ResourceCore
 from skillwing.services.protocol import (
     MAX_MESSAGE_BYTES,
@@ -20,7 +21,6 @@ from skillwing.services.protocol import (
     decode,
     encode,
 )
-from skillwing.sim_mujoco.topics import AutopilotSetpoint, Health, MapHeader, SensorStatus, VideoPiece
 
 ALMOST_TOO_LONG = "a" * (MAX_MESSAGE_BYTES - 100)
 
@@ -88,11 +88,11 @@ def test_a_verdict_does_not_quote_a_huge_datum() -> None:
         """
     )
     core = ResourceCore(skillset, source="test", new_record_id=lambda: "r")
-    core.update_datum(DataSample(name="page", value=ALMOST_TOO_LONG, t=0.0), 0.0)
+    core.step(DataSample(name="page", value=ALMOST_TOO_LONG, t=0.0), 0.0)
     begin = BeginGoal(
         goal_id="g", skill="read", inputs={}, manager="skill/read", owner="me", schema=skillset.schema_hash
     )
-    step = core.begin(begin, 0.0)
+    step = core.step(begin, 0.0)
     for publication in (step.reply, *step.publications):
         assert encode(publication)
 

@@ -63,7 +63,7 @@ class Goals:
             SKILLSET, "pack", source="skill/pack", new_record_id=lambda: f"s{next(records)}", incarnation="one"
         )
         attach = AttachManager(manager="skill/pack", incarnation="one", schema=SKILLSET.schema_hash)
-        self.resources.attach_manager(attach, 0.0)
+        self.resources.step(attach, 0.0)
         self.number = 0
 
     def run(self, goals: int) -> None:
@@ -115,13 +115,7 @@ class Goals:
 
     def _judged(self, call: BeginGoal | EndGoal | RecordOutcome, now: float) -> GoalVerdict | ErrorReply:
         try:
-            match call:
-                case BeginGoal():
-                    return self.resources.begin(call, now).reply
-                case EndGoal():
-                    return self.resources.end(call, now).reply
-                case RecordOutcome():
-                    return self.resources.record_outcome(call, now).reply
+            return self.resources.step(call, now).reply
         except RefusedError as refusal:
             return refusal.reply
 

@@ -7,7 +7,7 @@ remembered is enough to go on from.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeAlias
 
@@ -15,9 +15,18 @@ import msgspec
 from linearizability import Operation
 
 from skillwing.dsl.model import Skillset
-from skillwing.services.core.kept import Entry, GoalOver, GrantOpened, Kept, ManagerNoted, ResourceStands
+from skillwing.services.core.events import GoalSilent
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.core.resource_core import NOTHING_KEPT, ResourceCore, Step
+from skillwing.services.core.resource_core import ResourceCore, Step
+from skillwing.services.core.snapshot import (
+    EMPTY_SNAPSHOT,
+    Entry,
+    FinishedGoal,
+    GrantEntry,
+    ManagerEntry,
+    ResourceEntry,
+    Snapshot,
+)
 from skillwing.services.protocol import (
     AttachManager,
     BeginGoal,
@@ -30,7 +39,6 @@ from skillwing.services.protocol import (
     Granted,
     QueryStates,
     RecordOutcome,
-    RenewGoal,
     ResourceStates,
     Violated,
 )
@@ -52,7 +60,7 @@ Told: TypeAlias = Operation[Call, Reply]
 class Memory:
     """A state of the model."""
 
-    kept: Kept
+    kept: Snapshot
 
     @cached_property
     def _hash(self) -> int:
@@ -88,7 +96,7 @@ class SequentialManager:
     @property
     def initial(self) -> Memory:
         core = ResourceCore(self._skillset, source="model", new_record_id=_no_id)
-        return Memory(add_up(NOTHING_KEPT, core.inventory()))
+        return Memory(add_up(EMPTY_SNAPSHOT, core.initial_entries()))
 
     def step(self, state: Memory, call: Call, answer: Reply | None) -> Memory | None:
         """What the core would have done, if it would have answered that."""
@@ -109,37 +117,26 @@ class SequentialManager:
     def _core_at(self, state: Memory) -> ResourceCore:
         """A core in this state: that of the last step, if it is still there, for making one takes most of the time."""
         if self._at is None or self._at[0] is not state:
-            self._at = state, ResourceCore(self._skillset, source="model", new_record_id=_no_id, kept=state.kept)
+            self._at = state, ResourceCore(self._skillset, source="model", new_record_id=_no_id, snapshot=state.kept)
         return self._at[1]
 
-    def _perform(self, core: ResourceCore, call: Call) -> Step[GoalVerdict] | Step[ResourceStates] | Step[None]:
+    def _perform(self, core: ResourceCore, call: Call) -> Step:
         match call:
-            case BeginGoal():
-                step = core.begin(call, self._time_of_grant(call.goal_id))
-            case EndGoal():
-                step = core.end(call, 0.0)
-            case RecordOutcome():
-                step = core.record_outcome(call, 0.0)
-            case RenewGoal():
-                step = core.renew(call)
-            case FireExtern():
-                step = core.fire_extern(call, 0.0)
-            case FireEvent():
-                step = core.fire_event(call, 0.0)
-            case AttachManager():
-                step = core.attach_manager(call, 0.0)
-            case Lose():
-                step = core.goal_lost(call.goal_id, 0.0, "silent")
             case QueryStates():
-                step = Step(core.snapshot(0.0))
-        return step
+                return Step(core.resource_states(0.0))
+            case Lose():
+                return core.step(GoalSilent(call.goal_id, "silent"), 0.0)
+            case BeginGoal():
+                return core.step(call, self._time_of_grant(call.goal_id))
+            case _:
+                return core.step(call, 0.0)
 
     def _time_of_grant(self, goal_id: str) -> float:
         """The robot time in seconds at which a grant gets the token that the goal was given; 0 for any token."""
         token = self._tokens.get(goal_id)
         return 0.0 if token is None else (token + 0.5) / 1000
 
-    def _without_the_settled(self, kept: Kept, call: Call) -> Kept:
+    def _without_the_settled(self, kept: Snapshot, call: Call) -> Snapshot:
         """Forget goals of which no call will speak any more, lest states grow with the history.
 
         A client asks for the next goal when it is done with the one before; another one may come back to that, and
@@ -157,10 +154,10 @@ class SequentialManager:
             or over.goal_id in self._open_ended
             or self._clients[over.goal_id] != clients
         )
-        return replace(kept, goals=goals)
+        return msgspec.structs.replace(kept, goals=goals)
 
 
-def add_up(kept: Kept, entries: Sequence[Entry]) -> Kept:
+def add_up(kept: Snapshot, entries: Sequence[Entry]) -> Snapshot:
     """What is kept after a step; equal for steps in any order that end alike, so that the search meets itself."""
     resources = {each.resource: each for each in kept.resources}
     grants = {each.granted.goal_id: each for each in kept.grants}
@@ -168,19 +165,19 @@ def add_up(kept: Kept, entries: Sequence[Entry]) -> Kept:
     managers, last_token = list(kept.managers), kept.last_token
     for entry in entries:
         match entry:
-            case ResourceStands():
+            case ResourceEntry():
                 resources[entry.resource] = entry
-            case GrantOpened():
+            case GrantEntry():
                 grants[entry.granted.goal_id] = entry
                 last_token = max(last_token, entry.granted.token)
-            case GoalOver():
+            case FinishedGoal():
                 grants.pop(entry.goal_id, None)
                 goals[entry.goal_id] = entry
-            case ManagerNoted():
+            case ManagerEntry():
                 managers.append(entry)
             case _:
                 raise AssertionError(f"the workshop has no data, and the core keeps {entry}")
-    return replace(
+    return msgspec.structs.replace(
         kept,
         resources=tuple(resources.values()),
         grants=tuple(grants.values()),

@@ -15,13 +15,13 @@ from observed_network import ObservedNetwork
 from skill_needs import seen, told
 
 from skillwing.m600.robot import ROBOT
+from skillwing.onboard.interface.table import TOPICS
+from skillwing.onboard.interface.topic import SKILLS, Kind, Topic
+from skillwing.onboard.topics import AUTOPILOT_SETPOINT, CLOCK, HEALTH
 from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.names import DATA_MANAGER, RESOURCE_MANAGER, skill_process
 from skillwing.services.processes.in_process import RobotInProcess
 from skillwing.services.protocol import State
-from skillwing.sim_mujoco.interface.table import TOPICS
-from skillwing.sim_mujoco.interface.topic import SKILLS, Kind, Topic
-from skillwing.sim_mujoco.topics import AUTOPILOT_SETPOINT, CLOCK, HEALTH
 
 SENSING = ("zed_depthmap", "lidar_depthmap", "lidar_mapping", "stream")
 SETTLING, BEGINNING, WINDOW = 1.5, 0.5, 1.0

@@ -11,13 +11,7 @@ from pathlib import Path
 import pytest
 
 from skillwing.m600.robot import ROBOT
-from skillwing.services.bus import Answer, Answered
-from skillwing.services.bus.clock import FollowedClock
-from skillwing.services.bus.reading import message_reader
-from skillwing.services.bus.zenoh_bus import ZenohBus
-from skillwing.services.processes.launcher import Launcher
-from skillwing.services.protocol import encode
-from skillwing.sim_mujoco.topics import (
+from skillwing.onboard.topics import (
     AUTOPILOT_SETPOINT,
     FLIGHT,
     GUIDANCE_COMMAND,
@@ -34,6 +28,12 @@ from skillwing.sim_mujoco.topics import (
     TakeOff,
     Truth,
 )
+from skillwing.services.bus import Answer, Answered
+from skillwing.services.bus.clock import FollowedClock
+from skillwing.services.bus.reading import message_reader
+from skillwing.services.bus.zenoh_bus import ZenohBus
+from skillwing.services.processes.launcher import Launcher
+from skillwing.services.protocol import encode
 
 PATIENCE = 90.0
 STEP = 0.02

@@ -7,11 +7,11 @@ from importlib import import_module
 from typing import Any
 
 from skillwing.m600.robot import ROBOT, functional_layer
+from skillwing.onboard.topics import FAULT, PILOT, TRUTH, SetFault, SetPilot, Truth
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.client.interface import GoalHandle, SkillsetInterface
 from skillwing.services.protocol import Ending, State, Terminal, decode, encode
 from skillwing.services.robot import ProcessSpec
-from skillwing.sim_mujoco.topics import FAULT, PILOT, TRUTH, SetFault, SetPilot, Truth
 
 SKILLSET = ROBOT.load_skillset()
 

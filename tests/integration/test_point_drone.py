@@ -18,6 +18,18 @@ from observed_network import ObservedNetwork
 from skill_needs import seen, told
 
 from skillwing.m600.robot import ROBOT as M600
+from skillwing.onboard.interface.table import TOPICS
+from skillwing.onboard.topics import (
+    AUTOPILOT_SETPOINT,
+    FLIGHT,
+    NAVIGATION,
+    PILOT,
+    AutopilotSetpoint,
+    FlightState,
+    Navigation,
+    SetPilot,
+    Vector3,
+)
 from skillwing.services.bus import Bus
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.bus.reading import message_reader
@@ -29,18 +41,6 @@ from skillwing.services.processes.in_process import RobotInProcess
 from skillwing.services.processes.launcher import Launcher
 from skillwing.services.protocol import Terminal, encode
 from skillwing.services.robot import ProcessSpec, Robot, find_robot
-from skillwing.sim_mujoco.interface.table import TOPICS
-from skillwing.sim_mujoco.topics import (
-    AUTOPILOT_SETPOINT,
-    FLIGHT,
-    NAVIGATION,
-    PILOT,
-    AutopilotSetpoint,
-    FlightState,
-    Navigation,
-    SetPilot,
-    Vector3,
-)
 
 FOLDER = Path(__file__).parents[2] / "examples" / "point_drone"
 with pytest.MonkeyPatch.context() as patch:
@@ -114,7 +114,7 @@ def in_process(*skills: str, network: InProcessNetwork | None = None) -> Iterato
 def test_it_has_the_managers_of_the_m600_and_nothing_of_its_simulator() -> None:
     assert dict(TABLE.hooks) == dict(M600.hooks)
     assert TABLE.skillset == M600.skillset
-    found = "import sys, point_drone.node, skillwing.sim_mujoco.guidance.node; print('mujoco' in sys.modules)"
+    found = "import sys, point_drone.node, skillwing.onboard.guidance.node; print('mujoco' in sys.modules)"
     told = subprocess.run(
         [sys.executable, "-c", found], capture_output=True, text=True, cwd=FOLDER.parent, check=True, timeout=PATIENCE
     )

@@ -44,7 +44,7 @@ UNIT_TESTS = (
     "tests/unit/services/test_skill_core.py",
     "tests/unit/services/test_skill_memory.py",
     "tests/unit/services/test_skill_records.py",
-    "tests/unit/services/test_standing.py",
+    "tests/unit/services/test_registration.py",
     "tests/unit/services/test_value_sentences.py",
     "tests/unit/services/test_what_a_client_is_told.py",
     "tests/unit/services/test_what_is_on_record.py",

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
+from skillwing.onboard import topics
+from skillwing.onboard.axis import RefusedError
+from skillwing.onboard.messaging import answer_with
 from skillwing.services.bus import Bus
 from skillwing.services.protocol import ErrorCode, encode
-from skillwing.sim_mujoco import topics
-from skillwing.sim_mujoco.axis import RefusedError
 from skillwing.sim_mujoco.camera.camera import camera_header
-from skillwing.sim_mujoco.messaging import answer_with
 from skillwing.sim_mujoco.sensors.depth_camera import HEIGHT, WIDTH
 
 SPEED = 2.0

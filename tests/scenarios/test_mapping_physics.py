@@ -10,11 +10,11 @@ import pytest
 from skillwing.bt_missions.missions.mapping import MISSION
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.m600.robot import ROBOT, functional_layer
+from skillwing.onboard.topics import TRUTH, Truth
 from skillwing.services.bus import Bus
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import GoalStatus, Keys, MissionStatus, decode
 from skillwing.services.robot import ProcessSpec
-from skillwing.sim_mujoco.topics import TRUTH, Truth
 
 CAMERA_FAILS = {"sensor": "zed", "kind": "blackout", "at": 14.0}
 ROUTE = [[6.0, 0.0, 3.0], [0.0, 0.0, 3.0]]

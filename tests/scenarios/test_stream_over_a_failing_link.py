@@ -9,12 +9,12 @@ from filmed_flight import SPEED, FilmedFlight
 from skillwing.m600.bridge.node import RobotBridge
 from skillwing.m600.robot import ROBOT
 from skillwing.m600.skills.stream import StreamManager
+from skillwing.onboard import topics
+from skillwing.onboard.video.ground import make_ground
+from skillwing.onboard.video.node import make_video
 from skillwing.services.protocol import decode, encode
 from skillwing.services.testing import SkillsetInProcess
-from skillwing.sim_mujoco import topics
 from skillwing.sim_mujoco.link.node import make_link
-from skillwing.sim_mujoco.video.ground import make_ground
-from skillwing.sim_mujoco.video.node import make_video
 
 SKILLSET = ROBOT.load_skillset()
 ENTRY, EXIT = 18.0, 34.0

@@ -181,8 +181,8 @@ class Audit:
         for process in world.running.values():
             if process.bus.unanswered:
                 self._note("every request is answered", f"{process.name} owes {process.bus.unanswered} answers")
-        if manager.node._leases.keys:
-            self._note("memory is bounded", f"leases of {manager.node._leases.keys} are left over")
+        if manager.node._leased._watch.keys:
+            self._note("memory is bounded", f"leases of {manager.node._leased._watch.keys} are left over")
         if world.plan.calm:
             for goal, terminal in witness.terminals.items():
                 if terminal.ending is Ending.LOST:

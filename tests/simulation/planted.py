@@ -9,7 +9,7 @@ from unittest.mock import patch
 
 from simulation.run import simulate
 from skillwing.services.client.goal_tracker import GoalTracker
-from skillwing.services.core import resource_core
+from skillwing.services.core import ends, externs_and_events, grants, invariants, losses, readiness
 from skillwing.services.core.delivery import Delivery
 from skillwing.services.core.goal_states import (
     Asking,
@@ -20,13 +20,13 @@ from skillwing.services.core.goal_states import (
     Transition,
     Unstopped,
 )
-from skillwing.services.core.grants import Ledger
-from skillwing.services.core.kept import GoalOver, GrantOpened
-from skillwing.services.core.resource_core import ResourceCore
+from skillwing.services.core.ledger import Ledger
+from skillwing.services.core.manager_state import ManagerState
 from skillwing.services.core.skill_core import SkillCore
 from skillwing.services.core.skill_events import RenewalAnswered
+from skillwing.services.core.snapshot import FinishedGoal, GrantEntry
 from skillwing.services.journal.journal import Journal
-from skillwing.services.managers.standing import Standing
+from skillwing.services.managers.registration import Registration
 from skillwing.services.protocol import (
     BeginGoal,
     Ended,
@@ -94,10 +94,10 @@ def _never_force(right: Wrong) -> Wrong:
 def _judge_once(right: Wrong) -> Wrong:
     del right
 
-    def enforce(self: ResourceCore, now: float) -> None:
-        found = self._first_violation(now)
-        if found is not None:
-            self._violate(*found, {}, now)
+    def enforce(state: ManagerState, now: float) -> None:
+        violation = invariants.first_violation(state, now)
+        if violation is not None:
+            invariants._end_violated(state, violation, {}, now)
 
     return enforce
 
@@ -115,13 +115,13 @@ def _count_from_one(right: Wrong) -> Wrong:
 
 def _write_no_grants(right: Wrong) -> Wrong:
     def write(self: Journal, entries: Any, records: Any, now: float) -> None:
-        right(self, [each for each in entries if not isinstance(each, GrantOpened)], records, now)
+        right(self, [each for each in entries if not isinstance(each, GrantEntry)], records, now)
 
     return write
 
 
 def _write_no_local_outcomes(right: Wrong) -> Wrong:
-    def remember(self: Ledger, over: GoalOver) -> None:
+    def remember(self: Ledger, over: FinishedGoal) -> None:
         if not isinstance(over.verdict, Ended) or over.verdict.terminal is None:
             right(self, over)
 
@@ -155,16 +155,22 @@ BUGS: Mapping[str, tuple[tuple[Any, str, Callable[[Wrong], Wrong]], ...]] = {
         (SkillCore, "step", _ignore(Violated, Lost, RenewalAnswered)),
     ),
     "goals outlive their owner": ((SkillCore, "_on_owner_gone", _always(None)),),
-    "the lost effect is skipped": ((resource_core, "_lost_effect", _always(None)),),
-    "preconditions are not judged with the start effect": ((ResourceCore, "_failing_preconditions", _always({})),),
-    "invariants are judged once, not to the fixpoint": ((ResourceCore, "_enforce_invariants", _judge_once),),
+    "the lost effect is skipped": (
+        (losses, "lost_effect", _always(None)),
+        (ends, "lost_effect", _always(None)),
+    ),
+    "preconditions are not judged with the start effect": ((grants, "failing_preconditions", _always({})),),
+    "invariants are judged once, not to the fixpoint": tuple(
+        (module, "enforce_invariants", _judge_once)
+        for module in (invariants, grants, readiness, ends, losses, externs_and_events)
+    ),
     "tokens are counted from one": ((Ledger, "next_token", _count_from_one),),
     "grants are not written to the journal": ((Journal, "write", _write_no_grants),),
     "a local outcome is not written down": ((Ledger, "remember", _write_no_local_outcomes),),
     "a local outcome that nobody acknowledges is not sent again": (
         (Delivery, "retry_or_fail", _retry_only(BeginGoal, EndGoal)),
     ),
-    "a replaced manager that nobody asks anything does not notice": ((Standing, "_ask_after", _always(None)),),
+    "a replaced manager that nobody asks anything does not notice": ((Registration, "_ask_after", _always(None)),),
     "clients learn of no loss": ((GoalTracker, "probe", _always(None)), (GoalTracker, "judged", _always(None))),
 }
 """By name: what is replaced, and by what it makes of the right one."""

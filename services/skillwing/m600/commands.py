@@ -9,13 +9,7 @@ import typer
 
 from skillwing.dsl.model import UnknownNameError
 from skillwing.m600.command import sentences
-from skillwing.services.bus.reading import message_reader
-from skillwing.services.commands.completion import one_of
-from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
-from skillwing.services.commands.output import make_console, print_json, print_table
-from skillwing.services.errors import InvalidOptionError, NoReplyError, RefusedError, SkillwingError
-from skillwing.services.protocol import ErrorCode, M, Message
-from skillwing.sim_mujoco.topics import (
+from skillwing.onboard.topics import (
     FASTEST_LINK,
     FAULT,
     FAULTS,
@@ -32,6 +26,12 @@ from skillwing.sim_mujoco.topics import (
     SetLinkFault,
     SetPilot,
 )
+from skillwing.services.bus.reading import message_reader
+from skillwing.services.commands.completion import one_of
+from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
+from skillwing.services.commands.output import make_console, print_json, print_table
+from skillwing.services.errors import InvalidOptionError, NoReplyError, RefusedError, SkillwingError
+from skillwing.services.protocol import ErrorCode, M, Message
 
 LINK = "link"
 FALLIBLE = ("zed", "lidar", "imu", "range", "gnss", "camera", LINK, *(f"rotor/{number}" for number in range(1, 7)))

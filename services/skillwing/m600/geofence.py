@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from skillwing.m600.latest import Latest
+from skillwing.onboard.topics import GEOFENCE, Vector3
+from skillwing.onboard.topics import Geofence as Box
 from skillwing.services.bus import Bus
-from skillwing.sim_mujoco.topics import GEOFENCE, Vector3
-from skillwing.sim_mujoco.topics import Geofence as Box
 
 HOME = (0.0, 0.0)
 """The home point: frames of the functional layer have their origin there (ENU, m)."""

@@ -10,6 +10,7 @@ from skillwing.m600.generated.processes import HOOKS, SKILLSET
 from skillwing.services.robot import ProcessSpec, Robot
 
 SIMULATION = "skillwing.sim_mujoco"
+ONBOARD = "skillwing.onboard"
 SIM_TAKES = ("seed", "world", "faults", "scenario", "wind", "turbulence", "gusts", "battery", "packs_fail", "pilot")
 FENCE = {"fence": "geofence"}
 """One for guidance, for the autopilot's guard and for who judges the flight."""
@@ -42,18 +43,18 @@ def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
     return (
         # A new simulator would begin with a drone on the ground at time 0, and nobody else would.
         ProcessSpec("sim", f"{SIMULATION}.simulator.node:make_sim", sim, extra="sim", restart="never"),
-        ProcessSpec("guidance", f"{SIMULATION}.guidance.node:make_guidance", guidance, extra="sim"),
-        ProcessSpec("obstacles", f"{SIMULATION}.obstacles.node:make_obstacles", essential=False, extra="sim"),
+        ProcessSpec("guidance", f"{ONBOARD}.guidance.node:make_guidance", guidance, extra="sim"),
+        ProcessSpec("obstacles", f"{ONBOARD}.obstacles.node:make_obstacles", essential=False, extra="sim"),
         ProcessSpec(
             "mapping",
-            f"{SIMULATION}.mapping.node:make_mapping",
+            f"{ONBOARD}.mapping.node:make_mapping",
             mapping,
             essential=False,
             extra="sim",
         ),
-        ProcessSpec("video", f"{SIMULATION}.video.node:make_video", essential=False, extra="sim"),
+        ProcessSpec("video", f"{ONBOARD}.video.node:make_video", essential=False, extra="sim"),
         ProcessSpec("link", f"{SIMULATION}.link.node:make_link", link, essential=False, extra="sim"),
-        ProcessSpec("ground", f"{SIMULATION}.video.ground:make_ground", essential=False, extra="sim"),
+        ProcessSpec("ground", f"{ONBOARD}.video.ground:make_ground", essential=False, extra="sim"),
         ProcessSpec("bridge", "skillwing.m600.bridge.node:make_bridge", {"skillset": str(SKILLSET)}),
     )
 
@@ -74,9 +75,9 @@ def _site(options: dict[str, Any]) -> dict[str, Any]:
 def recorder(options: dict[str, Any]) -> dict[str, Any]:
     """The drone's dashboard, with the site in it, and what the judge of a flight needs."""
     return {
-        "scene": "skillwing.m600.dashboard.scene:make_scene",
+        "scene": "skillwing.evaluation.dashboard.scene:make_scene",
         "scene_options": _site(options),
-        "collectors": ["skillwing.m600.judge.flight_log:make_flight_log"],
+        "collectors": ["skillwing.evaluation.judge.flight_log:make_flight_log"],
     }
 
 
@@ -87,7 +88,7 @@ ROBOT = Robot(
     recorder=recorder,
     briefing="skillwing.m600.briefing:brief",
     checker="skillwing.m600.briefing:check",
-    judge="skillwing.m600.judge.evaluation:judge",
+    judge="skillwing.evaluation.judge.evaluation:judge",
     hooks=HOOKS,
     published_by={
         "obstacle_distance": ("zed_depthmap", "lidar_depthmap"),

@@ -14,12 +14,12 @@ from typing import Annotated, Any, Literal, cast
 
 import msgspec
 
+from skillwing.onboard.topics import LARGEST_COMPONENT, Magnitude
 from skillwing.sim_mujoco.link.radio import RadioOptions
 from skillwing.sim_mujoco.scenario_slips import slips
 from skillwing.sim_mujoco.sensors.fault_schedule import Seconds
 from skillwing.sim_mujoco.sensors.gnss import ReceiverName
 from skillwing.sim_mujoco.sensors.zones import Zone
-from skillwing.sim_mujoco.topics import LARGEST_COMPONENT, Magnitude
 
 STRONGEST_WIND = 50.0
 """In each direction, of a gust as of the mean wind [m/s]: half as much again as the least wind of a hurricane."""
@@ -145,6 +145,6 @@ def _magnitude(value: object) -> float | None:
 def _require_library(poses: Poses | None) -> None:
     """Raises MissingLibraryError for poses that need a library which is not installed."""
     if poses == "small-gicp":
-        from skillwing.sim_mujoco.slam.gicp import gicp_matcher  # noqa: PLC0415 - loads numpy
+        from skillwing.onboard.odometry.gicp import gicp_matcher  # noqa: PLC0415 - loads numpy
 
         gicp_matcher()

@@ -15,13 +15,7 @@ from skillwing.services.commands.connection import System
 from skillwing.services.commands.situation import situation
 from skillwing.services.mocking import MockRun, MockScript, MockWorld, make_mock_managers
 from skillwing.services.names import MISSION
-from skillwing.services.protocol import (
-    DataSample,
-    Keys,
-    MissionPhase,
-    MissionStatus,
-    encode,
-)
+from skillwing.services.protocol import DataSample, Keys, MissionPhase, MissionStatus, encode
 
 if TYPE_CHECKING:
     from skillwing.services.bus.zenoh_bus import ZenohBus

@@ -10,16 +10,7 @@ from skillwing.m600.robot import ROBOT
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.commands.unfinished import REAL, SIMULATED, Unfinished
 from skillwing.services.processes.run_state import announced, read_run_state
-from skillwing.services.protocol import (
-    GoalStatus,
-    Keys,
-    MissionPhase,
-    MissionStatus,
-    Record,
-    RecordKind,
-    State,
-    encode,
-)
+from skillwing.services.protocol import GoalStatus, Keys, MissionPhase, MissionStatus, Record, RecordKind, State, encode
 
 KEYS = Keys("m600")
 

@@ -7,8 +7,8 @@ from typing import Any, ClassVar
 import pytest
 from drone import Drone
 
+from skillwing.onboard.topics import ObstacleSource, SensorStatus
 from skillwing.services.managers.hooks import SkillHooks
-from skillwing.sim_mujoco.topics import ObstacleSource, SensorStatus
 
 
 class DepthmapCases:

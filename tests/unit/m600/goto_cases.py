@@ -8,10 +8,10 @@ import msgspec
 import pytest
 from drone import Drone
 
+from skillwing.onboard.topics import GUIDANCE_COMMAND, FlyTo, GuidanceCommand, Nose
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.managers.hooks import SkillHooks
 from skillwing.services.protocol import ErrorCode
-from skillwing.sim_mujoco.topics import GUIDANCE_COMMAND, FlyTo, GuidanceCommand, Nose
 
 TARGET = {"x": 10.0, "y": 0.0, "z": 5.0}
 

@@ -8,11 +8,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from skillwing.services.core.refusal import RefusedError
-from skillwing.services.protocol import ErrorCode
-from skillwing.services.testing import FakeLayer
-from skillwing.sim_mujoco import topics
-from skillwing.sim_mujoco.topics import (
+from skillwing.onboard import topics
+from skillwing.onboard.topics import (
     AxisStatus,
     ControlMapping,
     Done,
@@ -32,6 +29,9 @@ from skillwing.sim_mujoco.topics import (
     Turn,
     Vector3,
 )
+from skillwing.services.core.refusal import RefusedError
+from skillwing.services.protocol import ErrorCode
+from skillwing.services.testing import FakeLayer
 
 PERIOD = 0.05
 BRAKING = 0.5

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from skillwing.onboard.topics import Truth
 from skillwing.services.protocol import Ending, GoalStatus, State, Terminal
-from skillwing.sim_mujoco.topics import Truth
 
 ROUTE = ((0.0, 0.0, 4.0), (10.0, 0.0, 4.0))
 BLOCKED = GoalStatus(

@@ -7,8 +7,8 @@ from drone import SKILLSET, Drone
 
 from skillwing.m600.bridge.node import RobotBridge
 from skillwing.m600.skills.zed_depthmap import ZedDepthmapManager
+from skillwing.onboard.topics import ObstacleSource, SensorStatus
 from skillwing.services.protocol import RecordKind
-from skillwing.sim_mujoco.topics import ObstacleSource, SensorStatus
 
 
 @pytest.fixture

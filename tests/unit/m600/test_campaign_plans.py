@@ -13,21 +13,21 @@ from msgspec.structs import replace
 
 from skillwing.bt_missions.running.library import find_mission
 from skillwing.dsl.model import UnknownNameError
+from skillwing.evaluation.campaign.command import make_plans, parse_seeds
+from skillwing.evaluation.flights.conditions import EARLIEST, LONGEST, SHORTEST, Condition, draw, met_from
+from skillwing.evaluation.flights.plan import FlightPlan, planned_way, way_time
 from skillwing.m600.bridge.battery_level import CRITICAL_BELOW, LOW_BELOW
-from skillwing.m600.campaign.command import make_plans, parse_seeds
-from skillwing.m600.campaign.conditions import EARLIEST, LONGEST, SHORTEST, Condition, draw, met_from
-from skillwing.m600.campaign.plan import FlightPlan, planned_way, way_time
 from skillwing.m600.robot import ROBOT
+from skillwing.onboard.sensor_data.names import GNSS, IMU, LIDAR, RANGE, ZED
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.processes.node_host import make_node
+from skillwing.sim_mujoco.autopilot.failsafes import CRITICAL_CHARGE
 from skillwing.sim_mujoco.link.radio import Radio, RadioOptions
+from skillwing.sim_mujoco.physics.battery import PACKS
+from skillwing.sim_mujoco.physics.rotor_faults import ROTOR_NAMES, STOPPED, WEAK
 from skillwing.sim_mujoco.scenario import FaultOptions
 from skillwing.sim_mujoco.sensors.corruptors import KINDS
-from skillwing.sim_mujoco.sensors.names import GNSS, IMU, LIDAR, RANGE, ZED
-from skillwing.sim_mujoco.simulator.battery import PACKS
-from skillwing.sim_mujoco.simulator.failsafes import CRITICAL_CHARGE
 from skillwing.sim_mujoco.simulator.fault_plan import check_fault
-from skillwing.sim_mujoco.simulator.rotor_faults import ROTOR_NAMES, STOPPED, WEAK
 
 WAY_TIME = 48.0
 LATEST = LONGEST * WAY_TIME

@@ -11,18 +11,11 @@ import pytest
 from rerun.chunk import RrdReader
 
 from skillwing.m600.robot import ROBOT
+from skillwing.onboard import topics
 from skillwing.services.bus import Bus
 from skillwing.services.bus.inprocess import InProcessNetwork
-from skillwing.services.protocol import (
-    Keys,
-    MissionPhase,
-    MissionStatus,
-    Record,
-    RecordKind,
-    encode,
-)
+from skillwing.services.protocol import Keys, MissionPhase, MissionStatus, Record, RecordKind, encode
 from skillwing.services.telemetry.recorder import RECORDING_FILE, make_recorder
-from skillwing.sim_mujoco import topics
 
 SPEED = 2.0
 TABS = 1
@@ -134,7 +127,11 @@ Rows = list[tuple[float, Any]]
 def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     run_dir = tmp_path_factory.mktemp("run")
     recorder = make_recorder(
-        {"run_dir": str(run_dir), "skillset": str(ROBOT.skillset), "scene": "skillwing.m600.dashboard.scene:make_scene"}
+        {
+            "run_dir": str(run_dir),
+            "skillset": str(ROBOT.skillset),
+            "scene": "skillwing.evaluation.dashboard.scene:make_scene",
+        }
     )
     network = InProcessNetwork()
     network.attach(recorder)

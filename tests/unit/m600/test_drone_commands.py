@@ -12,9 +12,7 @@ import pytest
 
 from skillwing.dsl.model import UnknownNameError
 from skillwing.m600 import commands
-from skillwing.services.errors import InvalidOptionError, NoReplyError, RefusedError, SkillwingError
-from skillwing.services.protocol import ErrorCode, Message
-from skillwing.sim_mujoco.topics import (
+from skillwing.onboard.topics import (
     FAULT,
     FAULTS,
     LINK_FAULT,
@@ -24,6 +22,8 @@ from skillwing.sim_mujoco.topics import (
     SetFault,
     SetLinkFault,
 )
+from skillwing.services.errors import InvalidOptionError, NoReplyError, RefusedError, SkillwingError
+from skillwing.services.protocol import ErrorCode, Message
 
 
 class Sprayer:

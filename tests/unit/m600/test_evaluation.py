@@ -10,15 +10,15 @@ from matplotlib.image import imread
 from recorded_way import BLOCKED, ROUTE, truth
 
 from skillwing.bt_missions.missions.mapping import MappingOptions
+from skillwing.evaluation.judge.evaluation import MAP_CLOUD, MAP_PICTURE, evaluate
+from skillwing.evaluation.judge.flight_log import FLIGHT_FILE, MAP_FILE
 from skillwing.m600.geofence import HOME
-from skillwing.m600.judge.evaluation import MAP_CLOUD, MAP_PICTURE, evaluate
-from skillwing.m600.judge.flight_log import FLIGHT_FILE, MAP_FILE
 from skillwing.m600.robot import ROBOT
+from skillwing.onboard.topics import Truth
 from skillwing.services.protocol import GoalStatus, Record, RecordKind
 from skillwing.services.telemetry.flight_report import TIMELINE_PICTURE
 from skillwing.services.telemetry.journal import GOALS_FILE, TIMELINE_FILE, JsonLines
 from skillwing.services.telemetry.report import REPORT_FILE, Coverage
-from skillwing.sim_mujoco.topics import Truth
 from skillwing.sim_mujoco.world.world import make_world
 
 SKILLSET = ROBOT.load_skillset()

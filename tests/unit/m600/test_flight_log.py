@@ -7,16 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from skillwing.m600.judge.flight_log import FlightLog, read_flight, read_map
+from skillwing.evaluation.judge.flight_log import FlightLog, read_flight, read_map
+from skillwing.onboard.topics import MAP, MAP_SNAPSHOT, MAPPING_STATUS, TRUTH, MapHeader, MappingStatus, Truth
 from skillwing.services.bus import Bus, Request
 from skillwing.services.bus.inprocess import InProcessNetwork
-from skillwing.services.protocol import (
-    Keys,
-    MissionPhase,
-    MissionStatus,
-    encode,
-)
-from skillwing.sim_mujoco.topics import MAP, MAP_SNAPSHOT, MAPPING_STATUS, TRUTH, MapHeader, MappingStatus, Truth
+from skillwing.services.protocol import Keys, MissionPhase, MissionStatus, encode
 
 A, B, C = (0.2, 0.2, 0.2), (0.6, 0.2, 0.2), (0.2, 1.4, 2.2)
 

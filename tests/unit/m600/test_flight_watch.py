@@ -9,18 +9,13 @@ from signal import SIGKILL
 import pytest
 from rich.console import Console
 
-from skillwing.m600.demo.flight_deck import FlightDeck
-from skillwing.m600.demo.flight_watch import RETURN, SILENCE, STALL, FlightWatch
+from skillwing.evaluation.demo.flight_deck import FlightDeck
+from skillwing.evaluation.demo.flight_watch import RETURN, SILENCE, STALL, FlightWatch
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus import Bus
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.processes.launcher import Death
-from skillwing.services.protocol import (
-    Keys,
-    MissionPhase,
-    MissionStatus,
-    encode,
-)
+from skillwing.services.protocol import Keys, MissionPhase, MissionStatus, encode
 
 SKILLSET = ROBOT.load_skillset()
 KEYS = Keys(SKILLSET.name)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from goto_cases import GotoCases
 
 from skillwing.m600.skills.goto_straight import GotoStraightManager
-from skillwing.sim_mujoco.topics import Nose
+from skillwing.onboard.topics import Nose
 
 
 class TestGotoStraight(GotoCases):

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from skillwing.m600.bridge.node import RobotBridge
 from skillwing.m600.skills.goto import GotoManager
-from skillwing.sim_mujoco.topics import MotionState
+from skillwing.onboard.topics import MotionState
 
 TARGET = {"x": 10.0, "y": 0.0, "z": 5.0}
 

@@ -8,8 +8,8 @@ import pytest
 from drone import Drone
 
 from skillwing.m600.skills.land import ASIDES, HANGS_AFTER, PATIENCE, SUBJECT, LandManager
+from skillwing.onboard.topics import FlyTo
 from skillwing.services.testing import GoalUnderTest
-from skillwing.sim_mujoco.topics import FlyTo
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import pytest
 from drone import Drone
 
 from skillwing.m600.skills.lidar_mapping import LidarMappingManager
-from skillwing.sim_mujoco.topics import SensorStatus
+from skillwing.onboard.topics import SensorStatus
 
 
 @pytest.fixture

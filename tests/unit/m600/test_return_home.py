@@ -7,8 +7,8 @@ from drone import Drone
 from m600_layer import FENCE
 
 from skillwing.m600.skills.return_home import ReturnHomeManager
-from skillwing.sim_mujoco.geofence import Box
-from skillwing.sim_mujoco.topics import FlyTo, Nose
+from skillwing.onboard.geofence import Box
+from skillwing.onboard.topics import FlyTo, Nose
 
 
 @pytest.fixture

@@ -8,6 +8,7 @@ from rig import RIG
 from soundness import assert_all_sound
 
 from skillwing.dsl.model import Skillset
+from skillwing.services.core.events import TimePassed
 from skillwing.services.core.skill_actions import Action, AskResources, CallHook, Hook
 from skillwing.services.core.skill_core import SkillCore
 from skillwing.services.core.skill_events import (
@@ -20,7 +21,6 @@ from skillwing.services.core.skill_events import (
     RenewalAnswered,
     StopConfirmed,
     Terminated,
-    TimePassed,
     Validated,
 )
 from skillwing.services.ids import RecordIds

@@ -2,46 +2,47 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import pytest
 from gate import GATE, Gate
+from msgspec.structs import replace
 from rig import Bench, granted
 from soundness import assert_all_sound
 
-from skillwing.services.core.kept import (
-    DatumKept,
-    GoalOver,
-    GrantOpened,
-    Kept,
-    ManagerNoted,
-    ResourceStands,
-)
+from skillwing.services.core.events import Resumed, TimePassed
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.core.resource_core import SAID_AGAIN, ResourceCore
+from skillwing.services.core.resource_core import REPEATED_SPAN, ResourceCore, publications_to_repeat
+from skillwing.services.core.snapshot import (
+    DatumEntry,
+    FinishedGoal,
+    GrantEntry,
+    ManagerEntry,
+    ResourceEntry,
+    Snapshot,
+)
 from skillwing.services.ids import RecordIds
 from skillwing.services.protocol import ErrorCode, FireExtern, Granted, Record, RecordKind, Violated
 
 
-def kept_by(bench: Bench) -> Kept:
+def kept_by(bench: Bench) -> Snapshot:
     """What the entries of a bench add up to."""
 
     def of(kind: type[Any]) -> list[Any]:
         return [entry for entry in bench.kept if isinstance(entry, kind)]
 
-    stood = [entry for entry in bench.core.inventory() if isinstance(entry, ResourceStands)]
-    stands: list[ResourceStands] = of(ResourceStands)
+    stood = [entry for entry in bench.core.initial_entries() if isinstance(entry, ResourceEntry)]
+    stands: list[ResourceEntry] = of(ResourceEntry)
     resources = {entry.resource: entry for entry in (*stood, *stands)}
-    ended: list[GoalOver] = of(GoalOver)
+    ended: list[FinishedGoal] = of(FinishedGoal)
     over = {entry.goal_id: entry for entry in ended}
-    opened: list[GrantOpened] = of(GrantOpened)
-    return Kept(
+    opened: list[GrantEntry] = of(GrantEntry)
+    return Snapshot(
         resources=tuple(resources.values()),
         grants=tuple(entry for entry in opened if entry.granted.goal_id not in over),
         goals=tuple(over.values()),
-        managers=tuple(of(ManagerNoted)),
-        data=tuple(of(DatumKept)),
+        managers=tuple(of(ManagerEntry)),
+        data=tuple(of(DatumEntry)),
         last_token=max((entry.granted.token for entry in opened), default=0),
         records=tuple(bench.of(Record)),
         t=bench.now,
@@ -53,10 +54,10 @@ def successor(bench: Bench, now: float) -> tuple[Bench, tuple[Any, ...], tuple[A
     kept = kept_by(bench)
     later = Bench(bench.skillset)
     later.now = now
-    later.core = ResourceCore(bench.skillset, source="rm", new_record_id=RecordIds("rm-again"), kept=kept)
-    step = later.core.resume(kept, now)
+    later.core = ResourceCore(bench.skillset, source="rm", new_record_id=RecordIds("rm-again"), snapshot=kept)
+    step = later.core.step(Resumed(), now)
     assert_all_sound(step.publications, now)
-    return later, step.reply, step.publications
+    return later, publications_to_repeat(kept), step.publications
 
 
 @pytest.fixture
@@ -96,10 +97,10 @@ def test_it_says_again_what_may_not_have_been_heard_and_nothing_older(bench: Ben
     records = bench.of(Record)
     _, again, _ = successor(bench, 1000.0)
     assert again == (*records, violated), "however long nobody was there to say it"
-    bench.now = 2.0 + SAID_AGAIN
+    bench.now = 2.0 + REPEATED_SPAN
     _, again, _ = successor(bench, 1000.0)
     assert again == (*(record for record in records if record.t == 2.0), violated)
-    bench.now = 2.001 + SAID_AGAIN
+    bench.now = 2.001 + REPEATED_SPAN
     _, again, _ = successor(bench, 1000.0)
     assert again == ()
 
@@ -118,19 +119,21 @@ def test_data_count_as_fresh_for_as_long_as_they_may_be(bench: Bench) -> None:
         later.begin("move", "next")
     assert refusal.value.code is ErrorCode.UNAVAILABLE
     later.now = 12.9
-    later.perform(later.core.tick(later.now))
+    later.perform(later.core.step(TimePassed(), later.now))
     assert later.violations == []
     assert later.core.next_tick(later.now) == 13.0
     later.now = 13.0
-    later.perform(later.core.tick(later.now))
+    later.perform(later.core.step(TimePassed(), later.now))
     assert later.violations == [("move", "charged")]
 
 
 def test_a_new_journal_begins_with_every_resource_as_it_stands(bench: Bench) -> None:
     core = ResourceCore(bench.skillset, source="rm", new_record_id=RecordIds("rm"), found={"door": "OPEN"})
-    core.fire_extern(FireExtern(resource="authority", target="OFF", source="test"), 0.0)
+    core.step(FireExtern(resource="authority", target="OFF", source="test"), 0.0)
     assert {
-        (entry.resource, entry.state, entry.revision) for entry in core.inventory() if isinstance(entry, ResourceStands)
+        (entry.resource, entry.state, entry.revision)
+        for entry in core.initial_entries()
+        if isinstance(entry, ResourceEntry)
     } == {("authority", "OFF", 1), ("door", "OPEN", 0), ("axes", "FREE", 0), ("lamp", "OFF", 0)}
 
 
@@ -198,33 +201,33 @@ def test_of_what_lasts_each_change_is_kept_and_nothing_else(gate: Gate) -> None:
     for gate.now, permit in ((1.0, 1.0), (2.0, 2.0), (3.0, 2.0), (4.0, 1.0)):
         gate.datum("permit", permit)
         gate.datum("load", gate.now)
-    assert gate.kept == [DatumKept("permit", 2.0, 2.0), DatumKept("permit", 1.0, 4.0)]
+    assert gate.kept == [DatumEntry("permit", 2.0, 2.0), DatumEntry("permit", 1.0, 4.0)]
 
 
-def in_place_of(bench: Bench, kept: Kept) -> ResourceCore:
+def in_place_of(bench: Bench, kept: Snapshot) -> ResourceCore:
     """A core that is given the data of one whose last step was never written down."""
-    return ResourceCore(GATE, source="rm", new_record_id=RecordIds("rm-again"), kept=kept, data=bench.core.data)
+    return ResourceCore(GATE, source="rm", new_record_id=RecordIds("rm-again"), snapshot=kept, data=bench.core.data)
 
 
 def test_a_lasting_value_that_was_never_written_down_is_kept_with_the_next_step(gate: Gate) -> None:
     written = kept_by(gate)
     lost = replace(written, data=())
-    outdated = replace(written, data=(DatumKept("permit", 9.0, 0.0),))
+    outdated = replace(written, data=(DatumEntry("permit", 9.0, 0.0),))
     for kept in (lost, outdated):
         core = in_place_of(gate, kept)
-        assert core.tick(gate.now).entries == (DatumKept("permit", 1.0, 0.0),)
-        assert core.tick(gate.now).entries == ()
-    assert in_place_of(gate, written).tick(gate.now).entries == ()
-    assert in_place_of(Gate(fed=False), lost).tick(gate.now).entries == ()
+        assert core.step(TimePassed(), gate.now).entries == (DatumEntry("permit", 1.0, 0.0),)
+        assert core.step(TimePassed(), gate.now).entries == ()
+    assert in_place_of(gate, written).step(TimePassed(), gate.now).entries == ()
+    assert in_place_of(Gate(fed=False), lost).step(TimePassed(), gate.now).entries == ()
 
 
 def test_data_that_are_known_already_are_not_awaited(gate: Gate) -> None:
     kept = kept_by(gate)
     gate.core = in_place_of(gate, kept)
-    gate.perform(gate.core.resume(kept, gate.now))
+    gate.perform(gate.core.step(Resumed(), gate.now))
     assert isinstance(gate.begin("weigh", "w"), Granted)
     gate.core = in_place_of(Gate(fed=False), kept)
-    gate.perform(gate.core.resume(kept, gate.now))
+    gate.perform(gate.core.step(Resumed(), gate.now))
     assert refused(lambda: gate.begin("weigh", "next")) is ErrorCode.UNAVAILABLE
 
 
@@ -234,7 +237,7 @@ def test_where_somebody_has_set_the_clock_back_old_values_shut_out_no_new_ones(g
     kept = kept_by(gate)
     gate.core = in_place_of(gate, kept)
     gate.now = 500.0
-    gate.core.resume(kept, gate.now)
+    gate.core.step(Resumed(), gate.now)
     assert gate.core.data.value("load") == 1.0
     assert gate.core.data.reading("permit", gate.now).t == 0.0, "what is older stays as old as it is"
     gate.now = 500.5

@@ -10,6 +10,7 @@ from hypothesis.stateful import Bundle, RuleBasedStateMachine, invariant, multip
 from rig import RIG
 
 from skillwing.services.core.delivery import SILENCES_UNTIL_SETTLED
+from skillwing.services.core.events import GoalSilent, ManagerGone, TimePassed
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import ResourceCore, Step
 from skillwing.services.core.skill_actions import Action, AskResources, CallHook, Hook
@@ -23,21 +24,17 @@ from skillwing.services.core.skill_events import (
     RenewalAnswered,
     StopConfirmed,
     Terminated,
-    TimePassed,
     Validated,
 )
 from skillwing.services.ids import RecordIds
 from skillwing.services.protocol import (
     AttachManager,
-    BeginGoal,
     DataSample,
-    EndGoal,
     Ending,
     FireExtern,
     GoalStatus,
     InterruptGoal,
     Lost,
-    RecordOutcome,
     ResourceChange,
     StartGoal,
     State,
@@ -69,7 +66,7 @@ class Managers(RuleBasedStateMachine):
         }
         for name in SKILLS:
             attach = AttachManager(manager=f"skill/{name}", incarnation=INCARNATION, schema=RIG.schema_hash)
-            self.resources.attach_manager(attach, self.now)
+            self.resources.step(attach, self.now)
         self.revision = 0
         self.questions: list[tuple[str, AskResources]] = []
         self.pushes: list[Violated | Lost] = []
@@ -113,16 +110,7 @@ class Managers(RuleBasedStateMachine):
     def execute(self, asked: AskResources) -> Any:
         """What the resource manager does and answers; a refusal is an answer."""
         try:
-            match asked.call:
-                case BeginGoal() as call:
-                    step = self.resources.begin(call, self.now)
-                case EndGoal() as call:
-                    step = self.resources.end(call, self.now)
-                case RecordOutcome() as call:
-                    step = self.resources.record_outcome(call, self.now)
-                case call:
-                    step = self.resources.renew(call)
-            return self.judge(step)
+            return self.judge(self.resources.step(asked.call, self.now))
         except RefusedError as refusal:
             assert self.resources.revision == self.revision, "a refusal changes nothing"
             return refusal.reply
@@ -189,29 +177,29 @@ class Managers(RuleBasedStateMachine):
     def the_world_changes(self, extern: tuple[str, str]) -> None:
         try:
             request = FireExtern(resource=extern[0], target=extern[1], source="world")
-            self.judge(self.resources.fire_extern(request, self.now))
+            self.judge(self.resources.step(request, self.now))
         except RefusedError:
             assert self.resources.revision == self.revision
 
     @rule(percent=st.sampled_from([80.0, 12.0, 5.0]))
     def the_battery_tells(self, percent: float) -> None:
         sample = DataSample(name="battery", value=percent, t=self.now)
-        self.judge(self.resources.update_datum(sample, self.now))
+        self.judge(self.resources.step(sample, self.now))
 
     @rule(seconds=st.sampled_from([0.1, 1.0, 3.5]))
     def time_passes(self, seconds: float) -> None:
         self.now += seconds
-        self.judge(self.resources.tick(self.now))
+        self.judge(self.resources.step(TimePassed(), self.now))
         for skill in self.skills:
             self.step(skill, TimePassed())
 
     @rule(skill=st.sampled_from(SKILLS))
     def a_manager_seems_lost(self, skill: str) -> None:
-        self.judge(self.resources.manager_lost(f"skill/{skill}", self.now))
+        self.judge(self.resources.step(ManagerGone(f"skill/{skill}"), self.now))
 
     @rule(goal=goals)
     def a_goal_falls_silent(self, goal: tuple[str, str]) -> None:
-        self.judge(self.resources.goal_lost(goal[1], self.now, "silent for 2.0 s"))
+        self.judge(self.resources.step(GoalSilent(goal[1], "silent for 2.0 s"), self.now))
 
     @rule(skill=st.sampled_from(SKILLS))
     def a_manager_renews(self, skill: str) -> None:
@@ -219,7 +207,7 @@ class Managers(RuleBasedStateMachine):
         if (renewal := core.renewal()) is None:
             return
         try:
-            answer = self.judge(self.resources.renew(renewal))
+            answer = self.judge(self.resources.step(renewal, self.now))
         except RefusedError as refusal:
             answer = refusal.reply
         self.step(skill, RenewalAnswered(renewal, answer))
@@ -251,7 +239,7 @@ class Managers(RuleBasedStateMachine):
 
     @invariant()
     def no_grant_outlives_its_violation(self) -> None:
-        assert self.resources.tick(self.now).publications == ()
+        assert self.resources.step(TimePassed(), self.now).publications == ()
 
     def teardown(self) -> None:
         """Let the network heal: then every accepted goal gets its answer, and nothing stays taken."""

@@ -10,13 +10,15 @@ from rig import Bench
 from skill_desk import REFUSED, TOKEN, VIOLATED, Desk
 
 from skillwing.services.core.delivery import SILENCES_UNTIL_ERROR, SILENCES_UNTIL_SETTLED
-from skillwing.services.core.grants import GOALS_REMEMBERED, LONGEST_LOCAL_OUTCOME, NO_TOKEN
-from skillwing.services.core.kept import GoalOver
+from skillwing.services.core.ends import LONGEST_LOCAL_OUTCOME
+from skillwing.services.core.ledger import GOALS_REMEMBERED
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.skill_actions import AskResources, Hook
 from skillwing.services.core.skill_core import PENDING_OUTCOMES_LIMIT
 from skillwing.services.core.skill_events import QuestionAnswered, Validated
+from skillwing.services.core.snapshot import FinishedGoal
 from skillwing.services.protocol import (
+    NO_TOKEN,
     Ended,
     EndKind,
     ErrorCode,
@@ -211,7 +213,7 @@ def ask(bench: Bench, incarnation: str, goal_id: str = "g", terminal: Terminal =
         incarnation=incarnation,
         cause="m#1",
     )
-    return bench.perform(bench.core.record_outcome(request, bench.now))
+    return bench.perform(bench.core.step(request, bench.now))
 
 
 def begun(bench: Bench) -> int:
@@ -250,7 +252,7 @@ def test_a_goal_with_a_local_outcome_begins_nowhere(bench: Bench) -> None:
     ended = ask(bench, "one")
     assert (ended.terminal, ended.reason, ended.record, ended.held) == (INTERRUPTED, "", "m#1", False)
     assert ended.how is None
-    assert bench.kept[-1:] == [GoalOver("g", "move", NO_TOKEN, ended)]
+    assert bench.kept[-1:] == [FinishedGoal("g", "move", NO_TOKEN, ended)]
     bench.attach("skill/move", "two")
     states = dict(bench.core.states)
     assert bench.begin("move", "g", incarnation="two") == ended
@@ -316,4 +318,4 @@ def test_refusals_push_out_no_interrupted_goal(bench: Bench) -> None:
     for number in range(GOALS_REMEMBERED + 1):
         ask(bench, "one", f"busy{number}", Terminal(ending=End.BUSY, reason="It runs another."))
     assert ask(bench, "one") == ended
-    assert bench.kept[-1].goal_id != "g"  # pyright: ignore[reportAttributeAccessIssue] - a GoalOver
+    assert bench.kept[-1].goal_id != "g"  # pyright: ignore[reportAttributeAccessIssue] - a FinishedGoal

@@ -5,24 +5,17 @@ from __future__ import annotations
 import pytest
 from rig import Bench, granted
 
-from skillwing.services.core.kept import GoalOver, ManagerNoted
+from skillwing.services.core.events import ManagerGone
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.protocol import (
-    AttachManager,
-    Ended,
-    EndKind,
-    ErrorCode,
-    Lost,
-    Record,
-    RenewGoal,
-)
+from skillwing.services.core.snapshot import FinishedGoal, ManagerEntry
+from skillwing.services.protocol import AttachManager, Ended, EndKind, ErrorCode, Lost, Record, RenewGoal
 
 
 def test_a_lost_manager_loses_its_goals_and_its_token(bench: Bench) -> None:
     token = granted(bench.begin("move", "g")).token
-    bench.perform(bench.core.manager_lost("skill/shine", 0.0))
+    bench.perform(bench.core.step(ManagerGone("skill/shine"), 0.0))
     assert bench.core.states["axes"] == "USED"
-    bench.perform(bench.core.manager_lost("skill/move", 0.0))
+    bench.perform(bench.core.step(ManagerGone("skill/move"), 0.0))
     assert bench.core.states["axes"] == "FREE"
     lost = bench.of(Lost)
     assert [(each.goal_id, each.token) for each in lost] == [("g", token)]
@@ -31,7 +24,7 @@ def test_a_lost_manager_loses_its_goals_and_its_token(bench: Bench) -> None:
     for call in (
         lambda: bench.end("move", "g", token, result="DONE"),
         lambda: bench.begin("move", "g"),
-        lambda: bench.core.renew(RenewGoal(goal_id="g", skill="move", token=token)),
+        lambda: bench.core.step(RenewGoal(goal_id="g", skill="move", token=token), 0.0),
     ):
         with pytest.raises(RefusedError) as refusal:
             call()
@@ -53,9 +46,9 @@ def test_an_incarnation_that_attaches_again_loses_nothing(bench: Bench) -> None:
     granted(bench.begin("move", "g", incarnation="first"))
     for manager, incarnation in (("skill/move", "first"), ("skill/shine", "other")):
         request = AttachManager(manager=manager, incarnation=incarnation)
-        bench.perform(bench.core.attach_manager(request, 0.0))
+        bench.perform(bench.core.step(request, 0.0))
     assert bench.core.states["axes"] == "USED"
-    bench.perform(bench.core.attach_manager(AttachManager(manager="skill/move", incarnation="second"), 0.0))
+    bench.perform(bench.core.step(AttachManager(manager="skill/move", incarnation="second"), 0.0))
     assert bench.core.states["axes"] == "FREE"
 
 
@@ -74,7 +67,7 @@ def test_a_goal_given_up_without_its_token_is_freed_all_the_same(bench: Bench) -
 @pytest.mark.parametrize("attached", [True, False])
 def test_a_goal_of_the_successor_is_not_given_up_by_a_process_without_its_token(bench: Bench, attached: bool) -> None:
     if attached:
-        bench.perform(bench.core.attach_manager(AttachManager(manager="skill/move", incarnation="first"), 0.0))
+        bench.perform(bench.core.step(AttachManager(manager="skill/move", incarnation="first"), 0.0))
     granted(bench.begin("move", "g", incarnation="second"))
     for incarnation in ("first", ""):
         with pytest.raises(RefusedError) as refusal:
@@ -137,8 +130,8 @@ def test_a_replaced_process_that_asks_for_its_successors_goal_takes_nothing(benc
     assert bench.begin("move", "g", incarnation="second") == second
     third = bench.begin("move", "g", incarnation="third")
     assert isinstance(third, Lost)
-    assert bench.kept[-1] == GoalOver("g", "move", second.token, third)
-    assert ManagerNoted("skill/move", "third") in bench.kept
+    assert bench.kept[-1] == FinishedGoal("g", "move", second.token, third)
+    assert ManagerEntry("skill/move", "third") in bench.kept
 
 
 def test_the_same_process_and_one_that_does_not_tell_get_the_same_grant_again(bench: Bench) -> None:
@@ -155,9 +148,9 @@ def test_each_incarnation_is_noted_once_and_a_replaced_one_cannot_come_back(benc
         assert (states.states, states.revision) == (dict(bench.core.states), bench.core.revision)
     bench.attach("skill/watch", "first")
     assert bench.kept == [
-        ManagerNoted("skill/move", "first"),
-        ManagerNoted("skill/move", "second"),
-        ManagerNoted("skill/watch", "first"),
+        ManagerEntry("skill/move", "first"),
+        ManagerEntry("skill/move", "second"),
+        ManagerEntry("skill/watch", "first"),
     ]
     with pytest.raises(RefusedError, match="place of this `skill/move`") as refusal:
         bench.attach("skill/move", "first")

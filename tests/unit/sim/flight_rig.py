@@ -7,12 +7,10 @@ from copy import deepcopy
 from functools import cache
 from typing import Any
 
-from skillwing.sim_mujoco.frames.vectors import Vector, heading_of
-from skillwing.sim_mujoco.guidance.core import GuidanceCore
-from skillwing.sim_mujoco.sensors.names import RANGE
-from skillwing.sim_mujoco.simulator.autopilot import Setpoint
-from skillwing.sim_mujoco.simulator.simulator import Simulator
-from skillwing.sim_mujoco.topics import (
+from skillwing.onboard.frames.vectors import Vector, heading_of
+from skillwing.onboard.guidance.core import GuidanceCore
+from skillwing.onboard.sensor_data.names import RANGE
+from skillwing.onboard.topics import (
     FlightState,
     GuidanceCommand,
     GuidanceStatus,
@@ -24,6 +22,8 @@ from skillwing.sim_mujoco.topics import (
     SensorStatus,
     TakeOff,
 )
+from skillwing.sim_mujoco.autopilot.autopilot import Setpoint
+from skillwing.sim_mujoco.simulator.simulator import Simulator
 from skillwing.sim_mujoco.world.world import World, make_world
 
 WORLD = make_world(1)

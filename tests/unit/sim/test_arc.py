@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skillwing.sim_mujoco.frames.vectors import norm, subtract
-from skillwing.sim_mujoco.guidance.arc import MAX_CENTRIPETAL, Round, fastest_around, rim
-from skillwing.sim_mujoco.guidance.heading_control import TURN_RATE
-from skillwing.sim_mujoco.guidance.trajectory import ACCELERATION, BRAKING
-from skillwing.sim_mujoco.topics import Orbit
+from skillwing.onboard.frames.vectors import norm, subtract
+from skillwing.onboard.guidance.arc import MAX_CENTRIPETAL, Round, fastest_around, rim
+from skillwing.onboard.guidance.heading_control import TURN_RATE
+from skillwing.onboard.guidance.trajectory import ACCELERATION, BRAKING
+from skillwing.onboard.topics import Orbit
 
 STEP = 0.02
 rounds = st.builds(

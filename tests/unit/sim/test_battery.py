@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skillwing.sim_mujoco.simulator.battery import CAPACITY, CELLS, PACKS, Battery, open_circuit_voltage
+from skillwing.sim_mujoco.physics.battery import CAPACITY, CELLS, PACKS, Battery, open_circuit_voltage
 
 HOVER = 137.3
 charges = st.floats(0.0, 100.0)

@@ -12,9 +12,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skillwing.sim_mujoco.extent import TIP_RADIUS
-from skillwing.sim_mujoco.simulator.hexacopter import ARM, BODY, ROTOR_RADIUS, ROTORS, attach_to
-from skillwing.sim_mujoco.simulator.physics import Physics
+from skillwing.onboard.extent import TIP_RADIUS
+from skillwing.sim_mujoco.physics.hexacopter import ARM, BODY, ROTOR_RADIUS, ROTORS, attach_to
+from skillwing.sim_mujoco.physics.physics import Physics
 from skillwing.sim_mujoco.simulator.simulator import Simulator
 from skillwing.sim_mujoco.world.footprint import Footprint
 from skillwing.sim_mujoco.world.things.plain import pole

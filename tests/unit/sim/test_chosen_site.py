@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import pytest
 
+from skillwing.onboard import topics
+from skillwing.onboard.geofence import Box
+from skillwing.onboard.guidance.limits import Limits
+from skillwing.onboard.guidance.node import make_guidance
+from skillwing.onboard.mapping.node import MappingOptions
+from skillwing.onboard.options import OptionsError, read_options
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.bus.reading import message_reader
-from skillwing.sim_mujoco import topics
-from skillwing.sim_mujoco.geofence import Box
-from skillwing.sim_mujoco.guidance.limits import Limits
-from skillwing.sim_mujoco.guidance.node import make_guidance
 from skillwing.sim_mujoco.link.node import make_link
-from skillwing.sim_mujoco.mapping.node import MappingOptions
-from skillwing.sim_mujoco.options import OptionsError, read_options
 from skillwing.sim_mujoco.world.kinds import KINDS, make_site
 
 

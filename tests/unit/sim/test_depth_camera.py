@@ -10,9 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from skillwing.sim_mujoco.frames.motion import Motion
-from skillwing.sim_mujoco.frames.poses import rotations
-from skillwing.sim_mujoco.frames.vectors import add, to_world
+from skillwing.onboard.frames.motion import Motion
+from skillwing.onboard.frames.poses import rotations
+from skillwing.onboard.frames.vectors import add, to_world
+from skillwing.onboard.sensor_data.directions import depth_directions
 from skillwing.sim_mujoco.sensors.depth_camera import (
     REACH,
     ZED_MOUNT,
@@ -21,7 +22,6 @@ from skillwing.sim_mujoco.sensors.depth_camera import (
     _unmatchable,
     depth_header,
 )
-from skillwing.sim_mujoco.sensors.directions import depth_directions
 from skillwing.sim_mujoco.sensors.infill import Infill, Pixels
 from skillwing.sim_mujoco.sensors.rays import RayScene
 from skillwing.sim_mujoco.world.world import make_world

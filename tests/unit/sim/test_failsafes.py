@@ -11,22 +11,22 @@ from flight_rig import WORLD, Rig, airborne
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skillwing.sim_mujoco.axis import RefusedError
-from skillwing.sim_mujoco.frames.vectors import to_body
-from skillwing.sim_mujoco.geofence import Box
-from skillwing.sim_mujoco.navigation.odometry_aid import OdometryReport
-from skillwing.sim_mujoco.simulator.autopilot import Autopilot, Estimate, Limits, Mode, Setpoint
-from skillwing.sim_mujoco.simulator.battery import CELLS
-from skillwing.sim_mujoco.simulator.descent import sink_speed
-from skillwing.sim_mujoco.simulator.failsafes import (
+from skillwing.onboard.axis import RefusedError
+from skillwing.onboard.frames.vectors import to_body
+from skillwing.onboard.geofence import Box
+from skillwing.onboard.topics import FlyTo, Land, MotionState, Nose, TakeOff, Turn
+from skillwing.sim_mujoco.autopilot.autopilot import Autopilot, Estimate, Limits, Mode, Setpoint
+from skillwing.sim_mujoco.autopilot.descent import sink_speed
+from skillwing.sim_mujoco.autopilot.failsafes import (
     CRITICAL_CHARGE,
     NAVIGATION_REGAINED,
     SETPOINT_TIMEOUT,
     Emergencies,
 )
-from skillwing.sim_mujoco.simulator.physics import Physics
+from skillwing.sim_mujoco.navigation.odometry_aid import OdometryReport
+from skillwing.sim_mujoco.physics.battery import CELLS
+from skillwing.sim_mujoco.physics.physics import Physics
 from skillwing.sim_mujoco.simulator.simulator import Simulator
-from skillwing.sim_mujoco.topics import FlyTo, Land, MotionState, Nose, TakeOff, Turn
 
 STILL = (0.0, 0.0, 0.0)
 LEVEL = (1.0, 0.0, 0.0, 0.0)

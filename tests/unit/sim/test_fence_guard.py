@@ -9,9 +9,9 @@ from flight_rig import WORLD
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skillwing.sim_mujoco.geofence import Box
-from skillwing.sim_mujoco.simulator.autopilot import Limits, Mode, Setpoint
-from skillwing.sim_mujoco.simulator.fence_guard import LEVEL_BRAKING, MARGIN, REACTION, FenceGuard
+from skillwing.onboard.geofence import Box
+from skillwing.sim_mujoco.autopilot.autopilot import Limits, Mode, Setpoint
+from skillwing.sim_mujoco.autopilot.fence_guard import LEVEL_BRAKING, MARGIN, REACTION, FenceGuard
 from skillwing.sim_mujoco.simulator.simulator import Simulator
 
 FENCE = Box((-20.0, -10.0, -1.0), (30.0, 40.0, 25.0))

@@ -7,10 +7,10 @@ from copy import deepcopy
 
 from flight_rig import Rig, airborne
 
-from skillwing.sim_mujoco.frames.vectors import heading_of, wrap
-from skillwing.sim_mujoco.simulator.autopilot import Mode, Setpoint
+from skillwing.onboard.frames.vectors import heading_of, wrap
+from skillwing.onboard.topics import FlyTo, Land, MotionState, Nose, Turn
+from skillwing.sim_mujoco.autopilot.autopilot import Mode, Setpoint
 from skillwing.sim_mujoco.simulator.simulator import Simulator
-from skillwing.sim_mujoco.topics import FlyTo, Land, MotionState, Nose, Turn
 
 
 def test_take_off_hover_and_land_gently_on_the_pad() -> None:

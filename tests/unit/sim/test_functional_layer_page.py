@@ -20,13 +20,13 @@ from skillwing.m600.bridge.link_level import DEGRADED_BELOW, LOST_BELOW, SILENCE
 from skillwing.m600.bridge.node import FLIGHT_SILENCE, RESEND_PERIOD
 from skillwing.m600.robot import ROBOT
 from skillwing.m600.skills import depthmap, guidance_client, lidar_mapping, stream, takeoff
+from skillwing.onboard import topics
+from skillwing.onboard.guidance import body_motion
+from skillwing.onboard.interface.page import interface_page, interface_schema
+from skillwing.onboard.interface.table import TOPICS
+from skillwing.onboard.interface.topic import Kind, Topic
 from skillwing.services.cli import app
 from skillwing.services.protocol import Message
-from skillwing.sim_mujoco import topics
-from skillwing.sim_mujoco.guidance import body_motion
-from skillwing.sim_mujoco.interface.page import interface_page, interface_schema
-from skillwing.sim_mujoco.interface.table import TOPICS
-from skillwing.sim_mujoco.interface.topic import Kind, Topic
 
 ROOT = Path(__file__).parents[3]
 PAGE = (ROOT / "docs" / "functional-layer.md").read_text(encoding="utf-8")

@@ -8,16 +8,14 @@ from dataclasses import replace
 import pytest
 from flight_rig import WORLD, Rig, airborne
 
-from skillwing.services.protocol import ErrorCode
-from skillwing.sim_mujoco.axis import RefusedError
-from skillwing.sim_mujoco.frames.vectors import heading_of, wrap
-from skillwing.sim_mujoco.guidance import solitude
-from skillwing.sim_mujoco.guidance.body_motion import TOUCHDOWN_SPEED
-from skillwing.sim_mujoco.guidance.core import GuidanceCore
-from skillwing.sim_mujoco.guidance.lookout import fastest
-from skillwing.sim_mujoco.guidance.solitude import LAND_AFTER
-from skillwing.sim_mujoco.simulator.autopilot import Mode
-from skillwing.sim_mujoco.topics import (
+from skillwing.onboard.axis import RefusedError
+from skillwing.onboard.frames.vectors import heading_of, wrap
+from skillwing.onboard.guidance import solitude
+from skillwing.onboard.guidance.body_motion import TOUCHDOWN_SPEED
+from skillwing.onboard.guidance.core import GuidanceCore
+from skillwing.onboard.guidance.lookout import fastest
+from skillwing.onboard.guidance.solitude import LAND_AFTER
+from skillwing.onboard.topics import (
     FlyTo,
     GuidanceStatus,
     Health,
@@ -35,6 +33,8 @@ from skillwing.sim_mujoco.topics import (
     TakeOff,
     Turn,
 )
+from skillwing.services.protocol import ErrorCode
+from skillwing.sim_mujoco.autopilot.autopilot import Mode
 
 EAST = FlyTo(target=(12.0, 0.0, 4.0), speed=2.0, nose=Nose.ALONG_TRACK)
 

@@ -13,13 +13,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec import structs
 
-from skillwing.sim_mujoco.axis import RefusedError
-from skillwing.sim_mujoco.frames.vectors import Vector
-from skillwing.sim_mujoco.geofence import Box
-from skillwing.sim_mujoco.guidance.core import GuidanceCore
-from skillwing.sim_mujoco.guidance.limits import HIGHEST, LOWEST, Limits
-from skillwing.sim_mujoco.simulator.autopilot import Limits as AutopilotLimits
-from skillwing.sim_mujoco.topics import (
+from skillwing.onboard.axis import RefusedError
+from skillwing.onboard.frames.vectors import Vector
+from skillwing.onboard.geofence import Box
+from skillwing.onboard.guidance.core import GuidanceCore
+from skillwing.onboard.guidance.limits import HIGHEST, LOWEST, Limits
+from skillwing.onboard.topics import (
     FlightState,
     FlyTo,
     GuidanceCommand,
@@ -34,6 +33,7 @@ from skillwing.sim_mujoco.topics import (
     TakeOff,
     Turn,
 )
+from skillwing.sim_mujoco.autopilot.autopilot import Limits as AutopilotLimits
 
 FENCE = Box((-10.0, -10.0, -1.0), (10.0, 10.0, 12.0))
 PERIOD = 0.02

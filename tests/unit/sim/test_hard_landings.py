@@ -8,8 +8,8 @@ from copy import deepcopy
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from skillwing.sim_mujoco.simulator.hexacopter import GEAR_HEIGHT, ROTORS
-from skillwing.sim_mujoco.simulator.physics import Physics
+from skillwing.sim_mujoco.physics.hexacopter import GEAR_HEIGHT, ROTORS
+from skillwing.sim_mujoco.physics.physics import Physics
 from skillwing.sim_mujoco.world.world import make_world
 
 ON_PAD = Physics(make_world(1))

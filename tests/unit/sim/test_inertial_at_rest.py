@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from skillwing.sim_mujoco.simulator.physics import Physics
+from skillwing.sim_mujoco.physics.physics import Physics
 from skillwing.sim_mujoco.world.world import make_world
 
 

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace as replaced
 
-from skillwing.sim_mujoco.extent import TIP_RADIUS
-from skillwing.sim_mujoco.guidance.lookout import (
+from skillwing.onboard.extent import TIP_RADIUS
+from skillwing.onboard.guidance.lookout import (
     CRAWL,
     GONE,
     LATENCY,
@@ -27,10 +27,10 @@ from skillwing.sim_mujoco.guidance.lookout import (
     fastest,
     stopping_distance,
 )
-from skillwing.sim_mujoco.guidance.trajectory import ACCELERATION, BRAKING
-from skillwing.sim_mujoco.obstacles.node import PERIOD
+from skillwing.onboard.guidance.trajectory import ACCELERATION, BRAKING
+from skillwing.onboard.obstacles.node import PERIOD
+from skillwing.onboard.topics import ObstacleSource, ObstacleStatus
 from skillwing.sim_mujoco.sensors.depth_camera import FOCAL, HEIGHT
-from skillwing.sim_mujoco.topics import ObstacleSource, ObstacleStatus
 
 TICK, REPORT = 0.02, 0.1
 DELAY = 0.2

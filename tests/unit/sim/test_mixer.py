@@ -8,9 +8,9 @@ from flight_rig import WORLD
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skillwing.sim_mujoco.simulator.hexacopter import MAX_THRUST, MIN_THRUST, ROTORS
-from skillwing.sim_mujoco.simulator.mixer import Mixer
-from skillwing.sim_mujoco.simulator.physics import Physics
+from skillwing.sim_mujoco.autopilot.mixer import Mixer
+from skillwing.sim_mujoco.physics.hexacopter import MAX_THRUST, MIN_THRUST, ROTORS
+from skillwing.sim_mujoco.physics.physics import Physics
 
 AIRFRAME = Physics(WORLD).airframe
 WEIGHT = AIRFRAME.mass * 9.81

@@ -10,19 +10,19 @@ import msgspec
 import numpy as np
 import pytest
 
+from skillwing.onboard import topics
+from skillwing.onboard.guidance.node import make_guidance
+from skillwing.onboard.options import OptionsError
+from skillwing.onboard.sensor_data.names import GNSS
 from skillwing.services.bus import Answer, Answered, Bus, Refused, Sample
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.protocol import ErrorCode, Message, decode, encode
-from skillwing.sim_mujoco import topics
 from skillwing.sim_mujoco.camera.feed import CAMERA
-from skillwing.sim_mujoco.guidance.node import make_guidance
-from skillwing.sim_mujoco.options import OptionsError
+from skillwing.sim_mujoco.physics.rotor_faults import ROTOR_NAMES
 from skillwing.sim_mujoco.sensors.corruptors import KINDS
 from skillwing.sim_mujoco.sensors.fittings import FITTINGS, SENSORS
-from skillwing.sim_mujoco.sensors.names import GNSS
 from skillwing.sim_mujoco.simulator.node import make_sim
-from skillwing.sim_mujoco.simulator.rotor_faults import ROTOR_NAMES
 
 
 class Ground:

@@ -13,10 +13,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from skillwing.onboard import topics
+from skillwing.onboard.frames.vectors import Quaternion, Vector, add, norm, subtract, to_world
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import decode, encode
-from skillwing.sim_mujoco import topics
-from skillwing.sim_mujoco.frames.vectors import Quaternion, Vector, add, norm, subtract, to_world
 from skillwing.sim_mujoco.navigation.navigator import EPOCH, Navigator, Solution
 from skillwing.sim_mujoco.navigation.odometry_aid import DOUBTFUL, PROOF, OdometryReport, Reputation
 from skillwing.sim_mujoco.navigation.strapdown import GRAVITY

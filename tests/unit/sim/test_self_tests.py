@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skillwing.sim_mujoco.frames.motion import Motion
+from skillwing.onboard.frames.motion import Motion
+from skillwing.onboard.sensor_data.names import LIDAR, ZED
 from skillwing.sim_mujoco.sensors.depth_camera import DepthCamera
 from skillwing.sim_mujoco.sensors.fittings import FITTINGS
 from skillwing.sim_mujoco.sensors.lidar import Lidar
-from skillwing.sim_mujoco.sensors.names import LIDAR, ZED
 from skillwing.sim_mujoco.sensors.rays import RayScene
 from skillwing.sim_mujoco.sensors.self_tests import Contradiction, Jump, Roughness, SelfTest
 from skillwing.sim_mujoco.sensors.twins import GroundTwin, InertialTwin

@@ -7,14 +7,14 @@ import math
 import numpy as np
 import pytest
 
+from skillwing.onboard import topics
+from skillwing.onboard.sensor_data.names import IMU, LIDAR
 from skillwing.services.bus import Sample
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import decode
-from skillwing.sim_mujoco import topics
 from skillwing.sim_mujoco.sensors.channel import Measurement
 from skillwing.sim_mujoco.sensors.fittings import FITTINGS, SENSORS
 from skillwing.sim_mujoco.sensors.instruments import IMU_BATCH, IMU_PERIOD
-from skillwing.sim_mujoco.sensors.names import IMU, LIDAR
 from skillwing.sim_mujoco.sensors.twins import Twins
 from skillwing.sim_mujoco.simulator.node import SLICE, make_sim
 from skillwing.sim_mujoco.simulator.simulator import TICK, Simulator

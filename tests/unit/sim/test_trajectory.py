@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skillwing.sim_mujoco.frames.vectors import norm, subtract
-from skillwing.sim_mujoco.guidance.trajectory import ACCELERATION, BRAKING, straight, trapezoid
+from skillwing.onboard.frames.vectors import norm, subtract
+from skillwing.onboard.guidance.trajectory import ACCELERATION, BRAKING, straight, trapezoid
 
 distances = st.floats(0.0, 200.0)
 speeds = st.floats(0.05, 6.0)

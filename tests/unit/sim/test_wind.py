@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skillwing.sim_mujoco.frames.vectors import norm
-from skillwing.sim_mujoco.simulator.wind import Eddies, Gust, Turbulence, Wind
+from skillwing.onboard.frames.vectors import norm
+from skillwing.sim_mujoco.physics.wind import Eddies, Gust, Turbulence, Wind
 
 CALM = (0.0, 0.0, 0.0)
 

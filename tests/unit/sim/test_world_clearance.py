@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skillwing.sim_mujoco.simulator.clearance import Clearance
+from skillwing.sim_mujoco.physics.clearance import Clearance
 from skillwing.sim_mujoco.world.triangles import Triangles
 
 coordinate = st.floats(-30.0, 30.0)

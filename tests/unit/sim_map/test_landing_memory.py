@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from skillwing.sim_mujoco.obstacles.free_space import Sighting
-from skillwing.sim_mujoco.obstacles.landing_memory import PERIOD, READINGS, SURE, LandingMemory
-from skillwing.sim_mujoco.obstacles.landing_place import SURROUNDINGS
-from skillwing.sim_mujoco.obstacles.local_map import MEMORY
-from skillwing.sim_mujoco.obstacles.views import CameraView, RingView
-from skillwing.sim_mujoco.sensors.scans import PlacedPoints
-from skillwing.sim_mujoco.topics import Navigation, ObstacleSource, Vector3
+from skillwing.onboard.obstacles.free_space import Sighting
+from skillwing.onboard.obstacles.landing_memory import PERIOD, READINGS, SURE, LandingMemory
+from skillwing.onboard.obstacles.landing_place import SURROUNDINGS
+from skillwing.onboard.obstacles.local_map import MEMORY
+from skillwing.onboard.obstacles.views import CameraView, RingView
+from skillwing.onboard.sensor_data.scans import PlacedPoints
+from skillwing.onboard.topics import Navigation, ObstacleSource, Vector3
 
 HERE: Vector3 = (0.0, 0.0, 4.0)
 GROUND: Vector3 = (1.05, 0.15, 0.0)

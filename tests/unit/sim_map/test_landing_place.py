@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from skillwing.sim_mujoco.extent import TIP_RADIUS
-from skillwing.sim_mujoco.geofence import Box
-from skillwing.sim_mujoco.obstacles.free_space import TUBE_RADIUS
-from skillwing.sim_mujoco.obstacles.landing_place import REACH, ROOM, SURROUNDINGS, Below
-from skillwing.sim_mujoco.obstacles.local_map import VOXEL, LocalMap
+from skillwing.onboard.extent import TIP_RADIUS
+from skillwing.onboard.geofence import Box
+from skillwing.onboard.obstacles.free_space import TUBE_RADIUS
+from skillwing.onboard.obstacles.landing_place import REACH, ROOM, SURROUNDINGS, Below
+from skillwing.onboard.obstacles.local_map import VOXEL, LocalMap
 
 Cloud = NDArray[np.float64]
 HERE = (3.0, -2.0, 4.0)

@@ -11,8 +11,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from skillwing.sim_mujoco.extent import TIP_RADIUS
-from skillwing.sim_mujoco.obstacles.free_space import (
+from skillwing.onboard.extent import TIP_RADIUS
+from skillwing.onboard.obstacles.free_space import (
     NARROW,
     STALE,
     TUBE_RADIUS,
@@ -20,9 +20,9 @@ from skillwing.sim_mujoco.obstacles.free_space import (
     Outlook,
     Sighting,
 )
-from skillwing.sim_mujoco.obstacles.local_map import MEMORY, VOXEL, LocalMap
-from skillwing.sim_mujoco.obstacles.views import CameraView, RingView, View
-from skillwing.sim_mujoco.sensors.scans import PlacedPoints
+from skillwing.onboard.obstacles.local_map import MEMORY, VOXEL, LocalMap
+from skillwing.onboard.obstacles.views import CameraView, RingView, View
+from skillwing.onboard.sensor_data.scans import PlacedPoints
 from skillwing.sim_mujoco.world.kinds import KINDS, make_site
 from skillwing.sim_mujoco.world.layouts.plot import LEG_CLEARANCE
 

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from skillwing.sim_mujoco.mapping.mapper import Mapper
-from skillwing.sim_mujoco.mapping.occupancy import OccupancyGrid, grid_shape
-from skillwing.sim_mujoco.sensors.scans import PlacedPoints
+from skillwing.onboard.mapping.mapper import Mapper
+from skillwing.onboard.mapping.occupancy import OccupancyGrid, grid_shape
+from skillwing.onboard.sensor_data.scans import PlacedPoints
 
 SIZE = 0.5
 ORIGIN = np.array([0.1, 0.1, 0.1])

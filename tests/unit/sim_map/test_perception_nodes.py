@@ -8,19 +8,19 @@ from typing import Any, TypeVar
 import numpy as np
 import pytest
 
+from skillwing.onboard import topics
+from skillwing.onboard.geofence import Box
+from skillwing.onboard.mapping.node import MISFITS, make_mapping
+from skillwing.onboard.obstacles.landing_memory import READINGS, SURE
+from skillwing.onboard.obstacles.node import make_obstacles
+from skillwing.onboard.options import OptionsError
+from skillwing.onboard.sensor_data.directions import RANGE_MOUNT, lidar_directions
+from skillwing.onboard.sensor_data.names import IMU, LIDAR, RANGE
+from skillwing.onboard.topics import ObstacleSource
 from skillwing.services.bus import Answered, Node, Refused
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import ErrorCode, Message, decode, encode
-from skillwing.sim_mujoco import topics
-from skillwing.sim_mujoco.geofence import Box
-from skillwing.sim_mujoco.mapping.node import MISFITS, make_mapping
-from skillwing.sim_mujoco.obstacles.landing_memory import READINGS, SURE
-from skillwing.sim_mujoco.obstacles.node import make_obstacles
-from skillwing.sim_mujoco.options import OptionsError
-from skillwing.sim_mujoco.sensors.directions import RANGE_MOUNT, lidar_directions
 from skillwing.sim_mujoco.sensors.instruments import RANGE_PERIOD
-from skillwing.sim_mujoco.sensors.names import IMU, LIDAR, RANGE
-from skillwing.sim_mujoco.topics import ObstacleSource
 
 M = TypeVar("M", bound=Message)
 ZERO = (0.0, 0.0, 0.0)

@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from skillwing.onboard.frames.pose_history import PoseHistory
+from skillwing.onboard.sensor_data.directions import depth_directions, lidar_directions
+from skillwing.onboard.sensor_data.scans import BLOCK, DepthPicture, LidarScan
+from skillwing.onboard.topics import DepthHeader, LidarHeader, Navigation
 from skillwing.services.protocol import ProtocolError, encode
-from skillwing.sim_mujoco.frames.pose_history import PoseHistory
-from skillwing.sim_mujoco.sensors.directions import depth_directions, lidar_directions
-from skillwing.sim_mujoco.sensors.scans import BLOCK, DepthPicture, LidarScan
-from skillwing.sim_mujoco.topics import DepthHeader, LidarHeader, Navigation
 
 LIDAR = LidarHeader(t0=0.0, t1=0.1, columns=64, beams=8, mount=(0.0, 0.0, -0.42))
 ZED = DepthHeader(t=0.1, width=32, height=16, fx=20.0, fy=20.0, cx=16.0, cy=8.0, mount=(0.3, 0.0, -0.05))

@@ -11,14 +11,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from skillwing.onboard.odometry import so3
+from skillwing.onboard.odometry.inertial import Inertial
+from skillwing.onboard.odometry.odometry import Fix, Odometry
+from skillwing.onboard.odometry.so3 import Floats
+from skillwing.onboard.sensor_data.directions import lidar_directions
+from skillwing.onboard.sensor_data.scans import LidarScan
+from skillwing.onboard.topics import LidarHeader, Navigation
 from skillwing.services.protocol import encode
-from skillwing.sim_mujoco.sensors.directions import lidar_directions
-from skillwing.sim_mujoco.sensors.scans import LidarScan
-from skillwing.sim_mujoco.slam import so3
-from skillwing.sim_mujoco.slam.inertial import Inertial
-from skillwing.sim_mujoco.slam.odometry import Fix, Odometry
-from skillwing.sim_mujoco.slam.so3 import Floats
-from skillwing.sim_mujoco.topics import LidarHeader, Navigation
 
 LOW, HIGH = (-20.0, -20.0, -10.0), (20.0, 20.0, 20.0)
 HALF = np.array([7.0, 8.0, 4.0])

@@ -12,18 +12,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from skillwing.onboard.odometry import so3
+from skillwing.onboard.odometry.deskew import deskew, thinned
+from skillwing.onboard.odometry.filter import Evidence, update
+from skillwing.onboard.odometry.inertial import Inertial, InertialMemory
+from skillwing.onboard.odometry.keyframes import Keyframes
+from skillwing.onboard.odometry.plane_map import LATELY, PlaneMap
+from skillwing.onboard.odometry.propagation import ImuNoise, Track, predict
+from skillwing.onboard.odometry.registration import Registration
+from skillwing.onboard.odometry.state import ATTITUDE, POSE, SIZE, State
+from skillwing.onboard.odometry.vigil import LEAST_CLOSE
+from skillwing.onboard.topics import ImuHeader
 from skillwing.services.protocol import ProtocolError, encode
-from skillwing.sim_mujoco.slam import so3
-from skillwing.sim_mujoco.slam.deskew import deskew, thinned
-from skillwing.sim_mujoco.slam.filter import Evidence, update
-from skillwing.sim_mujoco.slam.inertial import Inertial, InertialMemory
-from skillwing.sim_mujoco.slam.keyframes import Keyframes
-from skillwing.sim_mujoco.slam.plane_map import LATELY, PlaneMap
-from skillwing.sim_mujoco.slam.propagation import ImuNoise, Track, predict
-from skillwing.sim_mujoco.slam.registration import Registration
-from skillwing.sim_mujoco.slam.state import ATTITUDE, POSE, SIZE, State
-from skillwing.sim_mujoco.slam.vigil import LEAST_CLOSE
-from skillwing.sim_mujoco.topics import ImuHeader
 
 vectors = st.tuples(*[st.floats(-1.8, 1.8)] * 3).map(np.array)
 half_turns = vectors.filter(lambda axis: np.linalg.norm(axis) > 0.01).map(

@@ -10,14 +10,14 @@ from box_room import Room
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skillwing.sim_mujoco.slam import so3
-from skillwing.sim_mujoco.slam.deskew import deskew
-from skillwing.sim_mujoco.slam.filter import Posterior, update
-from skillwing.sim_mujoco.slam.keyframes import LAYING, MOST, STEP, TURN, Keyframes
-from skillwing.sim_mujoco.slam.plane_map import PlaneMap
-from skillwing.sim_mujoco.slam.propagation import Track
-from skillwing.sim_mujoco.slam.registration import Registration
-from skillwing.sim_mujoco.slam.state import POSE, POSITION, SIZE, VELOCITY, State
+from skillwing.onboard.odometry import so3
+from skillwing.onboard.odometry.deskew import deskew
+from skillwing.onboard.odometry.filter import Posterior, update
+from skillwing.onboard.odometry.keyframes import LAYING, MOST, STEP, TURN, Keyframes
+from skillwing.onboard.odometry.plane_map import PlaneMap
+from skillwing.onboard.odometry.propagation import Track
+from skillwing.onboard.odometry.registration import Registration
+from skillwing.onboard.odometry.state import POSE, POSITION, SIZE, VELOCITY, State
 
 vectors = st.tuples(*[st.floats(-1.8, 1.8)] * 3).map(np.array)
 seeds = st.integers(0, 2**31)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from skillwing.sim_mujoco.slam import so3
-from skillwing.sim_mujoco.slam.bridge import NavigationBridge
-from skillwing.sim_mujoco.slam.state import ATTITUDE, GYRO_BIAS, SIZE, State
-from skillwing.sim_mujoco.topics import Navigation
+from skillwing.onboard.odometry import so3
+from skillwing.onboard.odometry.bridge import NavigationBridge
+from skillwing.onboard.odometry.state import ATTITUDE, GYRO_BIAS, SIZE, State
+from skillwing.onboard.topics import Navigation
 
 
 def solution(t: float, position: tuple[float, float, float], yaw: float) -> Navigation:

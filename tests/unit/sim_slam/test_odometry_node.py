@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from box_room import BATCH, HALF, LOW, PERIOD, Room
 
+from skillwing.onboard import topics
+from skillwing.onboard.mapping.node import make_mapping
+from skillwing.onboard.sensor_data.names import IMU, LIDAR, ZED
 from skillwing.services.bus import Answered, Bus
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import Message, decode, encode
-from skillwing.sim_mujoco import topics
-from skillwing.sim_mujoco.mapping.node import make_mapping
-from skillwing.sim_mujoco.sensors.names import IMU, LIDAR, ZED
 
 
 class Bench:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from skillwing.onboard import topics
+from skillwing.onboard.mapping.node import make_mapping
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import decode, encode
-from skillwing.sim_mujoco import topics
-from skillwing.sim_mujoco.mapping.node import make_mapping
 from skillwing.sim_mujoco.simulator.node import make_sim
 
 BAREST = 39

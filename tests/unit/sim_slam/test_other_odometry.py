@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from box_room import HIGH, LOW, STANDING, Room
 
-from skillwing.sim_mujoco.mapping.node import make_mapping
-from skillwing.sim_mujoco.options import OptionsError
+from skillwing.onboard.mapping.node import make_mapping
+from skillwing.onboard.odometry import so3
+from skillwing.onboard.odometry.gicp import MissingLibraryError, gicp_matcher
+from skillwing.onboard.odometry.odometry import Odometry, Phase
+from skillwing.onboard.options import OptionsError
 from skillwing.sim_mujoco.scenario import ScenarioError, read_scenario
-from skillwing.sim_mujoco.slam import so3
-from skillwing.sim_mujoco.slam.gicp import MissingLibraryError, gicp_matcher
-from skillwing.sim_mujoco.slam.odometry import Odometry, Phase
 
 BOX = {"low": list(LOW), "high": list(HIGH)}
 

@@ -12,6 +12,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from skillwing.onboard.options import OptionsError
+from skillwing.onboard.topics import LINK_FAULT, LINK_STATUS, Done, LinkStatus, SetLinkFault
 from skillwing.services.bus import Answer, Refused
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.bus.reading import message_reader
@@ -19,8 +21,6 @@ from skillwing.services.protocol import ErrorCode, decode, encode
 from skillwing.sim_mujoco.link.node import make_link
 from skillwing.sim_mujoco.link.pipe import BURST, CAPACITY, HEADER, LONGEST_WAIT, Packet, Pipe
 from skillwing.sim_mujoco.link.radio import Conditions, LinkFaultOptions, Radio, RadioOptions, RadioZone
-from skillwing.sim_mujoco.options import OptionsError
-from skillwing.sim_mujoco.topics import LINK_FAULT, LINK_STATUS, Done, LinkStatus, SetLinkFault
 
 OPEN = RadioOptions(bandwidth=4.0, reach=100.0, latency=0.02, loss=0.0)
 BALL = RadioZone(center=(50.0, 0.0), radius=10.0, edge=5.0, bandwidth=0.1, latency=0.2, loss=0.3)

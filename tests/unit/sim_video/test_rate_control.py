@@ -9,12 +9,11 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from skillwing.m600.skills.shortfall import Shortfall
-from skillwing.services.protocol import ProtocolError, decode, encode
-from skillwing.sim_mujoco.topics import FASTEST_LINK, LinkStatus, VideoStatus
-from skillwing.sim_mujoco.video.codec import FASTEST_RATE
-from skillwing.sim_mujoco.video.pieces import parts_of
-from skillwing.sim_mujoco.video.protection import HIGHEST_LOSS, LOSSY, MOST_PARITY, RISK, parity_against, risk
-from skillwing.sim_mujoco.video.rate_control import (
+from skillwing.onboard.topics import FASTEST_LINK, LinkStatus, VideoStatus
+from skillwing.onboard.video.codec import FASTEST_RATE
+from skillwing.onboard.video.pieces import parts_of
+from skillwing.onboard.video.protection import HIGHEST_LOSS, LOSSY, MOST_PARITY, RISK, parity_against, risk
+from skillwing.onboard.video.rate_control import (
     ENOUGH_FPS,
     GOOD_ENOUGH,
     HELD,
@@ -31,6 +30,7 @@ from skillwing.sim_mujoco.video.rate_control import (
     RateController,
     Rates,
 )
+from skillwing.services.protocol import ProtocolError, decode, encode
 
 min_fps = st.floats(1.0, 25.0)
 min_quality = st.floats(0.0, 0.97)

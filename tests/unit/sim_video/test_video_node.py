@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
+from skillwing.onboard.topics import VIDEO_COMMAND, ControlVideo, Done
+from skillwing.onboard.video.node import make_video
 from skillwing.services.bus import Answer, Answered, Refused
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import ErrorCode, decode, encode
-from skillwing.sim_mujoco.topics import VIDEO_COMMAND, ControlVideo, Done
-from skillwing.sim_mujoco.video.node import make_video
 
 
 class Ground:

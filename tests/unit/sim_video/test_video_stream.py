@@ -10,12 +10,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skillwing.sim_mujoco.topics import VideoPiece
-from skillwing.sim_mujoco.video import erasure
-from skillwing.sim_mujoco.video.codec import AccessUnit, Decoder, Encoder, Picture, UndecodableError, jpeg
-from skillwing.sim_mujoco.video.pieces import LARGEST, Assembly, cut
-from skillwing.sim_mujoco.video.receiver import Receiver
-from skillwing.sim_mujoco.video.similarity import similarity
+from skillwing.onboard.topics import VideoPiece
+from skillwing.onboard.video import erasure
+from skillwing.onboard.video.codec import AccessUnit, Decoder, Encoder, Picture, UndecodableError, jpeg
+from skillwing.onboard.video.pieces import LARGEST, Assembly, cut
+from skillwing.onboard.video.receiver import Receiver
+from skillwing.onboard.video.similarity import similarity
 
 HEIGHT, WIDTH, FPS = 90, 160, 15
 SLOWEST_FPS = 6.0

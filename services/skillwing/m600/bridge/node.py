@@ -18,12 +18,7 @@ from skillwing.m600.bridge.extern_levels import ExternLevels, Level
 from skillwing.m600.bridge.link_level import SILENCE, LinkLevel, LinkState
 from skillwing.m600.bridge.telemetry import Telemetry
 from skillwing.m600.latest import Latest
-from skillwing.services.bus import Answer, Bus, Refused, Sample
-from skillwing.services.client.interface import SkillsetInterface
-from skillwing.services.options import required
-from skillwing.services.protocol import Keys, Lost, ProtocolError, Record, RecordKind, Violated, decode, encode
-from skillwing.services.timeline import Timeline
-from skillwing.sim_mujoco.topics import (
+from skillwing.onboard.topics import (
     AUTHORITY,
     BATTERY,
     FLIGHT,
@@ -36,6 +31,11 @@ from skillwing.sim_mujoco.topics import (
     Revoked,
     SensorStatus,
 )
+from skillwing.services.bus import Answer, Bus, Refused, Sample
+from skillwing.services.client.interface import SkillsetInterface
+from skillwing.services.options import required
+from skillwing.services.protocol import Keys, Lost, ProtocolError, Record, RecordKind, Violated, decode, encode
+from skillwing.services.timeline import Timeline
 
 RESEND_PERIOD = 0.5
 """Between two comparisons of the resources with the robot; a change is passed on at once [s]."""

@@ -10,9 +10,7 @@ from typing import Any
 
 from skillwing.dsl.model import Skillset
 from skillwing.m600.latest import Latest, M
-from skillwing.services.bus import Bus, Sample
-from skillwing.services.protocol import DataSample, Keys, ProtocolError, decode, encode
-from skillwing.sim_mujoco.topics import (
+from skillwing.onboard.topics import (
     BATTERY,
     LINK_STATUS,
     MAP,
@@ -29,6 +27,8 @@ from skillwing.sim_mujoco.topics import (
     Vector3,
     VideoStatus,
 )
+from skillwing.services.bus import Bus, Sample
+from skillwing.services.protocol import DataSample, Keys, ProtocolError, decode, encode
 
 _log = logging.getLogger(__name__)
 DEFAULT_PERIOD = 1.0

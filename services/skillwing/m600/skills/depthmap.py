@@ -7,17 +7,17 @@ from typing import ClassVar
 
 from skillwing.m600.latest import Latest
 from skillwing.m600.skills.switch import Switch
-from skillwing.services.bus import Handle
-from skillwing.services.managers.hooks import F, I, O
-from skillwing.services.managers.skill_manager import Goal, SkillHooks
-from skillwing.services.protocol import Terminal
-from skillwing.sim_mujoco.topics import (
+from skillwing.onboard.topics import (
     OBSTACLE_COMMAND,
     OBSTACLE_STATUS,
     ObstacleSource,
     ObstacleStatus,
     SelectObstacleSource,
 )
+from skillwing.services.bus import Handle
+from skillwing.services.managers.hooks import F, I, O
+from skillwing.services.managers.skill_manager import Goal, SkillHooks
+from skillwing.services.protocol import Terminal
 
 PATIENCE = 2.0
 """Without a measurement younger than this there is no depth map [s]."""

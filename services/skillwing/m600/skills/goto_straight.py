@@ -7,8 +7,8 @@ from msgspec.structs import replace
 from skillwing.m600.generated.managers import AbstractGotoStraightManager
 from skillwing.m600.generated.types import GotoStraightFeedback, GotoStraightInputs, GotoStraightOutputs
 from skillwing.m600.skills.motion import MotionManager, point
+from skillwing.onboard.topics import Nose
 from skillwing.services.managers.skill_manager import Goal
-from skillwing.sim_mujoco.topics import Nose
 
 
 class GotoStraightManager(

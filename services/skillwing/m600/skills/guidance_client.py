@@ -8,9 +8,7 @@ from typing import Any
 
 from skillwing.m600.command import Command
 from skillwing.m600.latest import Latest
-from skillwing.services.bus import Handle
-from skillwing.services.managers.skill_manager import Goal, SkillHooks
-from skillwing.sim_mujoco.topics import (
+from skillwing.onboard.topics import (
     GUIDANCE_COMMAND,
     GUIDANCE_STATUS,
     AxisStatus,
@@ -20,6 +18,8 @@ from skillwing.sim_mujoco.topics import (
     MotionState,
     Stop,
 )
+from skillwing.services.bus import Handle
+from skillwing.services.managers.skill_manager import Goal, SkillHooks
 
 AT_REST = frozenset({MotionState.IDLE, MotionState.STOPPED, MotionState.DONE, MotionState.BLOCKED, MotionState.ABORTED})
 """States in which the drone no longer moves for whoever commanded the axis."""

@@ -11,11 +11,7 @@ from skillwing.m600.latest import Latest
 from skillwing.m600.skills.guidance_client import Axis, GuidanceClient
 from skillwing.m600.skills.headway import Headway
 from skillwing.m600.skills.whereabouts import Whereabouts
-from skillwing.services.bus import Answer, Answered
-from skillwing.services.managers.skill_manager import Goal
-from skillwing.services.protocol import ProtocolError, RecordKind, Terminal, decode, encode
-from skillwing.services.timeline import Timeline
-from skillwing.sim_mujoco.topics import (
+from skillwing.onboard.topics import (
     FLIGHT,
     LANDING_PLACE,
     AxisStatus,
@@ -28,6 +24,10 @@ from skillwing.sim_mujoco.topics import (
     Nose,
     Vector3,
 )
+from skillwing.services.bus import Answer, Answered
+from skillwing.services.managers.skill_manager import Goal
+from skillwing.services.protocol import ProtocolError, RecordKind, Terminal, decode, encode
+from skillwing.services.timeline import Timeline
 
 PATIENCE = 1.0
 """So long a landing waits to hear of a better place [s]."""

@@ -7,11 +7,11 @@ from skillwing.m600.generated.types import LidarMappingFeedback, LidarMappingInp
 from skillwing.m600.keys import KEYS
 from skillwing.m600.latest import Latest
 from skillwing.m600.skills.switch import Switch
+from skillwing.onboard.topics import MAPPING_COMMAND, MAPPING_STATUS, ControlMapping, MappingStatus
 from skillwing.services.bus import Handle
 from skillwing.services.managers.skill_manager import Goal
 from skillwing.services.protocol import RecordKind, Terminal
 from skillwing.services.timeline import Timeline
-from skillwing.sim_mujoco.topics import MAPPING_COMMAND, MAPPING_STATUS, ControlMapping, MappingStatus
 
 PATIENCE = 4.0
 """Without a status for this long the mapping node is gone [s]."""

@@ -8,10 +8,10 @@ from skillwing.m600.generated.types import Position
 from skillwing.m600.geofence import Geofence
 from skillwing.m600.skills.guidance_client import Axis, GuidanceClient
 from skillwing.m600.skills.whereabouts import Whereabouts
+from skillwing.onboard.topics import AxisStatus, FlyTo, MotionState, Nose, Vector3
 from skillwing.services.managers.hooks import F, I, O
 from skillwing.services.managers.skill_manager import Goal, SkillHooks
 from skillwing.services.protocol import Terminal
-from skillwing.sim_mujoco.topics import AxisStatus, FlyTo, MotionState, Nose, Vector3
 
 
 class MotionManager(SkillHooks[I, O, F]):

@@ -8,8 +8,8 @@ from skillwing.m600.generated.managers import AbstractReturnHomeManager
 from skillwing.m600.generated.types import ReturnHomeFeedback, ReturnHomeInputs
 from skillwing.m600.geofence import HOME
 from skillwing.m600.skills.motion import MotionManager
+from skillwing.onboard.topics import Nose, Vector3
 from skillwing.services.managers.skill_manager import Goal
-from skillwing.sim_mujoco.topics import Nose, Vector3
 
 CLIMB = 3.0
 """So much higher the drone tries again where something stands in its way [m]."""

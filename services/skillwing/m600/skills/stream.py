@@ -8,10 +8,7 @@ from skillwing.m600.keys import KEYS
 from skillwing.m600.latest import Latest
 from skillwing.m600.skills.shortfall import Shortfall
 from skillwing.m600.skills.switch import Switch
-from skillwing.services.bus import Handle
-from skillwing.services.managers.skill_manager import Goal
-from skillwing.services.protocol import ResourceChange, Terminal
-from skillwing.sim_mujoco.topics import (
+from skillwing.onboard.topics import (
     VIDEO_COMMAND,
     VIDEO_ENCODER,
     VIDEO_STATUS,
@@ -19,6 +16,9 @@ from skillwing.sim_mujoco.topics import (
     EncoderStatus,
     VideoStatus,
 )
+from skillwing.services.bus import Handle
+from skillwing.services.managers.skill_manager import Goal
+from skillwing.services.protocol import ResourceChange, Terminal
 
 MOST_FPS = 25.0
 """The camera takes 30 pictures a second, and some are late or lost."""

@@ -10,9 +10,9 @@ from skillwing.m600.geofence import HOME, Geofence
 from skillwing.m600.skills.guidance_client import Axis, GuidanceClient
 from skillwing.m600.skills.headway import Headway
 from skillwing.m600.skills.whereabouts import Whereabouts
+from skillwing.onboard.topics import AxisStatus, MotionState, TakeOff, Vector3
 from skillwing.services.managers.skill_manager import Goal
 from skillwing.services.protocol import Terminal
-from skillwing.sim_mujoco.topics import AxisStatus, MotionState, TakeOff, Vector3
 
 MAX_DRIFT = 2.0
 """Horizontally, from where the climb began [m]."""

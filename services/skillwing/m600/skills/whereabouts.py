@@ -6,9 +6,9 @@ from collections.abc import Callable
 from typing import Any
 
 from skillwing.m600.latest import Latest
+from skillwing.onboard.topics import NAVIGATION, Navigation, Vector3
 from skillwing.services.bus import Handle
 from skillwing.services.managers.skill_manager import Goal, SkillHooks
-from skillwing.sim_mujoco.topics import NAVIGATION, Navigation, Vector3
 
 PATIENCE = 2.0
 """A drone that does not know where it is for so long does not start to fly [s]."""

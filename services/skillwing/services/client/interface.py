@@ -17,7 +17,7 @@ from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.client.goal_tracker import SILENCES_OF_THE_LIVING, GoalTracker
 from skillwing.services.client.resource_mirror import ResourceMirror
 from skillwing.services.client.retry import ask_until_answered
-from skillwing.services.core.latest import LatestData
+from skillwing.services.core.latest_data import LatestData
 from skillwing.services.core.values import fit_fields
 from skillwing.services.errors import InvalidInputError, InvalidOptionError
 from skillwing.services.names import CLIENT, RESOURCE_MANAGER, skill_process

@@ -9,11 +9,11 @@ from __future__ import annotations
 from msgspec.structs import replace
 
 from skillwing.services.core.goal_states import Committing, Finishing, GoalRun
-from skillwing.services.core.grants import NO_TOKEN
 from skillwing.services.core.outbox import Outbox
 from skillwing.services.core.skill_actions import Action, AskResources
 from skillwing.services.core.skill_events import Reply, ResourcesAnswer, RetriesExhausted
 from skillwing.services.protocol import (
+    NO_TOKEN,
     BeginGoal,
     EndGoal,
     EndKind,

@@ -14,7 +14,7 @@ import msgspec
 from msgspec.structs import replace
 
 from skillwing.dsl.model import Skill, UnknownNameError
-from skillwing.services.core.grants import NO_TOKEN
+from skillwing.services.core.events import TimePassed
 from skillwing.services.core.skill_actions import Hook
 from skillwing.services.core.skill_events import (
     Accepted,
@@ -29,7 +29,6 @@ from skillwing.services.core.skill_events import (
     StopConfirmed,
     StopRequested,
     Terminated,
-    TimePassed,
     Validated,
 )
 from skillwing.services.core.values import fit_fields, sendable_text
@@ -43,6 +42,7 @@ from skillwing.services.core.verdicts import (
 )
 from skillwing.services.protocol import (
     LONGEST_LABEL,
+    NO_TOKEN,
     BeginGoal,
     Ended,
     EndGoal,

@@ -13,6 +13,7 @@ from skillwing.dsl.model import Skillset
 from skillwing.services.core.bounded_dict import BoundedDict
 from skillwing.services.core.checks import check_goal_id, check_schema
 from skillwing.services.core.delivery import Delivery
+from skillwing.services.core.events import TimePassed
 from skillwing.services.core.goal_states import (
     ASK,
     Executing,
@@ -38,7 +39,6 @@ from skillwing.services.core.skill_events import (
     StopConfirmed,
     StopRequested,
     Terminated,
-    TimePassed,
 )
 from skillwing.services.core.values import by_path, fit_fields, sendable_text
 from skillwing.services.names import CLIENT

@@ -10,6 +10,7 @@ from typing import TypeAlias
 
 import msgspec
 
+from skillwing.services.core.events import TimePassed
 from skillwing.services.core.skill_actions import AskResources
 from skillwing.services.protocol import (
     ErrorReply,
@@ -101,13 +102,6 @@ class RenewalAnswered(msgspec.Struct, frozen=True):
     @property
     def goal_id(self) -> str:
         return self.call.goal_id
-
-
-# --- from the clock ------------------------------------------------------------------------------------------------
-
-
-class TimePassed(msgspec.Struct, frozen=True):
-    """Some robot time has passed."""
 
 
 CurrentGoalEvent: TypeAlias = (

@@ -7,17 +7,17 @@ from typing import Any, TypeVar
 
 import msgspec
 
-from skillwing.services.core.grants import GOALS_REMEMBERED
 from skillwing.services.core.incarnations import INCARNATIONS_REMEMBERED
-from skillwing.services.core.kept import (
-    DatumKept,
+from skillwing.services.core.ledger import GOALS_REMEMBERED
+from skillwing.services.core.snapshot import (
+    DatumEntry,
     Entry,
-    GoalOver,
-    GrantOpened,
-    Kept,
-    ManagerNoted,
-    ResourceStands,
-    Shelf,
+    FinishedGoal,
+    GrantEntry,
+    HistoryBucket,
+    ManagerEntry,
+    ResourceEntry,
+    Snapshot,
 )
 from skillwing.services.journal.schema import Identity
 from skillwing.services.protocol import GoalVerdict, Granted, Record
@@ -25,10 +25,10 @@ from skillwing.services.protocol import GoalVerdict, Granted, Record
 HISTORY_KEPT = 5000
 """Timeline records that a journal holds."""
 TRIM_EVERY = 100
-"""Goals after which the oldest ones are looked for, which takes longer than writing one down."""
+"""Goals between two searches for the oldest ones; a search takes longer than storing a goal."""
 _TRIM_GOALS = """
-DELETE FROM goals WHERE shelf = :shelf AND n <= (
-    SELECT n FROM goals WHERE shelf = :shelf ORDER BY n DESC LIMIT 1 OFFSET :kept
+DELETE FROM goals WHERE bucket = :bucket AND n <= (
+    SELECT n FROM goals WHERE bucket = :bucket ORDER BY n DESC LIMIT 1 OFFSET :kept
 )
 """
 MANAGERS_KEPT = 2 * INCARNATIONS_REMEMBERED
@@ -37,33 +37,33 @@ T = TypeVar("T")
 
 
 def insert_entry(connection: sqlite3.Connection, entry: Entry) -> None:
-    """Bring the tables to where the entry says, and take the oldest rows out of those that would grow for ever."""
+    """Change the tables as the entry says, and delete the oldest rows of those that would grow for ever."""
     execute = connection.execute
     match entry:
-        case ResourceStands():
+        case ResourceEntry():
             row = (entry.resource, entry.state, entry.revision, entry.record)
             execute("INSERT OR REPLACE INTO resources VALUES (?, ?, ?, ?)", row)
-        case GrantOpened(granted=granted):
+        case GrantEntry(granted=granted):
             row = (granted.goal_id, entry.skill, _text(entry.inputs), entry.manager, entry.incarnation, _text(granted))
             execute("INSERT INTO grants VALUES (NULL, ?, ?, ?, ?, ?, ?)", row)
             execute("UPDATE journal SET last_token = max(last_token, ?)", (granted.token,))
-        case GoalOver():
+        case FinishedGoal():
             execute("DELETE FROM grants WHERE goal_id = ?", (entry.goal_id,))
-            row = (entry.goal_id, entry.skill, entry.token, entry.shelf, _text(entry.verdict))
+            row = (entry.goal_id, entry.skill, entry.token, entry.bucket, _text(entry.verdict))
             number = execute("INSERT INTO goals VALUES (NULL, ?, ?, ?, ?, ?)", row).lastrowid or 0
             if number % TRIM_EVERY == 0:
-                for shelf in Shelf:
-                    execute(_TRIM_GOALS, {"shelf": shelf, "kept": GOALS_REMEMBERED})
-        case ManagerNoted():
+                for bucket in HistoryBucket:
+                    execute(_TRIM_GOALS, {"bucket": bucket, "kept": GOALS_REMEMBERED})
+        case ManagerEntry():
             row = (entry.manager, entry.incarnation)
             number = execute("INSERT INTO managers VALUES (NULL, ?, ?)", row).lastrowid or 0
             execute("DELETE FROM managers WHERE n <= ?", (number - MANAGERS_KEPT,))
-        case DatumKept():
+        case DatumEntry():
             execute("INSERT OR REPLACE INTO data VALUES (?, ?, ?)", (entry.name, _text(entry.value), entry.t))
 
 
 def insert_record(connection: sqlite3.Connection, record: Record) -> None:
-    """Add a timeline record to the history, and take the oldest one out of a full one."""
+    """Add a timeline record to the history, and delete the oldest one of a full history."""
     number = connection.execute("INSERT INTO history VALUES (NULL, ?)", (_text(record),)).lastrowid or 0
     connection.execute("DELETE FROM history WHERE n <= ?", (number - HISTORY_KEPT,))
 
@@ -72,30 +72,30 @@ def select_identity(connection: sqlite3.Connection) -> Identity:
     return Identity(*connection.execute("SELECT robot, skillset, schema FROM journal").fetchone())
 
 
-def select_kept(connection: sqlite3.Connection, records: int) -> Kept | None:
-    """What the tables hold, with the latest `records` of the history; None if nothing was ever written.
+def select_snapshot(connection: sqlite3.Connection, records: int) -> Snapshot | None:
+    """Snapshot in the tables, with the latest `records` of the history; None if nothing was ever written.
 
-    Raises sqlite3.DatabaseError and msgspec.MsgspecError where they hold what was never written.
+    Raises sqlite3.DatabaseError and msgspec.MsgspecError for content that no journal has.
     """
     select = connection.execute
     last_token, t = select("SELECT last_token, t FROM journal").fetchone()
     if t is None:
         return None
     history = select("SELECT record FROM history ORDER BY n DESC LIMIT ?", (records,)).fetchall()
-    return Kept(
-        resources=tuple(ResourceStands(*row) for row in select("SELECT * FROM resources")),
+    return Snapshot(
+        resources=tuple(ResourceEntry(*row) for row in select("SELECT * FROM resources")),
         grants=tuple(
-            GrantOpened(skill, _value(inputs, dict[str, Any]), manager, incarnation, _value(granted, Granted))
+            GrantEntry(skill, _value(inputs, dict[str, Any]), manager, incarnation, _value(granted, Granted))
             for skill, inputs, manager, incarnation, granted in select(
                 "SELECT skill, inputs, manager, incarnation, granted FROM grants ORDER BY n"
             )
         ),
         goals=tuple(
-            GoalOver(goal_id, skill, token, _value(verdict, GoalVerdict))
+            FinishedGoal(goal_id, skill, token, _value(verdict, GoalVerdict))
             for goal_id, skill, token, verdict in select("SELECT goal_id, skill, token, verdict FROM goals ORDER BY n")
         ),
-        managers=tuple(ManagerNoted(*row) for row in select("SELECT manager, incarnation FROM managers ORDER BY n")),
-        data=tuple(DatumKept(name, _value(value, Any), t) for name, value, t in select("SELECT * FROM data")),
+        managers=tuple(ManagerEntry(*row) for row in select("SELECT manager, incarnation FROM managers ORDER BY n")),
+        data=tuple(DatumEntry(name, _value(value, Any), t) for name, value, t in select("SELECT * FROM data")),
         last_token=last_token,
         records=tuple(_value(record, Record) for (record,) in reversed(history)),
         t=t,

@@ -7,14 +7,14 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from skillwing.onboard.frames.motion import Motion
+from skillwing.onboard.frames.poses import rotations
+from skillwing.onboard.frames.vectors import add, to_world
+from skillwing.onboard.topics import CameraHeader
 from skillwing.sim_mujoco.camera.appearance import SUN, Appearance
 from skillwing.sim_mujoco.camera.sparse import Faces, Floats, Pixels, trace
-from skillwing.sim_mujoco.frames.motion import Motion
-from skillwing.sim_mujoco.frames.poses import rotations
-from skillwing.sim_mujoco.frames.vectors import add, to_world
 from skillwing.sim_mujoco.sensors.depth_camera import FOCAL, HEIGHT, WIDTH, ZED_MOUNT
 from skillwing.sim_mujoco.sensors.rays import RayScene
-from skillwing.sim_mujoco.topics import CameraHeader
 from skillwing.sim_mujoco.world.world import World
 
 Numbers = NDArray[np.intp]

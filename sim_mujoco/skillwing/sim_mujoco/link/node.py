@@ -9,19 +9,19 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from skillwing.onboard import topics
+from skillwing.onboard.axis import RefusedError
+from skillwing.onboard.messaging import answer_with
+from skillwing.onboard.options import OptionsError, read_options
+from skillwing.onboard.topics import Vector3
 from skillwing.services.bus import Bus, Publisher, Sample
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.protocol import ErrorCode, encode
-from skillwing.sim_mujoco import topics
-from skillwing.sim_mujoco.axis import RefusedError
 from skillwing.sim_mujoco.link.pipe import Packet, Pipe
 from skillwing.sim_mujoco.link.radio import Conditions, Radio, RadioOptions, RadioZone
 from skillwing.sim_mujoco.link.shadow import shadow_of
-from skillwing.sim_mujoco.messaging import answer_with
-from skillwing.sim_mujoco.options import OptionsError, read_options
 from skillwing.sim_mujoco.scenario import ScenarioError, read_scenario
 from skillwing.sim_mujoco.sensors.corruptors import MagnitudeError, UnknownFaultError
-from skillwing.sim_mujoco.topics import Vector3
 from skillwing.sim_mujoco.world.chosen import SiteOptions
 
 STEP = 0.01

@@ -13,11 +13,11 @@ from typing import Annotated, Literal, TypeAlias
 
 import msgspec
 
-from skillwing.sim_mujoco.frames.vectors import Vector
+from skillwing.onboard.frames.vectors import Vector
+from skillwing.onboard.topics import Megabits
 from skillwing.sim_mujoco.sensors.corruptors import Fault, UnknownFaultError, check_no_magnitude
 from skillwing.sim_mujoco.sensors.fault_schedule import FaultSchedule, Seconds
 from skillwing.sim_mujoco.sensors.zones import Zone
-from skillwing.sim_mujoco.topics import Megabits
 
 MEGABIT = 1e6
 FLOOR = 1.0

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.sim_mujoco.frames.vectors import Quaternion, Vector, axes, heading_of, scale, to_world, wrap
+from skillwing.onboard.frames.vectors import Quaternion, Vector, axes, heading_of, scale, to_world, wrap
 from skillwing.sim_mujoco.navigation.error_filter import (
     ANGLES,
     BAROMETER,

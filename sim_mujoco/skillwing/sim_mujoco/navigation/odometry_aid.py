@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from skillwing.sim_mujoco.frames.vectors import Vector
+from skillwing.onboard.frames.vectors import Vector
 
 GATED = 0.1
 """Standard deviation that odometry's velocity is gated with [m/s], of each axis."""

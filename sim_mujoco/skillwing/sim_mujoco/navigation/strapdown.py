@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from skillwing.sim_mujoco.frames.vectors import Quaternion, Vector, add, scale, subtract, to_world
+from skillwing.onboard.frames.vectors import Quaternion, Vector, add, scale, subtract, to_world
 
 GRAVITY = 9.81
 ZERO: Vector = (0.0, 0.0, 0.0)

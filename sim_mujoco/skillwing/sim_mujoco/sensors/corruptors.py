@@ -11,9 +11,9 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.sim_mujoco.frames.vectors import Vector
+from skillwing.onboard.frames.vectors import Vector
+from skillwing.onboard.topics import LARGEST_COMPONENT
 from skillwing.sim_mujoco.sensors.zones import Zone
-from skillwing.sim_mujoco.topics import LARGEST_COMPONENT
 
 Data = NDArray[np.float32]
 ONE: Final[Data] = np.ones(1, dtype=np.float32)

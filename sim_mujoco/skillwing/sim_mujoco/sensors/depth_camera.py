@@ -13,13 +13,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.sim_mujoco.frames.motion import Motion
-from skillwing.sim_mujoco.frames.vectors import Vector, add, axes, to_world
-from skillwing.sim_mujoco.sensors.directions import DEPTH_NOISE, depth_directions
+from skillwing.onboard.frames.motion import Motion
+from skillwing.onboard.frames.vectors import Vector, add, axes, to_world
+from skillwing.onboard.sensor_data.directions import DEPTH_NOISE, depth_directions
+from skillwing.onboard.topics import DepthHeader
 from skillwing.sim_mujoco.sensors.infill import Infill, Pixels
 from skillwing.sim_mujoco.sensors.noise import NoiseTable
 from skillwing.sim_mujoco.sensors.rays import RayScene
-from skillwing.sim_mujoco.topics import DepthHeader
 
 ZED_MOUNT: Vector = (0.3, 0.0, -0.05)
 """Where the camera sits on the drone, FLU [m]."""

@@ -7,7 +7,7 @@ from typing import Annotated, TypeAlias
 
 import msgspec
 
-from skillwing.sim_mujoco.frames.vectors import Vector
+from skillwing.onboard.frames.vectors import Vector
 from skillwing.sim_mujoco.sensors.corruptors import Fault
 
 Seconds: TypeAlias = Annotated[float, msgspec.Meta(ge=0.0, le=1e6)]

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from skillwing.onboard.sensor_data.names import GNSS, IMU, LIDAR, RANGE, ZED
+from skillwing.onboard.topics import LARGEST_COMPONENT
 from skillwing.sim_mujoco.sensors import depth_camera, gnss, lidar
 from skillwing.sim_mujoco.sensors.channel import Channel
 from skillwing.sim_mujoco.sensors.corruptors import ONE, Corruption, Data
@@ -19,9 +21,7 @@ from skillwing.sim_mujoco.sensors.instruments import (
     RANGE_PERIOD,
     RANGE_REACH,
 )
-from skillwing.sim_mujoco.sensors.names import GNSS, IMU, LIDAR, RANGE, ZED
 from skillwing.sim_mujoco.sensors.self_tests import Jump, Roughness, SelfTest
-from skillwing.sim_mujoco.topics import LARGEST_COMPONENT
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,9 +14,9 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.sim_mujoco.frames.motion import Motion
-from skillwing.sim_mujoco.frames.vectors import heading_of
-from skillwing.sim_mujoco.topics import LARGEST_COMPONENT
+from skillwing.onboard.frames.motion import Motion
+from skillwing.onboard.frames.vectors import heading_of
+from skillwing.onboard.topics import LARGEST_COMPONENT
 
 PERIOD, DELAY = 0.1, 0.1
 FARTHEST = 10_000.0

@@ -7,9 +7,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.sim_mujoco.frames.motion import Motion
-from skillwing.sim_mujoco.frames.vectors import add, to_world
-from skillwing.sim_mujoco.sensors.directions import RANGE_MOUNT
+from skillwing.onboard.frames.motion import Motion
+from skillwing.onboard.frames.vectors import add, to_world
+from skillwing.onboard.sensor_data.directions import RANGE_MOUNT
 from skillwing.sim_mujoco.sensors.rays import RayScene
 
 IMU_PERIOD = 0.004

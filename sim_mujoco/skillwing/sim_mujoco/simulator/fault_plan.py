@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from skillwing.sim_mujoco.camera.feed import CAMERA
+from skillwing.sim_mujoco.physics.rotor_faults import ROTOR_NAMES, check_rotor_fault
 from skillwing.sim_mujoco.sensors.corruptors import Fault, UnknownFaultError, check_kind
 from skillwing.sim_mujoco.sensors.fault_schedule import FaultSchedule
 from skillwing.sim_mujoco.sensors.fittings import FITTINGS, SENSORS
-from skillwing.sim_mujoco.simulator.rotor_faults import ROTOR_NAMES, check_rotor_fault
 
 ROTOR = "rotor/"
 

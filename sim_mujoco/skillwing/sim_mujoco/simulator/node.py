@@ -8,19 +8,24 @@ from typing import Annotated, Any
 import msgspec
 import numpy as np
 
+from skillwing.onboard import topics
+from skillwing.onboard.axis import RefusedError
+from skillwing.onboard.frames.vectors import heading_of, to_body
+from skillwing.onboard.geofence import FenceOptions
+from skillwing.onboard.messaging import answer_with, reply_with
+from skillwing.onboard.options import OptionsError, read_options
+from skillwing.onboard.sensor_data.names import GNSS, IMU, LIDAR, RANGE
 from skillwing.services.bus import Bus, Publisher
 from skillwing.services.bus.clock import TickRule
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.protocol import ClockTick, ErrorCode, Message, encode
-from skillwing.sim_mujoco import topics
-from skillwing.sim_mujoco.axis import RefusedError
+from skillwing.sim_mujoco.autopilot.autopilot import Limits, Setpoint
+from skillwing.sim_mujoco.autopilot.failsafes import CRITICAL_CHARGE
 from skillwing.sim_mujoco.camera.camera import camera_header
-from skillwing.sim_mujoco.frames.vectors import heading_of, to_body
-from skillwing.sim_mujoco.geofence import FenceOptions
-from skillwing.sim_mujoco.messaging import answer_with, reply_with
 from skillwing.sim_mujoco.navigation.navigator import Solution
 from skillwing.sim_mujoco.navigation.odometry_aid import OdometryReport
-from skillwing.sim_mujoco.options import OptionsError, read_options
+from skillwing.sim_mujoco.physics.battery import PACKS
+from skillwing.sim_mujoco.physics.wind import Gust
 from skillwing.sim_mujoco.scenario import (
     FaultOptions,
     GustOptions,
@@ -39,12 +44,7 @@ from skillwing.sim_mujoco.sensors.fault_schedule import Seconds
 from skillwing.sim_mujoco.sensors.fittings import SENSORS
 from skillwing.sim_mujoco.sensors.gnss import ReceiverName
 from skillwing.sim_mujoco.sensors.health import Change
-from skillwing.sim_mujoco.sensors.names import GNSS, IMU, LIDAR, RANGE
-from skillwing.sim_mujoco.simulator.autopilot import Limits, Setpoint
-from skillwing.sim_mujoco.simulator.battery import PACKS
-from skillwing.sim_mujoco.simulator.failsafes import CRITICAL_CHARGE
 from skillwing.sim_mujoco.simulator.simulator import Simulator
-from skillwing.sim_mujoco.simulator.wind import Gust
 from skillwing.sim_mujoco.world.world import make_world
 
 SLICE = 0.02

@@ -12,13 +12,22 @@ from operator import add
 
 import numpy as np
 
+from skillwing.onboard.extent import TIP_RADIUS
+from skillwing.onboard.frames.motion import Motion
+from skillwing.onboard.frames.vectors import Vector
+from skillwing.onboard.sensor_data.names import GNSS, IMU, LIDAR, RANGE, ZED
+from skillwing.sim_mujoco.autopilot.autopilot import Autopilot, Estimate, Limits, Setpoint
+from skillwing.sim_mujoco.autopilot.descent import STANDING_RANGE
 from skillwing.sim_mujoco.camera.camera import Camera
 from skillwing.sim_mujoco.camera.feed import CAMERA, CameraFeed
-from skillwing.sim_mujoco.extent import TIP_RADIUS
-from skillwing.sim_mujoco.frames.motion import Motion
-from skillwing.sim_mujoco.frames.vectors import Vector
 from skillwing.sim_mujoco.navigation.navigator import EPOCH, Navigator, Solution
 from skillwing.sim_mujoco.navigation.odometry_aid import OdometryReport
+from skillwing.sim_mujoco.physics.battery import PACKS, Battery
+from skillwing.sim_mujoco.physics.clearance import Clearance
+from skillwing.sim_mujoco.physics.hexacopter import ROTORS
+from skillwing.sim_mujoco.physics.physics import Physics
+from skillwing.sim_mujoco.physics.rotor_faults import ROTOR_FAULTS, ROTOR_NAMES, RotorFaults
+from skillwing.sim_mujoco.physics.wind import Gust, Wind
 from skillwing.sim_mujoco.sensors import lidar
 from skillwing.sim_mujoco.sensors.cadence import Cadence
 from skillwing.sim_mujoco.sensors.channel import Measurement
@@ -35,18 +44,9 @@ from skillwing.sim_mujoco.sensors.instruments import (
     RangeFinder,
 )
 from skillwing.sim_mujoco.sensors.lidar import Lidar
-from skillwing.sim_mujoco.sensors.names import GNSS, IMU, LIDAR, RANGE, ZED
 from skillwing.sim_mujoco.sensors.rays import RayScene
 from skillwing.sim_mujoco.sensors.twins import Twins
-from skillwing.sim_mujoco.simulator.autopilot import Autopilot, Estimate, Limits, Setpoint
-from skillwing.sim_mujoco.simulator.battery import PACKS, Battery
-from skillwing.sim_mujoco.simulator.clearance import Clearance
-from skillwing.sim_mujoco.simulator.descent import STANDING_RANGE
 from skillwing.sim_mujoco.simulator.fault_plan import ROTOR, FaultPlan
-from skillwing.sim_mujoco.simulator.hexacopter import ROTORS
-from skillwing.sim_mujoco.simulator.physics import Physics
-from skillwing.sim_mujoco.simulator.rotor_faults import ROTOR_FAULTS, ROTOR_NAMES, RotorFaults
-from skillwing.sim_mujoco.simulator.wind import Gust, Wind
 from skillwing.sim_mujoco.world.world import TERRAIN, World
 
 TICK = 0.01

@@ -14,7 +14,7 @@ from matplotlib.patches import Circle, Rectangle
 from matplotlib.patheffects import withStroke
 from PIL import Image
 
-from skillwing.sim_mujoco.frames.vectors import Vector
+from skillwing.onboard.frames.vectors import Vector
 from skillwing.sim_mujoco.world.rendering import Renderer, from_above, from_place
 from skillwing.sim_mujoco.world.site import Site
 from skillwing.sim_mujoco.world.world import World

@@ -14,7 +14,7 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
-from skillwing.sim_mujoco.frames.vectors import Vector
+from skillwing.onboard.frames.vectors import Vector
 from skillwing.sim_mujoco.world.layouts.paving import Strip
 from skillwing.sim_mujoco.world.world import TERRAIN, World
 

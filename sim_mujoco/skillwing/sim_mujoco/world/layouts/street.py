@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from skillwing.sim_mujoco.frames.vectors import Vector
+from skillwing.onboard.frames.vectors import Vector
 from skillwing.sim_mujoco.world.footprint import Footprint, Point
 from skillwing.sim_mujoco.world.layouts.blockers import block_legs, board, lone_tree, mast
 from skillwing.sim_mujoco.world.layouts.ground import Ground

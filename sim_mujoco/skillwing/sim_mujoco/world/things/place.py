@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from skillwing.sim_mujoco.frames.vectors import Quaternion, Vector
+from skillwing.onboard.frames.vectors import Quaternion, Vector
 from skillwing.sim_mujoco.world.footprint import Footprint, Point
 from skillwing.sim_mujoco.world.things.shapes import Box, Capsule, Colour, Cylinder, Shape, Solid, about_z, along
 

@@ -12,7 +12,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.sim_mujoco.frames.vectors import Quaternion, Vector
+from skillwing.onboard.frames.vectors import Quaternion, Vector
 from skillwing.sim_mujoco.world.things.facade import DWELLING, Windows, building_mesh
 
 MeshData: TypeAlias = tuple[NDArray[np.float64], NDArray[np.int32]]

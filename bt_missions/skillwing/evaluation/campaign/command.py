@@ -1,0 +1,291 @@
+"""`skillwing campaign`: fly a mission many times in simulation, and count what became of the drone."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Sequence
+from contextlib import closing
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.text import Text
+
+from skillwing.dsl.model import UnknownNameError
+from skillwing.evaluation.campaign import page
+from skillwing.evaluation.campaign.flight_code import FlyingCode, claim
+from skillwing.evaluation.campaign.ledger import Ledger
+from skillwing.evaluation.campaign.outcomes import outcomes, worst_of
+from skillwing.evaluation.campaign.output import CampaignState, command_words, flight_line, print_summary, show_summary
+from skillwing.evaluation.campaign.recordings import begin_recording, is_recorded, keep_recording
+from skillwing.evaluation.campaign.rerun import comparison, same_flight, take_sample
+from skillwing.evaluation.campaign.worker_pool import LostFlight, WorkerPool
+from skillwing.evaluation.flights.conditions import Condition, conditions_of
+from skillwing.evaluation.flights.plan import FlightPlan, Network, usual_world
+from skillwing.services.cli import INTERRUPTED
+from skillwing.services.commands.completion import missions
+from skillwing.services.commands.exit_codes import FAILED, OK
+from skillwing.services.commands.output import make_console
+from skillwing.services.errors import InvalidOptionError
+from skillwing.services.marked_page import PageError
+from skillwing.services.processes.ending import Ending, ended_by_signals
+from skillwing.services.processes.run_options import LARGEST_SEED
+
+SEEDS = "0:10"
+"""If nobody chooses any."""
+MOST_FLIGHTS = 100_000
+"""Weeks of a core: who asks for more has mistyped."""
+MISSIONS = "skillwing.missions"
+
+
+def campaign(
+    mission: Annotated[
+        str, typer.Argument(metavar="MISSION", help="Mission to fly.", show_default=False, autocompletion=missions)
+    ],
+    seeds: Annotated[
+        str | None,
+        typer.Option(metavar="A:B", help=f"Seeds from A up to, and without, B; or one seed. Default {SEEDS}."),
+    ] = None,
+    faults: Annotated[
+        str | None,
+        typer.Option(metavar="NAME,...", help=f"Conditions: {', '.join(Condition)}; or all. Default {Condition.NONE}."),
+    ] = None,
+    worlds: Annotated[
+        str | None,
+        typer.Option(metavar="KIND,...", help="Kinds of worlds; default: courtyard, or inspection for that mission."),
+    ] = None,
+    jobs: Annotated[
+        int, typer.Option(metavar="N", min=0, help="Flights at once; 0 for one on each core, or for one over Zenoh.")
+    ] = 0,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="DIR", help="Default runs/TIME-campaign-MISSION.")
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with the campaign in the folder.")] = False,
+    record: Annotated[bool, typer.Option("--record", help="Record every flight, as `demo` does.")] = False,
+    worst: Annotated[
+        int, typer.Option(metavar="N", min=0, help="Fly so many of the worst flights again at the end, recorded.")
+    ] = 0,
+    without_obstacles: Annotated[
+        bool, typer.Option("--without-obstacles", help="Take obstacle detection's word away: drones collide.")
+    ] = False,
+    on: Annotated[
+        Network, typer.Option("--on", help="Fly in one process and virtual time, or with real processes over Zenoh.")
+    ] = Network.IN_PROCESS,
+    sample_of: Annotated[
+        Path | None,
+        typer.Option("--sample-of", metavar="DIR", help="Fly some of that campaign's flights again, and compare."),
+    ] = None,
+    sample: Annotated[int, typer.Option("--sample", metavar="N", min=1, help="So many of them.")] = 20,
+    write: Annotated[
+        Path | None, typer.Option("--write", metavar="FILE", help="Write the table into a page, as docs/missions.md.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON at the end, and nothing else.")] = False,
+) -> None:
+    """Fly a mission in many simulated worlds, much faster than real time, and count what became of the drone.
+
+    Each flight is the robot's whole process table in one process and virtual time. What goes wrong, and when, follows
+    from its seed; the same flight is the same again, bit by bit. `--on zenoh` flies the same with real processes. Each
+    flight that ends is a line of `flights.jsonl`, so that a campaign that was ended goes on by `--resume`. Exit codes:
+    0 every promise was kept (nothing hit, fence kept, landed or handed over), 1 one was broken, a flight's process was
+    lost, or a flight did not end as before when it was flown again, 2 it cannot be flown with these options, 130 it was
+    called off.
+    """
+    earlier = None
+    if sample_of is not None:
+        if without_obstacles or any(each is not None for each in (seeds, faults, worlds)):
+            text = (
+                "What is flown follows from the campaign in --sample-of. Leave out seeds, faults, worlds and the like."
+            )
+            raise InvalidOptionError("sample_of", text)
+        earlier = take_sample(sample_of, mission, sample)
+        plans = earlier.plans(on)
+    else:
+        plans = make_plans(
+            mission,
+            SEEDS if seeds is None else seeds,
+            Condition.NONE if faults is None else faults,
+            worlds,
+            watched=not without_obstacles,
+            network=on,
+        )
+    title = page.title_of(plans, again=earlier is not None)
+    if write is not None:
+        _check_page(write, title)
+    at_once = jobs or (1 if on is Network.ZENOH else os.cpu_count() or 1)
+    folder = output or Path("runs") / f"{datetime.now().astimezone():%Y%m%d-%H%M%S}-campaign-{mission}"
+    console = make_console()
+    shown = Console(quiet=True) if as_json else console
+    called_off = False
+    with closing(Ledger(folder, resume=resume)) as ledger, ended_by_signals() as ending:
+        ledger.require(plans)
+        flying = FlyingCode()
+        claim(folder, flying.code, begun=bool(ledger.results))
+        state = CampaignState(ledger.results, earlier)
+        try:
+            _fly(plans, ledger, flying, state.lost, at_once, record=record, console=shown, ending=ending)
+            _record_worst(ledger, flying, worst, state, at_once, shown, ending)
+        except KeyboardInterrupt:
+            called_off = True
+            shown.print("Called off. Go on with --resume.", style="red")
+    if as_json:
+        print_summary(str(folder), len(plans), state)
+    else:
+        show_summary(state, console)
+    if write is not None and not called_off and state.results:
+        _write_page(write, title, state, flying.code.digest, shown)
+    raise typer.Exit(FAILED if not state.as_promised else INTERRUPTED if called_off else OK)
+
+
+# --- what is flown ---------------------------------------------------------------------------------------------------
+
+
+def make_plans(
+    mission: str,
+    seeds: str,
+    conditions: str,
+    worlds: str | None,
+    *,
+    watched: bool = True,
+    network: Network = Network.IN_PROCESS,
+) -> list[FlightPlan]:
+    """All flights of a campaign, seed by seed, so that one that is cut short has flown all conditions alike.
+
+    Raises UnknownNameError and InvalidOptionError.
+    """
+    from importlib.metadata import entry_points  # noqa: PLC0415
+
+    from skillwing.sim_mujoco.world.kinds import KINDS  # noqa: PLC0415 - loads numpy
+
+    missions = entry_points(group=MISSIONS).names
+    if mission not in missions:
+        raise UnknownNameError("mission", mission, sorted(missions))
+    names = conditions_of(mission) if conditions == "all" else _names("condition", conditions, list(Condition))
+    worlds = usual_world(mission) if worlds is None else worlds
+    kinds = list(KINDS) if worlds == "all" else _names("world", worlds, list(KINDS))
+    chosen = parse_seeds(seeds)
+    count = len(chosen) * len(kinds) * len(names)
+    if count > MOST_FLIGHTS:
+        text = f"These are {count:,} flights, and a campaign has {MOST_FLIGHTS:,} at most."
+        raise InvalidOptionError("seeds", f"{text} Give fewer seeds, conditions or worlds.")
+    plans = [
+        FlightPlan(mission=mission, world=kind, seed=seed, condition=Condition(name), watched=watched, network=network)
+        for seed in chosen
+        for kind in kinds
+        for name in names
+    ]
+    for first in plans[: len(kinds) * len(names)]:
+        first.mission_options()  # where a mission has nothing to do is said before anything flies
+    return plans
+
+
+def parse_seeds(text: str) -> range:
+    """Seeds from `A:B`, or one. Raises InvalidOptionError."""
+    first, colon, end = text.partition(":")
+    if not (first.isdecimal() and (end.isdecimal() if colon else not end)):
+        raise InvalidOptionError("seeds", f"`{text}` are no seeds. Write `0:100` for 0 to 99, or one number.")
+    # Python reads numbers of some thousand digits only.
+    readable = max(len(number.lstrip("0")) for number in (first, end)) <= len(str(LARGEST_SEED))
+    seeds = range(int(first), int(end) if colon else int(first) + 1) if readable else None
+    if seeds is None or (seeds and seeds[-1] > LARGEST_SEED):
+        raise InvalidOptionError("seeds", f"A seed is too large in --seeds. The largest is {LARGEST_SEED}.")
+    if not seeds:
+        raise InvalidOptionError("seeds", f"`{text}` holds no seed. Write `A:B` with A below B.")
+    return seeds
+
+
+def _names(what: str, text: str, known: Sequence[str]) -> list[str]:
+    """Names that commas separate, each once. Raises UnknownNameError."""
+    names = list(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
+    for name in names or [text]:
+        if name not in known:
+            raise UnknownNameError(what, name, known)
+    return names
+
+
+# --- flying ----------------------------------------------------------------------------------------------------------
+
+
+def _fly(
+    plans: Sequence[FlightPlan],
+    ledger: Ledger,
+    flying: FlyingCode,
+    lost: list[LostFlight],
+    jobs: int,
+    *,
+    record: bool,
+    console: Console,
+    ending: Ending,
+) -> None:
+    """Fly what has not been flown. What comes to no end is added to `lost`."""
+    flown = {result.plan.name for result in ledger.results}
+    missing = [plan for plan in plans if plan.name not in flown]
+    console.print(f"{len(missing)} flights, {min(jobs, len(missing)) or 1} at once; results go to {ledger.folder}.")
+    begun = time.monotonic()
+
+    def run_dir(plan: FlightPlan) -> Path | None:
+        return begin_recording(ledger.folder, plan) if record else None
+
+    with WorkerPool(jobs) as pool:
+        for count, result in enumerate(flying.kept(pool.fly(missing, run_dir, ending.look)), start=1):
+            if isinstance(result, LostFlight):
+                lost.append(result)
+            else:
+                keep_recording(ledger.folder, result.plan)
+                ledger.add(result)
+            left = (time.monotonic() - begun) / count * (len(missing) - count)
+            console.print(flight_line(result, f"{count}/{len(missing)}", left), soft_wrap=True)
+
+
+def _record_worst(
+    ledger: Ledger,
+    flying: FlyingCode,
+    count: int,
+    state: CampaignState,
+    jobs: int,
+    console: Console,
+    ending: Ending,
+) -> None:
+    """Fly the worst flights again with the recorder. `state` gets those that were not the same again, or are lost."""
+    chosen = worst_of(ledger.results, count)
+    before = {each.plan.name: each for each in chosen if not is_recorded(ledger.folder, each.plan)}
+    if not before:
+        return
+    console.print(f"Flying the {len(before)} worst flights again, recorded.")
+    with WorkerPool(jobs) as pool:
+        plans = [each.plan for each in before.values()]
+        flights = pool.fly(plans, lambda plan: begin_recording(ledger.folder, plan), ending.look)
+        for again in flying.kept(flights):
+            told = Text(f"  {ledger.folder / again.plan.name}")
+            if isinstance(again, LostFlight):
+                told.append(f": not recorded. {again.why}", "red")
+                state.unrecorded.append(again)
+            else:
+                keep_recording(ledger.folder, again.plan)
+                if not same_flight(before[again.plan.name], again):
+                    told.append(f": not the same flight again; it {again.end}", "red")
+                    state.differing.append(again.plan.name)
+            console.print(told, soft_wrap=True)
+
+
+# --- telling ---------------------------------------------------------------------------------------------------------
+
+
+def _check_page(path: Path, title: str) -> None:
+    """Raises InvalidOptionError for a page that cannot take the section, before hours are flown for it."""
+    try:
+        page.check(path, title)
+    except PageError as error:
+        raise InvalidOptionError("write", str(error)) from error
+
+
+def _write_page(path: Path, title: str, state: CampaignState, code: str, console: Console) -> None:
+    """Write the section, unless flights are missing in it. code: digest of what flew."""
+    if state.lost:
+        console.print(f"{path} is left as it was: the table would lack these.", style="red", soft_wrap=True)
+        return
+    more = comparison(state.earlier, state.results) if state.earlier else ()
+    section = page.section(title, command_words(), state.results, outcomes(state.results), code, more)
+    page.write(path, title, section)

@@ -1,0 +1,111 @@
+"""A folder of one campaign: `flights.jsonl` has one line for each flight, written when it ends.
+
+A campaign that was killed goes on after its last whole line.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import logging
+import os
+from collections.abc import Iterable
+from contextlib import ExitStack
+from pathlib import Path
+from typing import BinaryIO
+
+import msgspec
+
+from skillwing.evaluation.flights.plan import FlightPlan
+from skillwing.evaluation.flights.result import FlightResult
+from skillwing.services.errors import InvalidOptionError
+
+LEDGER_FILE = "flights.jsonl"
+
+log = logging.getLogger(__name__)
+
+
+class Ledger:
+    """The results of a campaign, on disk as soon as they are known. Nobody else writes them until it is closed.
+
+    Raises InvalidOptionError for a folder that holds a campaign already, unless it is to be resumed, and for one into
+    which another campaign is flying, OSError where nothing can be written.
+    """
+
+    def __init__(self, folder: Path, *, resume: bool) -> None:
+        self.folder = folder
+        path = folder / LEDGER_FILE
+        folder.mkdir(parents=True, exist_ok=True)
+        try:
+            path.touch(exist_ok=resume)
+        except FileExistsError:
+            text = f"{folder} holds a campaign already. Go on with it by --resume, or choose another folder."
+            raise InvalidOptionError("output", text) from None
+        with ExitStack() as opened:
+            self._file = opened.enter_context(path.open("ab"))
+            _reserve(self._file, folder)
+            self.results = read_results(path)
+            # Without the line at which the campaign was killed.
+            self._file.truncate(path.read_bytes().rfind(b"\n") + 1)
+            opened.pop_all()
+
+    def require(self, plans: Iterable[FlightPlan]) -> None:
+        """Raises InvalidOptionError if a flight is in it that is none of these: a folder holds one campaign."""
+        planned = {plan.name: plan for plan in plans}
+        others = [each.plan.name for each in self.results if planned.get(each.plan.name) != each.plan]
+        if others:
+            more = f" and {len(others) - 1} more" if len(others) > 1 else ""
+            text = f"{self.folder} holds flights that this campaign would not fly: {others[0]}{more}."
+            advice = "Give the options of the campaign in there, for more seeds if you like, or choose another folder."
+            raise InvalidOptionError("resume", f"{text} {advice}")
+
+    def add(self, result: FlightResult) -> None:
+        """Keep a result."""
+        self.results.append(result)
+        self._file.write(_line(result))
+        self._file.flush()
+        os.fsync(self._file.fileno())
+
+    def close(self) -> None:
+        self._file.close()
+
+
+def read_results(path: Path) -> list[FlightResult]:
+    """Every result in a ledger's file but one that its writer could not finish.
+
+    Raises InvalidOptionError for a line that is no flight, and for one that is there twice.
+    """
+    *lines, _ = path.read_bytes().split(b"\n")
+    results: dict[bytes, FlightResult] = {}
+    for number, line in enumerate(lines, start=1):
+        try:
+            result = msgspec.json.decode(line, type=FlightResult)
+        except msgspec.DecodeError as error:
+            raise _unreadable(path, number, f"is no flight: {error}.") from error
+        plan = msgspec.json.encode(result.plan)  # by whatever it was flown: a tree of that name may have changed
+        if plan in results:
+            raise _unreadable(path, number, f"is {result.plan.name}, which an earlier line is, too.")
+        results[plan] = result
+    return list(results.values())
+
+
+def _unreadable(path: Path, number: int, why: str) -> InvalidOptionError:
+    advice = "Take this line out, and by --resume what is missing is flown; or choose another folder."
+    return InvalidOptionError("output", f"Line {number} of {path} {why} {advice}")
+
+
+def _reserve(file: BinaryIO, folder: Path) -> None:
+    """Keep other campaigns out until the file is closed, which the kernel does for a process that was killed.
+
+    Raises InvalidOptionError if there is one already. A file system without locks keeps nobody out, which is told.
+    """
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        text = f"Another campaign is flying into {folder}. Wait for its end, or choose another folder."
+        raise InvalidOptionError("output", text) from None
+    except OSError as error:
+        log.warning("%s cannot be locked (%s). Let no other campaign fly into it meanwhile.", folder, error.strerror)
+
+
+def _line(result: FlightResult) -> bytes:
+    return msgspec.json.encode(result) + b"\n"

@@ -1,0 +1,157 @@
+"""The page of what campaigns found: one section for each kind of campaign, written anew by the next one."""
+
+from __future__ import annotations
+
+import os
+import platform
+import shlex
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+
+from skillwing.evaluation.campaign.outcomes import HEADINGS, Outcomes, worst_of
+from skillwing.evaluation.flights.conditions import Condition, conditions_of, met_from
+from skillwing.evaluation.flights.plan import FlightPlan, Network
+from skillwing.evaluation.flights.result import FlightResult
+from skillwing.services.marked_page import Marks
+from skillwing.sim_mujoco.world.kinds import KINDS
+
+NAMED = 3
+"""So many of the worst flights are named where none broke a promise."""
+CONFIDENCE = 0.95
+"""With which it is told how rare a broken promise is."""
+
+
+def title_of(plans: Sequence[FlightPlan], *, again: bool = False) -> str:
+    """What tells a campaign from others on the same page: all but its seeds. again: it is a sample of one before."""
+    first = plans[0]
+    kinds, conditions = {plan.world for plan in plans}, {plan.condition for plan in plans}
+    worlds = ", ".join(kind for kind in KINDS if kind in kinds)
+    all_of_them = conditions == set(conditions_of(first.mission))
+    met = "all conditions" if all_of_them else ", ".join(each for each in Condition if each in conditions)
+    told = [
+        f"{first.mission} in {worlds}: {met}",
+        "" if first.watched else "without obstacle detection",
+        *sorted({plan.label for plan in plans}),
+        "over Zenoh" if first.network is Network.ZENOH else "",
+        "flown again" if again else "",
+    ]
+    return ", ".join(filter(None, told))
+
+
+def section(
+    title: str,
+    words: Sequence[str],
+    results: Sequence[FlightResult],
+    rows: Sequence[Outcomes],
+    code: str,
+    more: Sequence[str] = (),
+) -> str:
+    """A section in Markdown: what was flown, the table, and each flight that broke a promise.
+
+    title: with a small letter (`title_of`). words: of the command that flew the campaign. code: digest of the code
+    that flew. more: lines that come behind.
+    """
+    seeds = sorted({result.plan.seed for result in results})
+    hours = sum(result.processor_time for result in results) / 3600.0
+    pace = sum(result.end_time for result in results) / max(1e-9, 3600.0 * hours)
+    broken = [result for result in results if not result.kept]
+    lines = [
+        f"## {title[0].upper()}{title[1:]}",
+        "",
+        f"{len(results)} flights, seeds {_ranges(seeds)}, by code {code}; {hours:.1f} hours of processor time, "
+        f"{pace:.1f} times as fast as real time on one core. {machine()}, {datetime.now(tz=UTC):%Y-%m-%d}.",
+        "",
+        "| " + " | ".join(HEADINGS) + " |",
+        "|---|---|" + "---:|" * (len(HEADINGS) - 2),
+        *("| " + " | ".join(row.cells) + " |" for row in rows),
+        "",
+        *_beginnings(results),
+    ]
+    if broken:
+        lines += [
+            f"{len(broken)} flights broke a promise:",
+            "",
+            "| flight | what | the mission's end | again |",
+            "|---|---|---|---|",
+        ]
+        lines += [
+            f"| {result.plan.name} | {', '.join(result.broken)} | {result.phase} {result.text} | "
+            f"`{result.plan.command}` |"
+            for result in broken
+        ]
+    else:
+        lines.append(
+            "No flight broke a promise: nothing was hit, the fence was kept, every drone stands or was handed over. "
+            f"{_surely(results)}The worst of them, failures first and then by their least clearance: "
+            f"{', '.join(f'`{result.plan.name}`' for result in worst_of(results, NAMED))}."
+        )
+    if more:
+        lines += ["", *more]
+    return "\n".join([*lines, "", f"`{shlex.join(words)}` flies this again and rewrites this section."])
+
+
+def _surely(results: Sequence[FlightResult]) -> str:
+    """How rare broken promises are at least where none was seen; nothing where that tells nothing.
+
+    The exact bound of Clopper and Pearson (1934), of worlds and not of flights: those in one world are much the same
+    flight until something befalls it.
+    """
+    worlds = len({(result.plan.world, result.plan.seed) for result in results})
+    one_in = int(1.0 / (1.0 - (1.0 - CONFIDENCE) ** (1.0 / worlds)))
+    if one_in < 2:
+        return ""
+    expected = f"a broken promise is to be expected in fewer than one of {one_in} like them"
+    return f"With none in {worlds} worlds, {expected} ({100.0 * CONFIDENCE:.0f} % confidence). "
+
+
+def write(page: Path, title: str, text: str) -> None:
+    """Put a section into a page, in place of the one with the same title. Raises PageError."""
+    _marks(title).replace_or_append(page, text, title="Missions")
+
+
+def read(page: Path, title: str) -> str:
+    """The section of a page with this title. Raises PageError where there is none."""
+    return _marks(title).read(page)
+
+
+def check(page: Path, title: str) -> None:
+    """Raises PageError for a page that cannot take a section with this title."""
+    _marks(title).check_place(page)
+
+
+def _marks(title: str) -> Marks:
+    return Marks.of_section(f"campaign: {title}")
+
+
+def _beginnings(results: Sequence[FlightResult]) -> list[str]:
+    """When in these flights the drone had met its condition; nothing where there was none."""
+    drawn = [(t, each.met) for each in results if (t := met_from(each.plan.circumstances())) is not None]
+    if not drawn:
+        return []
+    times = sorted(t for t, met in drawn if met)
+    when = f", {times[0]:.0f} to {times[-1]:.0f} s after the start" if times else ""
+    return [
+        f"Met: in {len(times)} of {len(drawn)} flights what was to go wrong did before the drone was down, "
+        f"with two sensors both of it{when}.",
+        "",
+    ]
+
+
+def machine() -> str:
+    """What was flown on."""
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text(encoding="utf-8").splitlines() if info.exists() else []
+    names = {line.partition(":")[2].strip() for line in lines if line.startswith("model name")}
+    return f"{os.cpu_count()} x {', '.join(sorted(names)) or platform.machine()}, Python {platform.python_version()}"
+
+
+def _ranges(numbers: Sequence[int]) -> str:
+    """Ascending numbers in words: `0 to 99, 120`."""
+    runs: list[tuple[int, int]] = []
+    for number in numbers:
+        if runs and number == runs[-1][1] + 1:
+            runs[-1] = runs[-1][0], number
+        else:
+            runs.append((number, number))
+    return ", ".join(str(first) if first == last else f"{first} to {last}" for first, last in runs)

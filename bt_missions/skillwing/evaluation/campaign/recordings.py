@@ -1,0 +1,39 @@
+"""Recordings of flights: a folder each, which gets the flight's name when the flight has ended."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+from skillwing.evaluation.flights.plan import FlightPlan
+
+UNFINISHED = ".part"
+"""Ends the name of the folder until then."""
+
+
+def begin_recording(folder: Path, plan: FlightPlan) -> Path:
+    """An empty folder for the recording of a flight of the campaign in `folder`.
+
+    What a flight left that was killed is removed: it would be taken for a part of this one.
+    """
+    unfinished = _unfinished(folder, plan)
+    for left in (folder / plan.name, unfinished):
+        shutil.rmtree(left, ignore_errors=True)
+    unfinished.mkdir(parents=True)
+    return unfinished.absolute()
+
+
+def keep_recording(folder: Path, plan: FlightPlan) -> None:
+    """Give the recording of a flight that has ended its name, if it was recorded."""
+    unfinished = _unfinished(folder, plan)
+    if unfinished.is_dir():
+        unfinished.rename(folder / plan.name)
+
+
+def is_recorded(folder: Path, plan: FlightPlan) -> bool:
+    """Whether there is a recording of the whole flight."""
+    return (folder / plan.name).is_dir()
+
+
+def _unfinished(folder: Path, plan: FlightPlan) -> Path:
+    return folder / f"{plan.name}{UNFINISHED}"

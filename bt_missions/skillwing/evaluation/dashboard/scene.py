@@ -1,0 +1,328 @@
+"""The UAV's dashboard: where it is, where it goes, what it sees and what it has mapped.
+
+The world is drawn as the robot knows it, from its own navigation, sensors and map, never from the simulator's truth.
+Streams are thinned on their way into the recording: five minutes of flight stay below 40 MB.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import msgspec
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+from numpy.typing import NDArray
+
+from skillwing.evaluation.dashboard.arrangement import SERIES, Arrangement, Front, overview
+from skillwing.evaluation.dashboard.depth_png import depth_png
+from skillwing.evaluation.dashboard.geometry import (
+    DEPTH_LEVELS,
+    DEPTH_STEP,
+    Throttle,
+    by_height,
+    depth_levels,
+    world_points,
+)
+from skillwing.evaluation.dashboard.voxel_pieces import VoxelPieces
+from skillwing.onboard import topics
+from skillwing.onboard.options import read_options
+from skillwing.onboard.sensor_data.directions import depth_directions, lidar_directions
+from skillwing.services.bus import Bus
+from skillwing.services.bus.reading import message_reader, stream_reader
+from skillwing.services.protocol import Keys, Message, MissionStatus, Record, RecordKind
+from skillwing.services.telemetry import palette
+from skillwing.services.telemetry.mission_view import MissionPanels, at
+from skillwing.sim_mujoco.world.chosen import SiteOptions
+from skillwing.sim_mujoco.world.site import Site
+
+M = TypeVar("M", bound=Message)
+
+SCAN_STRIDE = 12
+"""Every 12th column of a scan is drawn: 86 x 16 points, of which about half are returns."""
+PIECE_OF_PATH = 100
+"""Points after which the path goes on in a new strip, so that a long path is not logged again and again."""
+
+PATH_COLOURS = {"ZED": "#ff5a4f", "LIDAR": "#4da3ff"}
+"""Path flown by the source of the depth map, as in the paper's Figure 1; without one it is grey."""
+_BLIND = "#b8bec6"
+_TARGET = [255, 196, 61]
+
+SEEN_SIZE = 0.5
+"""Of the voxels that stand for the world where nobody maps it [m]."""
+PIXEL_STRIDE, SURE_DEPTH = 8, 14.0
+"""Every 8th pixel and row of the depth camera is piled up, up to that depth [m]: farther, it errs by half a voxel."""
+STEADY = 0.3
+"""What a drone sees that turns faster is not piled up: a tenth of a second later it is too far off [rad/s]."""
+
+
+class Dashboard:
+    """The scene of one UAV. `site` is what the overview shows; nothing of it is drawn that was not seen."""
+
+    def __init__(self, recording: rr.RecordingStream, *, skillset: str, site: Site) -> None:
+        self._recording = recording
+        self._keys = Keys(skillset)
+        self._site = site
+        self._arrangement: Arrangement | None = None
+        self._front = Front.WORLD
+        self._directions = lidar_directions()[::SCAN_STRIDE]
+        self._pose: topics.Navigation | None = None
+        self._path: list[topics.Vector3] = []
+        self._strips = 0
+        self._colour = _BLIND
+        self._target: topics.Vector3 | None = None
+        self._waypoint: topics.Vector3 | None = None
+        self._voxels: VoxelPieces | None = None
+        self._seen: VoxelPieces | None = VoxelPieces(SEEN_SIZE)
+        self._seen_lately: list[NDArray[np.float32]] = []
+        self._pixels: NDArray[np.float32] | None = None
+        self._pose_due, self._path_due, self._plan_due = Throttle(0.1), Throttle(0.2), Throttle(0.5)
+        self._scan_due, self._depth_due, self._free_due = Throttle(0.25), Throttle(0.2), Throttle(0.2)
+        self._clearing_due, self._link_due, self._seen_due = Throttle(5.0), Throttle(0.5), Throttle(1.0)
+
+    # --- arrangement ---------------------------------------------------------------------------------------
+
+    def blueprint(self, panels: MissionPanels) -> rrb.Blueprint:
+        self._arrangement = Arrangement(panels, overview(self._site))
+        return self._arrangement.blueprint(self._front)
+
+    def _bring_forward(self, front: Front) -> None:
+        """Once a run: whoever has arranged the views to his taste since has to do it again."""
+        if self._arrangement is None or front is self._front:
+            return
+        self._front = front
+        self._recording.send_blueprint(self._arrangement.blueprint(front))
+
+    def attach(self, bus: Bus) -> None:
+        self._recording.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+        _draw_drone(self._recording)
+        for name, colour in SERIES.items():
+            label = name.rpartition("/")[2].replace("_", " ")
+            lines = rr.SeriesLines(colors=[palette.rgba(colour)], names=[label], widths=[1.8])
+            self._recording.log(f"plots/{name}", lines, static=True)
+        _follow(bus, topics.NAVIGATION, topics.Navigation, self._on_navigation)
+        bus.subscribe(
+            topics.GUIDANCE_STATUS, message_reader(topics.GuidanceStatus, self._on_guidance), latest_only=True
+        )
+        bus.subscribe(
+            topics.OBSTACLE_STATUS, message_reader(topics.ObstacleStatus, self._on_obstacle), latest_only=True
+        )
+        _follow(bus, topics.BATTERY, topics.Battery, self._on_battery)
+        bus.subscribe(topics.LIDAR, stream_reader(topics.LidarHeader, self._on_scan), latest_only=True)
+        bus.subscribe(topics.ZED_DEPTH, stream_reader(topics.DepthHeader, self._on_depth), latest_only=True)
+        bus.subscribe(topics.VIDEO_SHOWN, stream_reader(topics.VideoShown, self._on_video), latest_only=True)
+        _follow(bus, topics.LINK_STATUS, topics.LinkStatus, self._on_link)
+        _follow(bus, topics.VIDEO_STATUS, topics.VideoStatus, self._on_video_status)
+        bus.subscribe(topics.MAP, stream_reader(topics.MapHeader, self._on_map))
+        bus.subscribe(topics.health_key("*"), message_reader(topics.Health, self._on_health), events=True)
+        bus.subscribe(self._keys.timeline, message_reader(Record, self._on_record), events=True)
+        bus.subscribe(self._keys.mission_status, message_reader(MissionStatus, self._on_mission), events=True)
+
+    def close(self) -> None:
+        """Nothing of the scene outlives its recording."""
+
+    # --- where it is and where it goes ---------------------------------------------------------------------
+
+    def _on_navigation(self, pose: topics.Navigation) -> None:
+        self._pose = pose
+        if not self._pose_due.due(pose.t):
+            return
+        at(self._recording, pose.t)
+        w, x, y, z = pose.quaternion
+        turn = rr.Quaternion(xyzw=(x, y, z, w))
+        self._recording.log("world/drone", rr.Transform3D(translation=pose.position, rotation=turn))
+        if self._path_due.due(pose.t):
+            self._extend_path(pose.position)
+            self._scalar("motion/altitude", pose.position[2])
+            self._scalar("motion/speed", math.hypot(*pose.velocity))
+
+    def _extend_path(self, position: topics.Vector3) -> None:
+        self._path.append(position)
+        strip = rr.LineStrips3D([self._path], colors=[palette.rgba(self._colour)], radii=0.09)
+        self._recording.log(f"world/path/{self._strips:03}", strip)
+        if len(self._path) >= PIECE_OF_PATH:
+            self._next_strip()
+
+    def _next_strip(self) -> None:
+        self._path = self._path[-1:]
+        self._strips += 1
+
+    def _on_guidance(self, status: topics.GuidanceStatus) -> None:
+        if status.target == self._target and (status.target is None or not self._plan_due.due(status.t)):
+            return
+        self._target = status.target
+        at(self._recording, status.t)
+        if status.target is None or self._pose is None:
+            self._recording.log("world/plan", rr.Clear(recursive=True))
+            return
+        line = rr.LineStrips3D([[self._pose.position, status.target]], colors=[_TARGET], radii=0.05)
+        self._recording.log("world/plan/segment", line)
+        self._recording.log("world/plan/target", rr.Points3D([status.target], colors=[_TARGET], radii=0.35))
+
+    def _on_mission(self, status: MissionStatus) -> None:
+        if status.goal == self._waypoint:
+            return
+        self._waypoint = status.goal
+        at(self._recording, status.t)
+        if status.goal is None:
+            self._recording.log("world/waypoint", rr.Clear(recursive=False))
+            return
+        label = f"waypoint {status.waypoint}/{status.waypoints}"
+        marker = rr.Points3D([status.goal], colors=[[255, 255, 255]], radii=0.25, labels=[label], show_labels=True)
+        self._recording.log("world/waypoint", marker)
+
+    def _on_record(self, record: Record) -> None:
+        """Another source of the depth map changes the colour of the path from there on."""
+        if record.kind is RecordKind.RESOURCE and record.subject == "depthmap_source":
+            self._next_strip()
+            self._colour = PATH_COLOURS.get(record.after, _BLIND)
+
+    def _on_obstacle(self, status: topics.ObstacleStatus) -> None:
+        if not self._free_due.due(status.t):
+            return
+        at(self._recording, status.t)
+        # A gap where the sensor does not look: not a number breaks the line.
+        self._scalar("motion/free_distance", math.nan if status.free_distance is None else status.free_distance)
+
+    def _on_battery(self, battery: topics.Battery) -> None:
+        at(self._recording, battery.t)
+        self._scalar("battery/battery", battery.percent)
+
+    def _scalar(self, name: str, value: float) -> None:
+        self._recording.log(f"plots/{name}", rr.Scalars(value))
+
+    # --- what it sees --------------------------------------------------------------------------------------
+
+    def _on_scan(self, header: topics.LidarHeader, payload: bytes) -> None:
+        if self._pose is None or not self._scan_due.due(header.t1):
+            return
+        ranges = np.frombuffer(payload, np.float32).reshape(header.columns, header.beams)[::SCAN_STRIDE]
+        points = world_points(ranges, self._directions, header.mount, self._pose)
+        at(self._recording, header.t1)
+        self._recording.log("world/scan", rr.Points3D(points, colors=[[255, 255, 255]], radii=rr.Radius.ui_points(1.1)))
+        self._pile_up(points, self._pose, header.t1)
+
+    def _pile_up(self, points: NDArray[np.float32], pose: topics.Navigation, t: float) -> None:
+        """Where nobody maps, what was seen so far stands for the world."""
+        if self._seen is None or math.hypot(*pose.angular_velocity) > STEADY:
+            return
+        self._seen_lately.append(points)
+        if self._seen_due.due(t):
+            changed = self._seen.add(np.vstack(self._seen_lately))
+            self._seen_lately.clear()
+            self._draw_voxels("seen", self._seen, changed)
+
+    def _on_depth(self, header: topics.DepthHeader, payload: bytes) -> None:
+        if not self._depth_due.due(header.t):
+            return
+        if self._pixels is None:
+            _draw_camera(self._recording, header)
+            self._pixels = depth_directions(header)[::PIXEL_STRIDE, ::PIXEL_STRIDE]
+        picture = np.frombuffer(payload, np.uint16).reshape(header.height, header.width)
+        levels = depth_levels(picture)
+        at(self._recording, header.t)
+        image = rr.EncodedDepthImage(
+            depth_png(levels),
+            media_type="image/png",
+            meter=1.0 / DEPTH_STEP,
+            colormap="turbo",
+            depth_range=(0.0, DEPTH_LEVELS),
+        )
+        self._recording.log("world/drone/camera/depth", image)
+        if self._pose is not None and self._seen is not None:
+            depths = picture[::PIXEL_STRIDE, ::PIXEL_STRIDE] / np.float32(1000.0)
+            near = np.where(depths < SURE_DEPTH, depths, np.float32(0.0))
+            self._pile_up(world_points(near, self._pixels, header.mount, self._pose), self._pose, header.t)
+
+    def _on_video(self, header: topics.VideoShown, payload: bytes) -> None:
+        """What the ground sees, late as it is there. From the first picture on a flight is about its video."""
+        at(self._recording, header.t)
+        self._recording.log("video/ground", rr.EncodedImage(contents=payload, media_type="image/jpeg"))
+        self._bring_forward(Front.VIDEO)
+
+    def _on_link(self, link: topics.LinkStatus) -> None:
+        if self._link_due.due(link.t):
+            at(self._recording, link.t)
+            self._scalar("link/bandwidth", link.bandwidth / 1e6)
+
+    def _on_video_status(self, status: topics.VideoStatus) -> None:
+        at(self._recording, status.t)
+        self._scalar("link/received", status.bitrate / 1e6)
+        self._scalar("video/fps", status.fps)
+        self._scalar("video/SSIM_tenths", math.nan if status.quality is None else 10.0 * status.quality)
+
+    def _on_health(self, health: topics.Health) -> None:
+        """A failed camera shows nothing, instead of its last picture."""
+        if health.sensor == "zed" and health.status is topics.SensorStatus.FAILED:
+            at(self._recording, health.t)
+            self._recording.log("world/drone/camera/depth", rr.EncodedDepthImage.cleared())
+
+    # --- what it has mapped --------------------------------------------------------------------------------
+
+    def _on_map(self, header: topics.MapHeader, payload: bytes) -> None:
+        """Draw the pieces of the map that changed. A whole map comes when something turned out to be free: that is
+        worth a look every few seconds only. The first map takes the place of what was only seen, for good."""
+        at(self._recording, header.t)
+        centres = np.frombuffer(payload, np.float32).reshape(-1, 3)
+        if self._voxels is None:
+            self._voxels = VoxelPieces(header.voxel_size)
+            self._seen = None
+            self._recording.log("world/seen", rr.Clear(recursive=True))
+        if header.complete and self._clearing_due.due(header.t):
+            changed = self._voxels.replace(centres)
+        else:
+            changed = self._voxels.add(centres)
+        self._draw_voxels("map", self._voxels, changed)
+        self._scalar("mapped/surface", len(self._voxels) * header.voxel_size**2)
+
+    def _draw_voxels(self, entity: str, voxels: VoxelPieces, changed: set[int]) -> None:
+        for number in sorted(changed):
+            piece = voxels.centres(number)
+            points = rr.Points3D(piece, colors=by_height(piece, self._site.ceiling), radii=voxels.size * 0.5)
+            self._recording.log(f"world/{entity}/{number:03}", points)
+
+
+class SceneOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """site: what the overview shows, the usual courtyard if nothing is said."""
+
+    skillset: str = "m600"
+    site: SiteOptions = SiteOptions()
+
+
+def make_scene(recording: rr.RecordingStream, options: dict[str, Any]) -> Dashboard:
+    """The dashboard that `SceneOptions` describe. Raises OptionsError."""
+    wanted = read_options(options, SceneOptions)
+    return Dashboard(recording, skillset=wanted.skillset, site=wanted.site.site())
+
+
+def _follow(bus: Bus, key: str, kind: type[M], show: Callable[[M], None]) -> None:
+    bus.subscribe(key, message_reader(kind, show), latest_only=True)
+
+
+def _draw_drone(recording: rr.RecordingStream) -> None:
+    """Six arms and rotors, a nose, and a dot that can be seen from everywhere."""
+    tips = [(0.6 * math.cos(a), 0.6 * math.sin(a), 0.1) for a in np.arange(6) * math.pi / 3 + math.pi / 6]
+    arms = rr.LineStrips3D([[(0, 0, 0.05), tip] for tip in tips], colors=[[230, 232, 235]], radii=0.04)
+    recording.log("world/drone/arms", arms, static=True)
+    discs = rr.Ellipsoids3D(
+        centers=tips, half_sizes=[(0.26, 0.26, 0.02)] * 6, colors=[[120, 190, 255]], fill_mode="solid"
+    )
+    recording.log("world/drone/rotors", discs, static=True)
+    dot = rr.Points3D([(0, 0, 0)], colors=[[255, 255, 255]], radii=rr.Radius.ui_points(4.0))
+    recording.log("world/drone/dot", dot, static=True)
+    nose = rr.Arrows3D(vectors=[(2.0, 0, 0)], colors=[[255, 255, 255]], radii=0.07)
+    recording.log("world/drone/nose", nose, static=True)
+
+
+def _draw_camera(recording: rr.RecordingStream, header: topics.DepthHeader) -> None:
+    """The pinhole of the halved picture."""
+    pinhole = rr.Pinhole(
+        resolution=(header.width / 2, header.height / 2),
+        focal_length=(header.fx / 2, header.fy / 2),
+        principal_point=(header.cx / 2, header.cy / 2),
+        camera_xyz=rr.ViewCoordinates.FLU,
+        image_plane_distance=2.0,
+    )
+    recording.log("world/drone/camera", pinhole, rr.Transform3D(translation=header.mount), static=True)

@@ -1,0 +1,341 @@
+"""`skillwing demo`: fly a mission in simulation, with what goes wrong in the paper, and judge it."""
+
+from __future__ import annotations
+
+import math
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, ExitStack, closing, contextmanager, nullcontext, suppress
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+import zenoh
+from rich.console import Console
+from rich.text import Text
+
+from skillwing.dsl.model import Skillset
+from skillwing.evaluation.demo.flight_deck import FlightDeck
+from skillwing.evaluation.demo.flight_watch import FlightWatch
+from skillwing.evaluation.demo.story import CAMERA_FAILS_AT, MAPPING, Story, tell
+from skillwing.m600.robot import ROBOT
+from skillwing.services.bus import Topology
+from skillwing.services.bus.clock import FollowedClock
+from skillwing.services.bus.zenoh_bus import ZenohBus
+from skillwing.services.cli import INTERRUPTED
+from skillwing.services.commands.exit_codes import FAILED, OK
+from skillwing.services.commands.flight_reports import LAST_WORDS
+from skillwing.services.commands.observing import VIEWER_HELP, opened_viewer, shown
+from skillwing.services.commands.output import make_console
+from skillwing.services.commands.pace import PaceOption
+from skillwing.services.commands.running import ColocateOption, TopologyOption
+from skillwing.services.errors import InvalidOptionError, SkillwingError
+from skillwing.services.processes.colocation import colocated, households
+from skillwing.services.processes.ending import Ending, ended_by_signals
+from skillwing.services.processes.launcher import ROUTER, Death, Launcher, StartError
+from skillwing.services.processes.run_options import LARGEST_SEED
+from skillwing.services.processes.run_state import announced, reserved
+from skillwing.services.protocol import Keys
+from skillwing.services.robot import RECORDER, ProcessSpec
+from skillwing.services.telemetry.journal import TIMELINE_FILE
+from skillwing.services.telemetry.report import REPORT_FILE, ProcessEntry, summary_table
+from skillwing.services.telemetry.run_facts import RunFacts, write_facts
+from skillwing.services.telemetry.viewer import Viewer, ViewerKind, has_screen
+
+CLOCK_TIMEOUT = 5.0
+"""Wall seconds in which the simulator's first clock tick is awaited."""
+FEWER_LAST_WORDS = 0.5
+"""Wall seconds that the recorder gets for the last records of a flight that was cut short."""
+TABLE_WIDTH = 100
+CALLED_OFF = "Called off by Ctrl-C or a signal."
+IN_AIR = "The drone was in the air; simulated, it is gone with its simulator."
+UNREAD = "Called off, for nobody reads what it prints."
+
+
+@dataclass
+class Flight:
+    """What only the one who ran the flight knows.
+
+    wall_time: seconds from the beginning of robot time to the mission's end; None if it was cut short, for then the
+    robot goes on until it is stopped. ended_by: a sentence saying why that was, empty if the mission ended it. started:
+    names of the processes that were. deck: what was seen of it, None if it did not get so far.
+    """
+
+    processes: tuple[ProcessSpec, ...]
+    wall_time: float | None = None
+    ended_by: str = ""
+    deaths: list[Death] = field(default_factory=list)
+    started: set[str] = field(default_factory=set)
+    deck: FlightDeck | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the processes, some of which may host several nodes."""
+        return (ROUTER, *(each.name for each in households(self.processes)))
+
+    @property
+    def essential(self) -> frozenset[str]:
+        return frozenset({ROUTER, *(each.name for each in households(self.processes) if each.essential)})
+
+    @property
+    def hosts(self) -> dict[str, str]:
+        """Of each node that shares a process, the name of that."""
+        return {spec.name: spec.host for spec in self.processes if spec.host is not None}
+
+    def entries(self) -> list[ProcessEntry]:
+        """What became of each process."""
+        down = {death.process for death in self.deaths if death.final}
+
+        def state(name: str) -> str:
+            return "died" if name in down else "stopped" if name in self.started else "not started"
+
+        def detail(name: str) -> str:
+            own = [death for death in self.deaths if death.process == name]
+            restarts = sum(not death.final for death in own)
+            told = [str(own[-1])] if own else []
+            told += [f"It was started again {restarts} time{'s' if restarts > 1 else ''}."] if restarts else []
+            return " ".join(told)
+
+        return [ProcessEntry(name=name, state=state(name), detail=detail(name)) for name in self.names]
+
+
+def _finite(value: float | None) -> float | None:
+    if value is not None and not math.isfinite(value):
+        raise typer.BadParameter("give a number.")
+    return value
+
+
+def demo(
+    mission: Annotated[
+        str, typer.Argument(metavar="[MISSION]", help="Mapping, or inspection: round a building with live video.")
+    ] = MAPPING,
+    no_fault: Annotated[bool, typer.Option("--no-fault", help="Let the depth camera, or the link, live.")] = False,
+    fault_at: Annotated[
+        float | None,
+        typer.Option(
+            metavar="SECONDS",
+            min=0.0,
+            callback=_finite,
+            help=f"Robot time at which the depth camera fails (default {CAMERA_FAILS_AT:g}), or the link; "
+            "by default that fails behind the building.",
+        ),
+    ] = None,
+    scenario: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="TOML or JSON: faults, wind, pilot and more, instead of the fault."),
+    ] = None,
+    seed: Annotated[int, typer.Option(metavar="N", min=0, max=LARGEST_SEED, help="Seed of the simulated world.")] = 1,
+    speed: PaceOption = 1.0,
+    viewer: Annotated[
+        ViewerKind | None, typer.Option("--viewer", help=f"{VIEWER_HELP} Default: its window, if there is a screen.")
+    ] = None,
+    no_viewer: Annotated[bool, typer.Option("--no-viewer", help="The same as --viewer none.")] = False,
+    run_dir: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Where the run goes; default runs/TIME-MISSION.")
+    ] = None,
+    colocate: ColocateOption = False,
+    topology: TopologyOption = "router",
+) -> None:
+    """Fly a mission in simulation. Mapping: the depth camera fails on the way, and the LiDAR takes over. Inspection:
+    the radio link narrows until there is no video any more, and the drone lands.
+
+    Writes recording, timeline, map and report to the run directory. Exit codes: 0 the mission succeeded, 1 it did
+    not or could not go on, 2 it cannot be flown with these options, 130 it was called off by Ctrl-C or a signal.
+    """
+    console = make_console()
+    if no_viewer and viewer not in (None, "none"):
+        raise InvalidOptionError("viewer", f"--no-viewer leaves nothing for --viewer {viewer}. Leave one of them out.")
+    story = tell(mission, seed, fault=not no_fault, fault_at=fault_at, scenario=scenario)
+    title = f"Mission {mission}, world {seed}, {story.happens}"
+    with reserved(ROBOT.name):
+        directory = _make_run_dir(run_dir or Path("runs") / f"{datetime.now().astimezone():%Y%m%d-%H%M%S}-{mission}")
+        options: dict[str, Any] = {"seed": seed, "speed": speed, "run_dir": str(directory), **story.robot}
+        write_facts(directory, _facts(story, seed))
+        kind: ViewerKind = viewer or ("native" if has_screen() else "none")
+        try:
+            with ended_by_signals() as ending, ExitStack() as stack:
+                with ending.at_once():
+                    window = stack.enter_context(opened_viewer("none" if no_viewer else kind, directory, console))
+                if window is not None:
+                    options["viewer_url"] = window.url
+                processes = _processes(story, options)
+                flight = Flight(colocated(processes) if colocate else processes)
+                _fly(flight, options["speed"], directory, console, title, topology, ending)
+                with ending.at_once():
+                    code = _judge(flight, story, directory, seed, console)
+                code = INTERRUPTED if ending.told else code
+                goes_on = not flight.ended_by and not ending.told
+                if window is not None and window.is_open and sys.stdin.isatty() and goes_on:
+                    close = "Press Ctrl-C" if window.page else "Close the viewer's window, or press Ctrl-C,"
+                    console.print(f"{close} to end.")
+                    _wait_for(window, ending)
+        except KeyboardInterrupt:
+            console.print(f"{CALLED_OFF} There is no report; what was recorded is in {shown(directory)}.", style="red")
+            code = INTERRUPTED
+        raise typer.Exit(code)
+
+
+def _make_run_dir(path: Path) -> Path:
+    """A directory for one run, absolute; raises InvalidOptionError if it cannot be one."""
+    directory = path.absolute()
+    if any((directory / name).exists() for name in (TIMELINE_FILE, REPORT_FILE)):
+        raise InvalidOptionError("run_dir", f"{path} holds a run already. Choose another directory with --run-dir.")
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=directory).close()
+    except OSError as error:
+        message = f"Nothing can be written to {path} ({error.strerror}). Choose another directory with --run-dir."
+        raise InvalidOptionError("run_dir", message) from error
+    return directory
+
+
+def _facts(story: Story, seed: int) -> RunFacts:
+    """For `skillwing report`, which judges as the demo does."""
+    return RunFacts(
+        robot=ROBOT.name,
+        skillset=str(ROBOT.skillset),
+        judge=ROBOT.judge,
+        options={"seed": seed, "world": story.world, "route": story.way},
+        mission=story.mission,
+    )
+
+
+def _processes(story: Story, options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
+    """Everything but the router; whoever only looks on is there first, and the mission comes last."""
+    mission = ProcessSpec(
+        "mission",
+        "skillwing.bt_missions.running.runner:make_mission",
+        {"mission": story.mission, "skillset": str(ROBOT.skillset), **story.options},
+        extra="missions",
+        # A new mission would begin with a takeoff, in the air.
+        restart="never",
+    )
+    return (*ROBOT.observers(options), *ROBOT.functional_layer(options), *ROBOT.managers(options), mission)
+
+
+def _fly(
+    flight: Flight, speed: float, run_dir: Path, console: Console, title: str, topology: Topology, ending: Ending
+) -> None:
+    """Start everything, follow the mission to its end, stop everything."""
+    skillset = ROBOT.load_skillset()
+    launcher = Launcher(
+        ROBOT.name,
+        skillset.name,
+        run_dir,
+        clock=ROBOT.clock,
+        topology=topology,
+        restarts=True,
+        ending=ending,
+        on_death=flight.deaths.append,
+    )
+    with _ending_well(flight), launcher:
+        try:
+            launcher.start_router()
+            with announced(ROBOT, launcher.endpoint, run_dir, topology=topology) as announcement:
+                launcher.on_change = lambda: announcement.update(launcher.states)
+                _follow(launcher, flight, skillset, console, title, speed, ending)
+        finally:
+            flight.started = set(launcher.pids)
+
+
+def _follow(
+    launcher: Launcher,
+    flight: Flight,
+    skillset: Skillset,
+    console: Console,
+    title: str,
+    speed: float,
+    ending: Ending,
+) -> None:
+    """Start robot and mission, and show what they do until the mission is over or cannot go on."""
+    *robot, mission = flight.processes
+    clock = FollowedClock()
+    with closing(ZenohBus("demo", ROBOT.name, launcher.endpoint, clock)) as bus:
+        with _busy(console, f"Starting {len(households(flight.processes))} processes ..."):
+            launcher.start(robot)
+        ending.wait(bus, clock.has_started, CLOCK_TIMEOUT)
+        # Robot time began before anybody looked, and nothing has slowed it down by now.
+        begun = time.monotonic() - (clock.now() / speed if speed > 0.0 else 0.0)
+        deck = flight.deck = FlightDeck(bus, skillset, console, title)
+        watch = FlightWatch(bus, Keys(skillset.name), deck, flight.deaths, flight.essential, ending, hosts=flight.hosts)
+        with deck:
+            launcher.start([mission])
+            flight.ended_by = watch.follow()
+            if not flight.ended_by:
+                flight.wall_time = time.monotonic() - begun
+            ending.wait(bus, lambda: False, FEWER_LAST_WORDS if flight.ended_by else LAST_WORDS)
+
+
+@contextmanager
+def _ending_well(flight: Flight) -> Iterator[None]:
+    """Whatever ends the flight does not end the report: Ctrl-C, a reader who left, processes that did not start."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        in_air = flight.deck is not None and flight.deck.in_air
+        flight.ended_by = f"{CALLED_OFF} {IN_AIR}" if in_air else CALLED_OFF
+    except SystemExit:
+        # Rich raises it where standard output is closed, and from then on prints nowhere.
+        flight.ended_by = UNREAD
+    except StartError as error:
+        told = [str(death) for death in error.deaths] or [f"No sign of life from {', '.join(error.missing)}."]
+        flight.ended_by = " ".join(["The system did not start.", *told])
+    except (SkillwingError, OSError, zenoh.ZError) as error:
+        fatal = [str(death) for death in flight.deaths if death.final and death.process in flight.essential]
+        flight.ended_by = " ".join(fatal) or str(error)
+
+
+def _judge(flight: Flight, story: Story, run_dir: Path, seed: int, console: Console) -> int:
+    """Judge the run against the true world, write and print the report; returns the exit code."""
+    from skillwing.evaluation.judge.evaluation import evaluate  # noqa: PLC0415 - loads physics and pictures
+    from skillwing.services.telemetry.flight_report import UNRECORDED  # noqa: PLC0415 - loads pictures
+
+    notes = [flight.ended_by] if flight.ended_by else []
+    for note in notes:
+        console.print(Text(note, "red"))
+    with _busy(console, "Judging the flight against the true world ..."):
+        try:
+            if flight.deck is not None:
+                flight.deck.complete_journal(run_dir)
+            report = evaluate(
+                run_dir,
+                ROBOT.load_skillset(),
+                mission=story.mission,
+                seed=seed,
+                world=story.world,
+                route=story.way,
+                wall_time_s=flight.wall_time,
+                processes=flight.entries(),
+                notes=[f"**{note}**" for note in notes],
+            )
+        except OSError as error:
+            raise SkillwingError(f"The report cannot be written: {error}. {flight.ended_by}") from error
+    for death in flight.deaths:
+        if death.final and death.exit_code is not None and death.log:
+            console.print(Text.assemble((f"The last lines of {death.process}:", "red"), *_indented(death.log)))
+    if any(death.process == RECORDER and death.final for death in flight.deaths):
+        console.print(Text(UNRECORDED, "red"))
+    console.print(summary_table(report), width=min(console.width, TABLE_WIDTH))
+    console.print(f"Recording, pictures, report and logs: {shown(run_dir)}")
+    return OK if report.result == "success" and not flight.ended_by else FAILED
+
+
+def _busy(console: Console, text: str) -> AbstractContextManager[object]:
+    """Say what takes a while: turning on a terminal, as a line in a pipe."""
+    if console.is_terminal:
+        return console.status(text)
+    console.print(text)
+    return nullcontext()
+
+
+def _indented(lines: tuple[str, ...]) -> Iterator[str]:
+    return (f"\n    {line}" for line in lines)
+
+
+def _wait_for(window: Viewer, ending: Ending) -> None:
+    with suppress(KeyboardInterrupt), ending.at_once():
+        window.wait_until_closed()

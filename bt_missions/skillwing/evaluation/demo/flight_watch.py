@@ -1,0 +1,119 @@
+"""When a flight is over: the mission says so, or it cannot go on."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
+
+from skillwing.evaluation.demo.flight_deck import FlightDeck
+from skillwing.services.bus import Bus
+from skillwing.services.processes.ending import Ending
+from skillwing.services.processes.launcher import ROUTER, Death
+from skillwing.services.protocol import Keys
+
+STALL = 30.0
+"""Wall seconds without robot time after which the flight is given up."""
+SILENCE = 5.0
+"""Wall seconds that a process which has not ended may be cut off; a busy machine needs some to heal a link."""
+RETURN = 30.0
+"""The same for one that died and is started again."""
+PERIOD = 0.2
+"""Wall seconds between two looks."""
+
+
+class FlightWatch:
+    """Follows the mission, and whether all live that it needs.
+
+    deaths: grows on other threads while processes end. essential: names of those without which there is no flight.
+    ending: cuts the flight short with KeyboardInterrupt. wall: counts the seconds of patience. hosts: of each node that
+    shares a process, the name of that.
+    """
+
+    def __init__(
+        self,
+        bus: Bus,
+        keys: Keys,
+        deck: FlightDeck,
+        deaths: Sequence[Death],
+        essential: frozenset[str],
+        ending: Ending | None = None,
+        wall: Callable[[], float] = time.monotonic,
+        hosts: Mapping[str, str] = MappingProxyType({}),
+    ) -> None:
+        self._bus = bus
+        self._deck = deck
+        self._deaths = deaths
+        self._essential = essential
+        self._ending = ending or Ending()
+        self._hosts = hosts
+        self._prefix = keys.alive("")
+        self._present: set[str] = set()
+        self._silent: dict[str, float] = {}
+        self._told: set[str] = set()
+        self._deaths_told = 0
+        self._last_t = -1.0
+        self._wall = wall
+        self._last_tick = wall()
+        bus.watch_alive(keys.alive("**"), self._on_alive)
+
+    def follow(self) -> str:
+        """Wait for the end. Returns a sentence saying why the flight was cut short, empty if the mission ended it."""
+        while not (self._deck.mission is not None and self._deck.mission.phase.over):
+            reason = self._dead() or self._cut_off() or self._stalled()
+            if reason:
+                self._deck.tell(f"{reason} The flight ends here.", "red")
+                return reason
+            self._bus.run_until(lambda: False, PERIOD)
+            self._ending.look()
+        return ""
+
+    def _on_alive(self, key: str, alive: bool) -> None:
+        name = key.removeprefix(self._prefix)
+        if alive:
+            self._present.add(name)
+            self._told.discard(self._process(name))
+            self._silent.pop(name, None)
+        else:
+            self._present.discard(name)
+            self._silent[name] = self._wall()
+
+    def _dead(self) -> str:
+        """Why the flight ends, if a process died that it needs and that stays down. Other deaths are only told."""
+        for death in self._deaths[self._deaths_told :]:
+            self._deaths_told += 1
+            if death.final and death.process in self._essential:
+                return f"{death} {death.outlook}".strip()
+            self._tell(f"{death} {death.outlook}".strip())
+        return ""
+
+    def _cut_off(self) -> str:
+        """Processes that are silent all the same: stopped, hung, or not back from their restart."""
+        down = {death.process for death in self._deaths if death.final}
+        returning = {death.process for death in self._deaths if not death.final}
+        now = self._wall()
+        for node, since in self._silent.items():
+            name = self._process(node)
+            if name in down or now - since < (RETURN if name in returning or ROUTER in returning else SILENCE):
+                continue
+            if not self._present:
+                return f"Nobody answers any more; {ROUTER} must have stopped."
+            if name in self._essential:
+                return f"{name} does not answer any more."
+            if name not in self._told:
+                self._told.add(name)
+                self._tell(f"{name} does not answer any more.")
+        return ""
+
+    def _process(self, node: str) -> str:
+        return self._hosts.get(node, node)
+
+    def _stalled(self) -> str:
+        now = self._bus.now()
+        if now > self._last_t:
+            self._last_t, self._last_tick = now, self._wall()
+        stands_still = self._wall() - self._last_tick > STALL
+        return f"Robot time has stood still for {STALL:g} s." if stands_still else ""
+
+    def _tell(self, text: str) -> None:
+        self._deck.tell(f"{text} The mission goes on as it can.", "red")

@@ -1,0 +1,39 @@
+"""Where the drone may be."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import msgspec
+
+from skillwing.onboard.frames.vectors import Vector
+from skillwing.onboard.topics import Vector3
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """An axis-aligned box in the world frame [m]."""
+
+    low: Vector
+    high: Vector
+
+    def contains(self, point: Vector, margin: float = 0.0) -> bool:
+        """Whether the point lies inside, or outside by no more than `margin`."""
+        return all(low - margin <= x <= high + margin for low, x, high in zip(self.low, point, self.high, strict=True))
+
+
+class FenceOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A box as an option of a node: `{"low": [x, y, z], "high": [x, y, z]}` [m]."""
+
+    low: Vector3
+    high: Vector3
+
+    @property
+    def box(self) -> Box:
+        return Box(self.low, self.high)
+
+
+COURTYARD_FENCE = Box((-12.0, -12.0, -1.0), (42.0, 32.0, 30.0))
+"""Of the courtyard; height above the home pad."""
+COURTYARD_BOUNDS = Box((-50.0, -50.0, -8.0), (80.0, 70.0, 24.0))
+"""The courtyard and what can be seen from there."""

@@ -1,0 +1,397 @@
+"""The body's motion: from what a goal asks for to a place for every moment, short of obstacles and inside the fence.
+
+A motion is flown in legs along paths that begin and end at rest. Where it is stopped, whatever the reason, the drone
+brakes along its path, and what the motion has come to is told at rest.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TypeAlias
+
+from skillwing.onboard.axis import Axis
+from skillwing.onboard.frames.vectors import Vector, norm, subtract, wrap
+from skillwing.onboard.guidance.arc import Arc, Round
+from skillwing.onboard.guidance.heading_control import HeadingControl
+from skillwing.onboard.guidance.limits import MAX_SPEED, Limits
+from skillwing.onboard.guidance.lookout import Lookout, View, stopping_distance
+from skillwing.onboard.guidance.trajectory import Segment, straight
+from skillwing.onboard.topics import FlyTo, Land, Motion, MotionState, Navigation, Nose, Orbit, TakeOff
+
+Path: TypeAlias = Segment | Arc
+Leg: TypeAlias = FlyTo | Round
+"""A part of a motion on which the drone looks where it flies."""
+ARRIVED_WITHIN = 0.3
+"""How far from a path's end the drone may come to rest [m]."""
+UNDER_WAY = (MotionState.TURNING, MotionState.MOVING, MotionState.WAITING)
+BUSY = (*UNDER_WAY, MotionState.STOPPING)
+AT_REST = 0.25
+"""What is slower than this counts as at rest [m/s]."""
+DRIFT = 3.0
+"""How far the drone may be from its path [m]."""
+PATIENCE = 10.0
+"""How long after its planned end a motion may take to get there before it counts as blocked [s]."""
+_WORD_WITHIN = 1.0
+"""How long a round waits for a word on its way before it begins, if there is a depth map [s]."""
+_TOLD_AHEAD = stopping_distance(MAX_SPEED)
+"""How much of a bent way is told to those who look along it [m]."""
+MAX_CLIMB = 1.8
+"""Up and down [m/s]."""
+FLARE_HEIGHT, TOUCHDOWN_SPEED = 1.5, 0.5
+"""So low above the ground [m] a landing is so slow [m/s]."""
+_BELOW_ANY_GROUND = 50.0
+_RANGE_VALID = 0.5
+_STILL: Vector = (0.0, 0.0, 0.0)
+
+
+class BodyMotion:
+    """Flies one motion after another; `advance` it at 50 Hz, and ask `place` for the setpoint."""
+
+    def __init__(self, heading: HeadingControl, limits: Limits, lookout: Lookout) -> None:
+        self.axis = Axis("body axes")
+        self.path: Path | None = None
+        self._heading = heading
+        self._limits = limits
+        self._lookout = lookout
+        self._motion: Motion | None = None
+        self._next: Motion | None = None
+        self._legs: list[Leg] = []
+        self._across: bool | None = None
+        """What is turned along the first leg; as in `Lookout.begin`."""
+        self._after_stop = (MotionState.STOPPED, "")
+        self._range: tuple[float, float | None] = (-math.inf, None)
+        self._range_is_trusted = True
+        self._turning_since = 0.0
+
+    def range(self, t: float, distance: float | None) -> None:
+        """The range-finder's distance to the ground [m] at `t`, None if it sees none."""
+        self._range = t, distance if self._range_is_trusted else None
+
+    def trust_range(self, t: float, *, trusted: bool) -> None:
+        """Whether the range-finder may be believed. A descent by what it told goes on as one that sees no ground."""
+        self._range_is_trusted = trusted
+        if trusted:
+            return
+        self._range = t, None
+        if self.lands and self.path is not None:
+            self.path = self.path.broken_off(t)
+
+    # --- what it is doing ------------------------------------------------------------------------------------
+
+    @property
+    def has_plans(self) -> bool:
+        """The holder's motion is under way, or will be as soon as the one before has come to rest."""
+        return self.axis.state in UNDER_WAY or self._next is not None
+
+    @property
+    def rises(self) -> bool:
+        """It is taking off: on the ground, but not to stay."""
+        return isinstance(self._motion, TakeOff) and self.axis.state is MotionState.MOVING
+
+    @property
+    def lands(self) -> bool:
+        """It is coming down to land."""
+        return isinstance(self._motion, Land) and self.axis.state is MotionState.MOVING
+
+    def is_flying(self, motion: Motion) -> bool:
+        return self.axis.state in (*BUSY, MotionState.DONE) and motion in (self._motion, self._next)
+
+    @property
+    def target(self) -> Vector | None:
+        """Where the leg being flown leads to, for those who look along it."""
+        if self.axis.state not in (*BUSY, MotionState.BLOCKED):
+            return None
+        match self._legs:
+            case [FlyTo(target=target), *_]:
+                return target
+            case [Round(), *_] if self.path is not None:
+                return self.path.end
+            case _:
+                return None
+
+    def way(self, t: float) -> tuple[Vector, ...]:
+        """Corners of the way ahead where it is bent."""
+        if self.path is None or self.target is None or not isinstance(self._legs[0], Round):
+            return ()
+        return self._legs[0].after(self._flown(t)).ahead(self.path.at(t)[0], _TOLD_AHEAD)
+
+    def laps_done(self, t: float) -> float | None:
+        """Of the orbit that is being flown, or was flown last."""
+        if not isinstance(self._motion, Orbit):
+            return None
+        left = self._legs[-1] if self._legs else None
+        return self._motion.laps - (left.after(self._flown(t)).laps if isinstance(left, Round) else 0.0)
+
+    def place(self, t: float) -> tuple[Vector, Vector, Vector]:
+        """Where to be at `t`, with velocity and acceleration; inside the fence, whatever the path."""
+        assert self.path is not None
+        wanted, velocity, acceleration = self.path.at(t)
+        confined = self._limits.confine(wanted, landing=isinstance(self._motion, Land))
+        return (wanted, velocity, acceleration) if confined == wanted else (confined, _STILL, _STILL)
+
+    # --- what others tell it ---------------------------------------------------------------------------------
+
+    def hold(self, place: Vector, t: float) -> None:
+        """Be at this place, or as near to it as the fence allows."""
+        place = self._limits.confine(place)
+        self.path = straight(place, place, 1.0, t)
+
+    def rest(self) -> None:
+        """Rotors off: there is no path, and a stop under way has come to its end."""
+        self.path = None
+        if self.axis.state is MotionState.STOPPING:
+            self.axis.become(*self._after_stop)
+
+    def touched_down(self) -> None:
+        self.path = None
+        if isinstance(self._motion, Land) and self.axis.state is MotionState.MOVING:
+            self.axis.remaining = 0.0
+            self.axis.become(MotionState.DONE)
+        elif self.has_plans:
+            self.axis.become(MotionState.ABORTED, "the autopilot has landed")
+        self._next = None
+
+    def next_start(self, navigation: Navigation, t: float) -> Vector:
+        """Where the next motion would begin: the drone comes to rest first."""
+        if self.path is None:
+            return navigation.position
+        return self.path.end if self.path.is_over(t) else self.path.broken_off(t).end
+
+    def require_in_view(self, motion: Motion, navigation: Navigation, t: float) -> None:
+        """Raise RefusedError if the nose would be laid along a leg so that it is in view, and it could not be."""
+        here = self.next_start(navigation, t)
+        for leg in _legs(motion, here)[:1]:
+            if isinstance(leg, FlyTo) and self._nose(leg, here, navigation) is not None:
+                self._lookout.require_in_view(here, leg.target, t)
+
+    def start(self, motion: Motion, navigation: Navigation, t: float) -> None:
+        """Begin a motion, after coming to rest from the one before."""
+        self._legs = []
+        if self.path is not None and not self.path.is_over(t):
+            self.path = self.path.broken_off(t)
+            self._motion, self._next = None, motion
+            self.axis.become(MotionState.STOPPING, "ending the motion before")
+            return
+        self._motion, self._next = motion, None
+        here = self.next_start(navigation, t)
+        self._legs = _legs(motion, here)
+        match motion:
+            case TakeOff():
+                self._heading.settle(navigation.heading)
+                self._go(here, (here[0], here[1], motion.height), motion.speed, t)
+            case FlyTo() | Orbit():
+                self._begin_leg(here, navigation, t)
+            case Land():
+                self._begin_descent(motion, here, t)
+            case _:
+                self.axis.become(MotionState.DONE)
+
+    def brake(self, t: float, then: MotionState, text: str = "") -> None:
+        """Come to rest along the path; at rest the motion becomes `then`."""
+        if self.path is not None and not self.path.is_over(t):
+            flown, self.path = self._flown(t), self.path.broken_off(t)
+            if self._legs and isinstance(self._legs[0], Round):
+                self._legs[0] = self._legs[0].after(flown + self.path.profile.distance)
+        self._after_stop = then, text
+        self._next = None
+        self.axis.become(MotionState.STOPPING, text)
+
+    def abort(self, t: float, why: str) -> None:
+        """Give the holder's motion up: brake, and report it as aborted once at rest."""
+        self.brake(t, MotionState.ABORTED, why)
+        if self._heading.axis.goal == self.axis.goal and self._heading.axis.state is MotionState.TURNING:
+            self._heading.stop(MotionState.ABORTED, why)
+
+    # --- legs ------------------------------------------------------------------------------------------------
+
+    def _begin_leg(self, here: Vector, navigation: Navigation, t: float) -> None:
+        """Turn the nose as the next leg wants it, then go."""
+        leg = self._legs[0]
+        self._turning_since = t
+        heading = self._nose(leg, here, navigation)
+        self._across = None
+        if heading is not None and isinstance(leg, FlyTo):
+            self._across = leg.nose is Nose.IN_VIEW and self._lookout.looks_across
+        self._lookout.begin(t, across=self._across)
+        self.axis.remaining = self._left(leg, here, t) + self._later
+        if heading is not None:
+            self._heading.turn_to(heading, navigation.heading)
+        if isinstance(leg, Round) or not (heading is None or self._heading.aligned):
+            self.path = straight(here, here, 1.0, t)
+            self.axis.become(MotionState.TURNING)
+        else:
+            self._go(here, leg.target, leg.speed, t)
+
+    def _nose(self, leg: Leg, here: Vector, navigation: Navigation) -> float | None:
+        """The heading that a leg wants, None for any."""
+        if isinstance(leg, Round):
+            return leg.bearing(here) + math.pi
+        way = subtract(leg.target, here)
+        if leg.nose is Nose.FREE or math.hypot(way[0], way[1]) <= 0.5:
+            return None
+        track = math.atan2(way[1], way[0])
+        if leg.nose is Nose.ALONG_TRACK or not self._lookout.looks_across:
+            return track
+        sides = (track - math.pi / 2, track + math.pi / 2)
+        return min(sides, key=lambda side: abs(wrap(side - navigation.heading)))
+
+    def _left(self, leg: Leg, place: Vector, t: float) -> float:
+        """Metres from a place to the end of the leg being flown."""
+        return leg.length - self._flown(t) if isinstance(leg, Round) else norm(subtract(leg.target, place))
+
+    @property
+    def _later(self) -> float:
+        """Metres of the legs after the one being flown."""
+        return sum(leg.length for leg in self._legs[1:] if isinstance(leg, Round))
+
+    def _flown(self, t: float) -> float:
+        """Metres of the round being flown that its leg does not count yet."""
+        return self.path.flown(t) if isinstance(self.path, Arc) and self.axis.state is MotionState.MOVING else 0.0
+
+    def _begin_descent(self, landing: Land, here: Vector, t: float) -> None:
+        """Come down to `FLARE_HEIGHT` above the ground if it is in view, and gently from there."""
+        ground = self._ground(t)
+        if ground is not None and ground > FLARE_HEIGHT + 1.0:
+            self._go(here, (here[0], here[1], here[2] - (ground - FLARE_HEIGHT)), landing.speed, t)
+        else:
+            self._go(here, (here[0], here[1], here[2] - _BELOW_ANY_GROUND), min(landing.speed, TOUCHDOWN_SPEED), t)
+
+    def _ground(self, t: float) -> float | None:
+        """Distance to the ground, if the range-finder has told it lately."""
+        measured, distance = self._range
+        return distance if t - measured <= _RANGE_VALID else None
+
+    def _go(self, here: Vector, target: Vector, speed: float, t: float) -> None:
+        way = subtract(target, here)
+        climb = abs(way[2]) / max(norm(way), 1e-9)
+        if climb > 0.0:
+            speed = min(speed, MAX_CLIMB / climb)
+        if self._legs:
+            speed = min(speed, self._lookout.speed_limit(t))
+        self._fly(straight(here, target, speed, t), t)
+
+    def _fly(self, path: Path, t: float) -> None:
+        self.path = path
+        self._lookout.begin(t, across=self._across if self._legs else None)
+        self.axis.become(MotionState.MOVING)
+
+    # --- as time passes --------------------------------------------------------------------------------------
+
+    def advance(self, t: float, navigation: Navigation) -> None:
+        """See how far the motion has come at `t`, and what has come in its way."""
+        state, path = self.axis.state, self.path
+        assert path is not None
+        if state in UNDER_WAY and self._limits.has_left(navigation.position):
+            self.abort(t, "the drone has left the geofence")
+        elif state is MotionState.STOPPING:
+            self._advance_stop(t, navigation, path)
+        elif state is MotionState.TURNING:
+            self._advance_turn(t, path)
+        elif state is MotionState.WAITING:
+            self._advance_wait(t, navigation, path)
+        elif state is MotionState.MOVING:
+            self._advance_path(t, navigation, path)
+
+    def _advance_stop(self, t: float, navigation: Navigation, path: Path) -> None:
+        at_rest = norm(navigation.velocity) <= AT_REST
+        # In a storm the drone may never come to rest; whoever waits for it must not wait for ever.
+        overdue = t - path.began > path.profile.duration + PATIENCE
+        if not path.is_over(t) or not (at_rest or overdue):
+            return
+        if self._next is not None:
+            self.start(self._next, navigation, t)
+        else:
+            self.axis.become(*self._after_stop)
+
+    def _advance_turn(self, t: float, path: Path) -> None:
+        leg = self._legs[0]
+        if self._heading.axis.goal != self.axis.goal:
+            self.abort(t, "another goal has taken the heading")
+        elif not self._heading.aligned:
+            return
+        elif isinstance(leg, FlyTo):
+            self._go(path.end, leg.target, leg.speed, t)
+        elif self._knows_enough(t):
+            self._fly(leg.arc(path.end, self._lookout.speed_limit(t), t), t)
+
+    def _knows_enough(self, t: float) -> bool:
+        """For a round to begin: there is a word on its way, or none is to be had."""
+        lookout = self._lookout
+        return lookout.knows_the_way(t) or t - self._turning_since > _WORD_WITHIN or not lookout.has_depth_map(t)
+
+    def _advance_wait(self, t: float, navigation: Navigation, path: Path) -> None:
+        if self._lookout.lets_go_on(t):
+            self._begin_leg(path.end, navigation, t)
+        elif t - path.began > path.profile.duration + PATIENCE:
+            self.axis.become(MotionState.BLOCKED, f"no view of the way ahead for {PATIENCE:g} s")
+
+    def _advance_path(self, t: float, navigation: Navigation, path: Path) -> None:
+        position, velocity, _ = path.at(t)
+        off = norm(subtract(position, navigation.position))
+        if isinstance(self._motion, Land):
+            self._advance_landing(self._motion, t, navigation, path)
+            return
+        left = norm(subtract(path.end, navigation.position))
+        if self._legs:
+            left = self._left(self._legs[0], navigation.position, t)
+        self.axis.remaining = left + self._later
+        if off > DRIFT:
+            self.abort(t, f"the drone has drifted {off:.1f} m from its path")
+        elif path.is_over(t):
+            self._conclude(t, navigation, path)
+        elif self._legs:
+            self._look_ahead(t, norm(velocity), left)
+            self._look_to_the_centre(self._legs[0], t, position)
+
+    def _look_to_the_centre(self, leg: Leg, t: float, position: Vector) -> None:
+        if not isinstance(leg, Round):
+            return
+        if self._heading.axis.goal == self.axis.goal:
+            self._heading.follow(leg.bearing(position) + math.pi)
+        else:
+            self.abort(t, "another goal has taken the heading")
+
+    def _look_ahead(self, t: float, speed: float, left: float) -> None:
+        match self._lookout.view(t, speed, left):
+            case View.BLOCKED:
+                self.brake(t, MotionState.BLOCKED, "an obstacle stands on the way")
+            case View.BLIND:
+                self.brake(t, MotionState.WAITING, "no fresh view of the way ahead")
+            case View.TOO_FAST:
+                self.brake(t, MotionState.WAITING, "the view of the way ahead has become too short for this speed")
+            case View.CLEAR | View.UNWATCHED:
+                pass
+
+    def _advance_landing(self, landing: Land, t: float, navigation: Navigation, path: Path) -> None:
+        ground = self._ground(t)
+        height = ground if ground is not None else navigation.position[2]
+        self.axis.remaining = max(0.0, height)
+        late = navigation.position[2] - path.at(t)[0][2]
+        if late > DRIFT:
+            self.brake(t, MotionState.BLOCKED, "the drone does not come down")
+        elif path.is_over(t):
+            self._begin_descent(landing, path.end, t)
+
+    def _conclude(self, t: float, navigation: Navigation, path: Path) -> None:
+        short = norm(subtract(path.end, navigation.position))
+        if short <= ARRIVED_WITHIN and norm(navigation.velocity) <= AT_REST:
+            del self._legs[:1]
+            if self._legs:
+                self._begin_leg(path.end, navigation, t)
+            else:
+                self.axis.remaining = 0.0
+                self.axis.become(MotionState.DONE)
+        elif t - path.began > path.profile.duration + PATIENCE:
+            self.axis.become(MotionState.BLOCKED, f"no headway, {short:.1f} m short of the target")
+
+
+def _legs(motion: Motion, here: Vector) -> list[Leg]:
+    """What a motion from this place consists of on which the drone looks where it flies."""
+    match motion:
+        case FlyTo():
+            return [motion]
+        case Orbit():
+            left = Round.of(motion)
+            return [FlyTo(target=left.entry(here, motion.height), speed=motion.speed, nose=Nose.IN_VIEW), left]
+        case _:
+            return []

@@ -1,0 +1,118 @@
+"""What is made of the sensors: free ways, odometry, the map."""
+
+from __future__ import annotations
+
+from skillwing.onboard import topics
+from skillwing.onboard.guidance.body_motion import PATIENCE
+from skillwing.onboard.interface.topic import (
+    BRIDGE,
+    GUIDANCE,
+    MAPPING,
+    OBSTACLES,
+    RECORDER,
+    SKILLS,
+    VEHICLE,
+    Duty,
+    Kind,
+    Topic,
+)
+from skillwing.services.protocol import ErrorCode
+
+SEEING = (
+    Topic(
+        topics.OBSTACLE_COMMAND,
+        Kind.QUERY,
+        topics.SelectObstacleSource,
+        Duty.SOME,
+        OBSTACLES,
+        (SKILLS,),
+        "Which sensor the depth map is made from; NONE gives it back.",
+        "`zed_depthmap` and `lidar_depthmap` fail: the obstacle node does not answer.",
+        reply=topics.Done,
+        refusals=(ErrorCode.STALE_TOKEN,),
+    ),
+    Topic(
+        topics.OBSTACLE_STATUS,
+        Kind.STREAM,
+        topics.ObstacleStatus,
+        Duty.SHOULD,
+        OBSTACLES,
+        (GUIDANCE, SKILLS, BRIDGE, RECORDER),
+        "How far the way ahead is free.",
+        "Without any, **ways are flown unwatched**. A way that was watched and is not any more makes the vehicle brake "
+        f"and wait, and ends BLOCKED after {PATIENCE:g} s.",
+        rate=10.0,
+    ),
+    Topic(
+        topics.LANDING_PLACE,
+        Kind.QUERY,
+        topics.Empty,
+        Duty.SHOULD,
+        OBSTACLES,
+        (SKILLS,),
+        "Where to land, by what was seen of the ground.",
+        "**`land` comes down where the drone is**, whatever stands there.",
+        reply=topics.LandingPlace,
+    ),
+    Topic(
+        topics.MAPPING_COMMAND,
+        Kind.QUERY,
+        topics.ControlMapping,
+        Duty.SOME,
+        MAPPING,
+        (SKILLS,),
+        "Put scans into the map, or stop doing so.",
+        "`lidar_mapping` fails: the mapping node does not answer.",
+        reply=topics.Done,
+        refusals=(ErrorCode.STALE_TOKEN,),
+    ),
+    Topic(
+        topics.MAPPING_STATUS,
+        Kind.STREAM,
+        topics.MappingStatus,
+        Duty.SOME,
+        MAPPING,
+        (SKILLS, BRIDGE, RECORDER),
+        "Whether it maps, and whether the map is still to be trusted.",
+        "`lidar_mapping` fails after 4 s.",
+        rate=2.0,
+    ),
+    Topic(
+        topics.MAP,
+        Kind.ARRAYS,
+        topics.MapHeader,
+        Duty.SOME,
+        MAPPING,
+        (BRIDGE, RECORDER),
+        "What has become occupied since the last one.",
+        "There are no map statistics, and nothing to show.",
+        rate=1.0,
+        when="while it maps",
+        array="float32 [n, 3]: centres of voxels, ENU in m",
+    ),
+    Topic(
+        topics.MAP_SNAPSHOT,
+        Kind.QUERY,
+        topics.Empty,
+        Duty.TRIALS,
+        MAPPING,
+        ("campaigns",),
+        "The whole map, once. The reply is an array like those of the stream, with its header as attachment.",
+        "A flight cannot be judged by its map.",
+        reply=topics.MapHeader,
+        array="float32 [n, 3]: centres of all occupied voxels, ENU in m",
+    ),
+    Topic(
+        topics.SLAM_ODOMETRY,
+        Kind.STREAM,
+        topics.Odometry,
+        Duty.SHOULD,
+        MAPPING,
+        (VEHICLE,),
+        "LiDAR-inertial odometry, with which the map is made. While there are no satellite fixes the vehicle's "
+        "navigation keeps its velocity true by it.",
+        "Without satellite fixes the vehicle drifts, and lands after some seconds.",
+        rate=10.0,
+        when="once it has begun",
+    ),
+)

@@ -1,0 +1,187 @@
+"""What a vehicle tells, and what it is told: the place of the simulator and its autopilot."""
+
+from __future__ import annotations
+
+from skillwing.onboard import topics
+from skillwing.onboard.guidance.body_motion import TOUCHDOWN_SPEED
+from skillwing.onboard.interface.topic import (
+    BRIDGE,
+    EVERYBODY,
+    GROUND,
+    GUIDANCE,
+    MAPPING,
+    OBSTACLES,
+    RECORDER,
+    SKILLS,
+    VEHICLE,
+    VIDEO,
+    Duty,
+    Kind,
+    Topic,
+)
+from skillwing.services.protocol import ClockTick
+
+FLYING = (
+    Topic(
+        topics.NAVIGATION,
+        Kind.STREAM,
+        topics.Navigation,
+        Duty.MUST,
+        VEHICLE,
+        (GUIDANCE, BRIDGE, OBSTACLES, MAPPING, SKILLS, RECORDER),
+        "Where the vehicle is. `t` is the time for which that holds, and guidance answers each with the setpoint for "
+        "that time.",
+        "No setpoints. A skill that has to know the place first fails after 2 s; position, velocity and heading turn "
+        "stale, and guards that name them count as false.",
+        rate=50.0,
+    ),
+    Topic(
+        topics.FLIGHT,
+        Kind.STREAM,
+        topics.FlightState,
+        Duty.MUST,
+        VEHICLE,
+        (GUIDANCE, BRIDGE, SKILLS),
+        "On the ground or not, rotors, home point, who has the authority, what the autopilot does by itself.",
+        "Before the first one guidance takes no command, and no skill is ready. After 2 to 3 s of silence the bridge "
+        "takes the authority away: all that fly end, and none starts.",
+        rate=10.0,
+        when="and at each change",
+    ),
+    Topic(
+        topics.AUTOPILOT_SETPOINT,
+        Kind.STREAM,
+        topics.AutopilotSetpoint,
+        Duty.MUST,
+        GUIDANCE,
+        (VEHICLE,),
+        "Where to be at `t`, how fast and with what acceleration, and where to point the nose.",
+        "The vehicle looks after itself: it holds its position, then it lands (see its duties).",
+        rate=50.0,
+        when="in the air and during a takeoff, at the rate of navigation",
+    ),
+    Topic(
+        topics.BATTERY,
+        Kind.STREAM,
+        topics.Battery,
+        Duty.SHOULD,
+        VEHICLE,
+        (BRIDGE, RECORDER),
+        "Charge and voltage.",
+        "**Nothing stops the robot**: `battery_status` keeps its state, NORMAL at first. Only the datum turns stale.",
+        rate=1.0,
+    ),
+    Topic(
+        topics.RANGE,
+        Kind.STREAM,
+        topics.Range,
+        Duty.SHOULD,
+        VEHICLE,
+        (GUIDANCE, OBSTACLES),
+        "Distance to the ground.",
+        f"It lands slowly all the way, at {TOUCHDOWN_SPEED:g} m/s at most, for guidance does not know when the ground "
+        "comes.",
+        rate=20.0,
+    ),
+    Topic(
+        topics.HEALTH,
+        Kind.EVENTS,
+        topics.Health,
+        Duty.SOME,
+        VEHICLE,
+        (GUIDANCE, BRIDGE, OBSTACLES, MAPPING, RECORDER),
+        "What a sensor has found out about itself, at each change. `zed` and `lidar` stand for a resource each, the "
+        "health of others goes to the timeline. Odometry does without the measurements of `imu` or `lidar` while it is "
+        "FAILED, and guidance without those of `range`.",
+        "A sensor that never spoke stays UNKNOWN, and skills that need it are not ready. One that has spoken is "
+        "believed until it says something else: silence of data has to be noticed, and told, by the sensor's own node.",
+        when="at each change",
+        each="sensor",
+    ),
+    Topic(
+        topics.CLOCK,
+        Kind.STREAM,
+        ClockTick,
+        Duty.SOME,
+        VEHICLE,
+        (EVERYBODY,),
+        "Robot time, where one process makes it: a simulator. A vehicle in the real world does not publish it, and its "
+        'table says `clock="wall"`.',
+        'With `clock="robot"` time stands still: nothing happens, and nothing times out.',
+        rate=12.5,
+        when="at up to 50 Hz while the pace is not kept",
+    ),
+)
+
+SENSORS = (
+    Topic(
+        topics.ZED_DEPTH,
+        Kind.ARRAYS,
+        topics.DepthHeader,
+        Duty.SOME,
+        VEHICLE,
+        (OBSTACLES, RECORDER),
+        "Depth camera, looking ahead.",
+        "`zed_depthmap` ends NO_DATA after 2 s; a way that is watched with it makes the vehicle wait.",
+        rate=15.0,
+        array="uint16 [height, width]: depth along the optical axis in mm, 0 for no return",
+    ),
+    Topic(
+        topics.LIDAR,
+        Kind.ARRAYS,
+        topics.LidarHeader,
+        Duty.SOME,
+        VEHICLE,
+        (OBSTACLES, MAPPING, RECORDER),
+        "One revolution of the LiDAR, whose ring is orthogonal to the nose.",
+        "`lidar_depthmap` ends NO_DATA after 2 s, `lidar_mapping` DIVERGED.",
+        rate=10.0,
+        array="float32 [columns, beams]: ranges in m, 0 for no return",
+    ),
+    Topic(
+        topics.IMU,
+        Kind.ARRAYS,
+        topics.ImuHeader,
+        Duty.SOME,
+        VEHICLE,
+        (MAPPING,),
+        "The inertial measurements beside the LiDAR, in batches.",
+        "Odometry does not begin, or loses its way: `lidar_mapping` ends DIVERGED.",
+        rate=50.0,
+        array="float32 [n, 7]: seconds since t0, acceleration [m/s2], angular rate [rad/s], FLU; 250 rows a second",
+    ),
+    Topic(
+        topics.CAMERA,
+        Kind.ARRAYS,
+        topics.CameraHeader,
+        Duty.SOME,
+        VEHICLE,
+        (VIDEO, GROUND),
+        "Colour pictures for the live video.",
+        "`stream` ends FPS_LOST.",
+        when="as often as was asked for, while it is asked for",
+        array="uint8 [height, width, 3]: RGB",
+    ),
+    Topic(
+        topics.CAMERA_COMMAND,
+        Kind.QUERY,
+        topics.ControlCamera,
+        Duty.SOME,
+        VEHICLE,
+        (VIDEO,),
+        "Pictures are wanted for a while; asked again before it is over.",
+        "There are no pictures.",
+        reply=topics.Done,
+    ),
+    Topic(
+        topics.GNSS,
+        Kind.STREAM,
+        topics.Gnss,
+        Duty.TRIALS,
+        VEHICLE,
+        (),
+        "Satellite fixes as they come in, for whoever looks on; the vehicle's own navigation has used them.",
+        "Nobody misses it.",
+        rate=10.0,
+    ),
+)

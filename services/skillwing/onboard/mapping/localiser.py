@@ -1,0 +1,170 @@
+"""Where the poses of the map come from: LiDAR-inertial odometry, or for comparison another one or navigation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, Protocol
+
+import numpy as np
+
+from skillwing.onboard import topics
+from skillwing.onboard.frames.pose_history import PoseHistory
+from skillwing.onboard.frames.vectors import Vector
+from skillwing.onboard.mapping.mapper import REACH
+from skillwing.onboard.odometry import so3
+from skillwing.onboard.odometry.inertial import Inertial
+from skillwing.onboard.odometry.matching import MakeMatcher, PlaneMatcher
+from skillwing.onboard.odometry.odometry import Fix, Odometry, Phase
+from skillwing.onboard.odometry.so3 import Floats
+from skillwing.onboard.odometry.state import ATTITUDE
+from skillwing.onboard.sensor_data.names import IMU, LIDAR
+from skillwing.onboard.sensor_data.scans import LidarScan, PlacedPoints
+
+_TRACKING: Final = {
+    Phase.TRACKING: topics.Tracking.GOOD,
+    Phase.DOUBTING: topics.Tracking.DOUBTING,
+    Phase.LOST: topics.Tracking.LOST,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Placement:
+    """A scan put into the world. `points` is None if it must not be mapped; `odometry` is what there is to publish."""
+
+    points: PlacedPoints | None
+    odometry: topics.Odometry | None
+
+
+class Localiser(Protocol):
+    """Puts scans into the world. Measurements go in as they come; a scan comes out when its poses are known."""
+
+    source: str
+    """Where the poses come from, in words."""
+    sensors: tuple[str, ...]
+    """Whose measurements it works with, by the names that messages of health have for them."""
+
+    @property
+    def lost(self) -> str:
+        """Why poses are no longer believed; empty while they are."""
+        ...
+
+    @property
+    def text(self) -> str:
+        """What it waits for or complains about; empty while all is well."""
+        ...
+
+    def restart(self) -> None:
+        """Forget everything, and begin anew."""
+        ...
+
+    def navigation(self, navigation: topics.Navigation) -> Placement | None: ...
+    def imu(self, batch: Inertial) -> Placement | None: ...
+    def scan(self, scan: LidarScan) -> Placement | None: ...
+    def check(self, t: float) -> None:
+        """Time has passed."""
+        ...
+
+
+class ByNavigation:
+    """Poses as navigation tells them, interpolated between its solutions."""
+
+    source = "navigation solution"
+    sensors: tuple[str, ...] = (LIDAR,)
+    lost = text = ""
+
+    def __init__(self) -> None:
+        self.restart()
+
+    def restart(self) -> None:
+        self._poses = PoseHistory()
+        self._waiting: LidarScan | None = None
+
+    def navigation(self, navigation: topics.Navigation) -> Placement | None:
+        self._poses.add(navigation)
+        return self._place()
+
+    def imu(self, batch: Inertial) -> Placement | None:
+        return None
+
+    def scan(self, scan: LidarScan) -> Placement | None:
+        self._waiting = scan
+        return self._place()
+
+    def check(self, t: float) -> None:
+        """Navigation says itself when it does not know."""
+
+    def _place(self) -> Placement | None:
+        """A scan waits until the drone's pose is known up to its end."""
+        scan = self._waiting
+        if scan is None or not self._poses.covers(*scan.span):
+            return None
+        self._waiting = None
+        return Placement(scan.place(self._poses, REACH), None)
+
+
+class ByOdometry:
+    """Poses of LiDAR-inertial odometry."""
+
+    sensors: tuple[str, ...] = (LIDAR, IMU)
+
+    def __init__(
+        self,
+        low: Vector,
+        high: Vector,
+        make_matcher: MakeMatcher = PlaneMatcher,
+        source: str = "LiDAR-inertial odometry",
+    ) -> None:
+        """low, high: corners of the box in which odometry may find something to hold on to [m]."""
+        self.source = source
+        self._odometry = Odometry(low, high, make_matcher=make_matcher)
+
+    @property
+    def lost(self) -> str:
+        return self._odometry.text if self._odometry.phase is Phase.LOST else ""
+
+    @property
+    def text(self) -> str:
+        return self._odometry.text
+
+    def restart(self) -> None:
+        self._odometry.restart()
+
+    def navigation(self, navigation: topics.Navigation) -> Placement | None:
+        self._odometry.navigation(navigation)
+        return None
+
+    def imu(self, batch: Inertial) -> Placement | None:
+        return self._placed(self._odometry.imu(batch))
+
+    def scan(self, scan: LidarScan) -> Placement | None:
+        return self._placed(self._odometry.scan(scan))
+
+    def check(self, t: float) -> None:
+        self._odometry.check(t)
+
+    def _placed(self, fix: Fix | None) -> Placement | None:
+        if fix is None:
+            return None
+        return Placement(fix.placed(REACH) if fix.believed else None, self._message(fix))
+
+    def _message(self, fix: Fix) -> topics.Odometry:
+        odometry, state = self._odometry, fix.levelled
+        assert odometry.begun_at is not None
+        return topics.Odometry(
+            t=fix.t,
+            since=odometry.begun_at,
+            position=_vector(state.position),
+            velocity=_vector(state.velocity),
+            quaternion=so3.quaternion(state.turn),
+            position_sigma=_vector(fix.position_sigma),
+            attitude_sigma=_vector(np.sqrt(np.diag(fix.covariance)[ATTITUDE])),
+            agreement=fix.agreement.share,
+            tracking=_TRACKING[odometry.phase],
+            text=odometry.text,
+        )
+
+
+def _vector(values: Floats) -> topics.Vector3:
+    """Three numbers as a message has them, which refuses what is out of all bounds."""
+    x, y, z = np.clip(values, -topics.LARGEST_COMPONENT, topics.LARGEST_COMPONENT).tolist()
+    return x, y, z

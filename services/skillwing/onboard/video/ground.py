@@ -1,0 +1,114 @@
+"""The ground station as a process: decodes what the link delivers, measures it, and reports back over the link.
+
+The quality is a full-reference measure, which only a simulation can have: beside what the link delivers this process
+hears the camera itself, and compares each picture with what it was before it was encoded. A real ground station would
+have to estimate it.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from skillwing.onboard import topics
+from skillwing.onboard.options import OptionsError
+from skillwing.onboard.video.codec import Decoder, Picture, UndecodableError, jpeg
+from skillwing.onboard.video.pieces import Received
+from skillwing.onboard.video.receiver import Receiver
+from skillwing.onboard.video.similarity import similarity
+from skillwing.services.bus import Bus, Handle
+from skillwing.services.bus.reading import stream_reader
+from skillwing.services.protocol import encode
+
+REPORT_PERIOD, QUALITY_PERIOD, PICTURE_PERIOD = 0.25, 0.2, 0.25
+SILENCE = 3.0
+"""Without any piece for so long the stream is over: nothing is reported any more [s]."""
+REMEMBERED = 60
+"""So many originals are kept: what takes longer than them to arrive is shown, but not judged."""
+
+
+class GroundNode:
+    """Shell around a `Receiver` and a `Decoder`. At rest it only listens."""
+
+    name = "ground"
+    owns_clock = False
+
+    def __init__(self) -> None:
+        self._receiver = Receiver()
+        self._decoder: Decoder | None = None
+        self._originals: dict[float, tuple[tuple[int, int, int], bytes]] = {}
+        self._heard_at = self._judged_at = self._drawn_at = float("-inf")
+        self._reporting: Handle | None = None
+        self._bus: Bus | None = None
+
+    def attach(self, bus: Bus) -> None:
+        self._bus = bus
+        self._report = bus.advertise(topics.VIDEO_REPORT)
+        self._screen = bus.advertise(topics.VIDEO_SHOWN)
+        bus.subscribe(topics.CAMERA, stream_reader(topics.CameraHeader, self._on_original))
+        bus.subscribe(topics.VIDEO_RECEIVED, stream_reader(topics.VideoPiece, self._on_piece))
+
+    def detach(self) -> None:
+        """The drone notices by itself that reports have ended."""
+
+    def _on_original(self, header: topics.CameraHeader, payload: bytes) -> None:
+        self._originals[header.t] = (header.height, header.width, 3), payload
+        if len(self._originals) > REMEMBERED:
+            del self._originals[next(iter(self._originals))]
+
+    def _on_piece(self, header: topics.VideoPiece, data: bytes) -> None:
+        assert self._bus is not None
+        now = self._heard_at = self._bus.now()
+        if self._reporting is None:
+            self._reporting = self._bus.every(REPORT_PERIOD, self._publish_report)
+        is_new = header.stream != self._receiver.stream
+        waited = self._receiver.waiting
+        whole = self._receiver.piece(now, header, data)
+        if is_new or self._decoder is None:
+            self._decoder = Decoder()
+        if whole is not None:
+            self._show(now, whole, self._decoder)
+        if self._receiver.waiting and not waited and not is_new:
+            # A keyframe is wanted the sooner the better.
+            self._publish_report()
+
+    def _show(self, now: float, whole: Received, decoder: Decoder) -> None:
+        try:
+            picture = decoder.decode(whole.unit.data)
+        except UndecodableError:
+            self._receiver.undecodable()
+            return
+        self._receiver.shown(now, whole.t, self._quality(now, whole.t, picture))
+        if now - self._drawn_at >= PICTURE_PERIOD:
+            self._drawn_at = now
+            height, width = picture.shape[:2]
+            self._screen.put(jpeg(picture), encode(topics.VideoShown(t=whole.t, width=width, height=height)))
+
+    def _quality(self, now: float, taken: float, picture: Picture) -> float | None:
+        original = self._originals.get(taken)
+        if original is None or now - self._judged_at < QUALITY_PERIOD:
+            return None
+        shape, payload = original
+        if shape != picture.shape or len(payload) != picture.size:
+            return None
+        self._judged_at = now
+        return similarity(np.frombuffer(payload, np.uint8).reshape(shape), picture)
+
+    def _publish_report(self) -> None:
+        assert self._bus is not None
+        now = self._bus.now()
+        if now - self._heard_at > SILENCE and self._reporting is not None:
+            self._reporting.cancel()
+            self._reporting, self._decoder = None, None
+            self._receiver = Receiver()
+            self._originals.clear()
+            return
+        self._report.put(encode(self._receiver.status(now)))
+
+
+def make_ground(options: dict[str, Any]) -> GroundNode:
+    """The ground station; it takes no options. Raises OptionsError if there are any."""
+    if options:
+        raise OptionsError(f"the ground station takes no options; remove {', '.join(sorted(options))}")
+    return GroundNode()

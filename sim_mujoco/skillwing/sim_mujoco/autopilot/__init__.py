@@ -1,0 +1,1 @@
+"""Firmware of the simulated flight controller: control cascade, mixer, failsafes, fence guard, rotor watch."""

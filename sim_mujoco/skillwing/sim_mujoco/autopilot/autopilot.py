@@ -1,0 +1,241 @@
+"""The low-level autopilot: follows setpoints, and looks after the drone by itself when that cannot go on.
+
+`failsafes.py` says when it acts by itself and in which order. Wherever it lands it first brakes, and stays inside the
+fence. With a rotor lost it gives the heading up. With navigation lost it holds its place as long as navigation vouches
+for the velocity; blind, it leans against what it can reckon of the velocity, and comes down fast, at the vertical speed
+that the range-finder tells. Rotors stop by themselves on touchdown.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from skillwing.onboard.frames.vectors import Quaternion, Vector, add, heading_of, scale
+from skillwing.sim_mujoco.autopilot.cascade import AttitudeLoop, VelocityLoop, position_to_velocity
+from skillwing.sim_mujoco.autopilot.descent import STANDING_RANGE, Estimate, GroundSpeed, Touchdown, sink_speed
+from skillwing.sim_mujoco.autopilot.failsafes import (
+    LAND_AFTER,
+    LANDING,
+    OVERRULING,
+    SETPOINT_TIMEOUT,
+    Emergencies,
+    Limits,
+    Mode,
+)
+from skillwing.sim_mujoco.autopilot.fence_guard import FenceGuard
+from skillwing.sim_mujoco.autopilot.rotor_watch import RotorWatch
+from skillwing.sim_mujoco.physics.hexacopter import ROTORS, Airframe
+
+__all__ = ["Autopilot", "Estimate", "Limits", "Mode", "Setpoint"]
+
+GUIDE_PERIOD = 0.02
+"""How often `guide` is called [s]."""
+_BRAKING_TIME = 0.6
+_NEVER_IN_THE_AIR = 0.7
+"""A drone in the air that is so far above where it should be is not at rest [m]."""
+_NEAR_GROUND = 0.3
+"""Nearer to the ground than this beyond standing, contacts turn the drone as well as rotors do [m]."""
+_DOWNWARD = -0.05
+"""Who is told to climb more slowly than this is told to sink [m/s]."""
+_SINKING = 0.7
+"""A drone in the air that has lost a rotor sinks faster than this part of what it was told."""
+
+
+@dataclass(frozen=True, slots=True)
+class Setpoint:
+    """Where to be, with velocity and acceleration feed-forward, and where to point, in ENU."""
+
+    position: Vector
+    velocity: Vector
+    heading: float
+    rotors: bool = True
+    acceleration: Vector = (0.0, 0.0, 0.0)
+
+
+class Autopilot:
+    """Call `guide` every 20 ms and `stabilise` every `dt` seconds."""
+
+    def __init__(self, airframe: Airframe, dt: float, limits: Limits | None = None) -> None:
+        limits = limits or Limits()
+        self._velocity_loop = VelocityLoop()
+        self._attitude_loop = AttitudeLoop(airframe, dt)
+        self._emergencies = Emergencies(limits)
+        self._fence = FenceGuard(limits.fence) if limits.fence is not None else None
+        self._rotors = RotorWatch(airframe)
+        self._ground_speed, self._touchdown = GroundSpeed(), Touchdown()
+        self._setpoint: Setpoint | None = None
+        self._stamp = float("-inf")
+        self._hold = Setpoint((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0)
+        self._guided: float | None = None
+        self._told_climb = 0.0
+        self._wall: str | None = None
+        self.mode = Mode.OFF
+        self.authority = True
+
+    @property
+    def on_ground(self) -> bool:
+        return self.mode is Mode.OFF
+
+    @property
+    def failsafe(self) -> str:
+        """What the autopilot does by itself, in words; empty while it follows or stands ready."""
+        what = self._emergencies.what
+        if self.mode is Mode.OFF:
+            return f"{what}: staying on the ground" if what else ""
+        if self.mode is Mode.ROTOR:
+            return f"{what}: landing"
+        if self.mode is Mode.FENCE:
+            return f"{self._wall} fence ahead: holding position"
+        return "" if self.mode in (Mode.FOLLOW, Mode.PILOT) else self.mode.value
+
+    @property
+    def follows(self) -> bool:
+        """Whether a fresh setpoint counts, once the pilot leaves the authority to the computer."""
+        return not self._emergencies.what if self.mode is Mode.OFF else self.mode not in OVERRULING
+
+    @property
+    def holds_heading(self) -> bool:
+        """Whether the nose can be pointed somewhere."""
+        return self._attitude_loop.holds_heading
+
+    def command(self, setpoint: Setpoint, t: float, of: float | None = None) -> None:
+        """A setpoint arrived at time `t`, which is that `of` a moment, or of now. An older one than the last comes too
+        late, and so does one that is older than the failsafe's patience."""
+        stamp = t if of is None else min(of, t)
+        if stamp >= self._stamp and t - stamp <= SETPOINT_TIMEOUT:
+            self._setpoint, self._stamp = setpoint, stamp
+
+    def battery(self, percent: float, voltage: float) -> None:
+        """What the battery says of itself: charge [%], voltage under load [V]. Tell it before each `guide`."""
+        self._emergencies.battery(percent, voltage, GUIDE_PERIOD)
+
+    def guide(self, t: float, now: Estimate, rate: Vector) -> None:
+        """Choose the mode and the wanted attitude for the next 20 ms; `rate` is the angular rate (FLU) [rad/s]."""
+        dt = GUIDE_PERIOD if self._guided is None else t - self._guided
+        self._guided = t
+        self._ground_speed.update(now)
+        self._emergencies.navigation(t, valid=now.valid, velocity_valid=now.velocity_valid)
+        self._watch_rotors(now, rate)
+        self._choose_mode(t, now)
+        if self.mode is Mode.OFF:
+            return
+        target = self._target(dt, now)
+        self._told_climb = target.velocity[2]
+        velocity = self._trusted_velocity(now, target)
+        wanted = target.velocity
+        if not self._emergencies.blind:
+            wanted = position_to_velocity(now.position, target.position, target.velocity)
+        acceleration = self._velocity_loop.acceleration(velocity, wanted, target.acceleration, dt)
+        self._attitude_loop.aim(acceleration, target.heading, now.quaternion)
+        if self._has_touched_down(t, now, velocity, target):
+            self._enter(Mode.OFF, now)
+
+    def stabilise(self, quaternion: Quaternion, rate: Vector) -> list[float]:
+        """Rotor thrusts (6) [N]."""
+        if self.mode is Mode.OFF:
+            return [0.0] * ROTORS
+        thrusts = self._attitude_loop.thrusts(quaternion, rate)
+        self._rotors.commanded(thrusts)
+        return thrusts
+
+    # --- which mode ------------------------------------------------------------------------------------------
+
+    def _watch_rotors(self, now: Estimate, rate: Vector) -> None:
+        if self.mode is Mode.OFF or not self.holds_heading:
+            return
+        failed = self._rotors.judge(rate)
+        if failed is not None and not self._may_touch(now):
+            self._emergencies.rotor = failed
+            self._attitude_loop.drop(failed)
+            self._velocity_loop.go_easy()
+
+    def _choose_mode(self, t: float, now: Estimate) -> None:
+        age = t - self._stamp
+        emergency = self._emergencies.mode
+        if self.mode is Mode.OFF:
+            if emergency is None and self.authority and age <= SETPOINT_TIMEOUT and self._asks_to_rise(now):
+                self._enter(Mode.FOLLOW, now)
+        elif emergency is not None:
+            self._enter(emergency, now)
+        elif not self.authority:
+            self._enter(Mode.PILOT, now)
+        elif age <= SETPOINT_TIMEOUT:
+            self._enter(Mode.FENCE if self._fence_stops(now) else Mode.FOLLOW, now)
+        elif self.mode is Mode.PILOT:
+            self._stamp = t - SETPOINT_TIMEOUT
+            self._enter(Mode.HOVER, now)
+        elif age > SETPOINT_TIMEOUT + LAND_AFTER:
+            self._enter(Mode.LAND, now)
+        else:
+            self._enter(Mode.HOVER, now)
+
+    def _fence_stops(self, now: Estimate) -> bool:
+        """The drone is about to break the fence; or was, and the setpoint would lead it there again."""
+        wanted = self._setpoint
+        if self._fence is None or wanted is None:
+            return False
+        wall = self._fence.threatened(now.position, now.velocity)
+        if wall is None and self.mode is Mode.FENCE:
+            wall = self._fence.threatened(wanted.position, wanted.velocity)
+        self._wall = wall
+        return wall is not None
+
+    def _asks_to_rise(self, now: Estimate) -> bool:
+        wanted = self._setpoint
+        return wanted is not None and wanted.rotors and wanted.position[2] > now.position[2] + 0.05
+
+    def _enter(self, mode: Mode, now: Estimate) -> None:
+        if mode is self.mode:
+            return
+        if self.mode is Mode.OFF:
+            self._velocity_loop.reset()
+            self._attitude_loop.reset()
+            self._rotors.reset()
+        # Where it holds is kept from one failsafe to the next, unless it was found without navigation.
+        holding = self.mode in (*LANDING, Mode.HOVER, Mode.FENCE) and self.mode is not Mode.NAVIGATION
+        if mode is not Mode.FOLLOW and not (holding and mode in (*LANDING, Mode.HOVER)):
+            stop = add(now.position, scale(_BRAKING_TIME, now.velocity))
+            stop = stop if self._fence is None else self._fence.inside(stop)
+            self._hold = Setpoint(stop, (0.0, 0.0, 0.0), heading_of(now.quaternion))
+        self._touchdown.reset()
+        self.mode = mode
+
+    # --- where to ----------------------------------------------------------------------------------------------
+
+    def _target(self, dt: float, now: Estimate) -> Setpoint:
+        if self.mode is Mode.FOLLOW and self._setpoint is not None:
+            return self._setpoint
+        if self.mode in LANDING:
+            blind = self._emergencies.blind
+            sink = (0.0, 0.0, -sink_speed(now.ground, hurry=blind))
+            here = now.position if blind else self._hold.position
+            self._hold = Setpoint(add(here, scale(dt, sink)), sink, self._hold.heading)
+        return self._hold
+
+    def _trusted_velocity(self, now: Estimate, target: Setpoint) -> Vector:
+        """The velocity to fly on: blind, the range-finder's upright part, and what is left of the rest."""
+        if not self._emergencies.blind:
+            return now.velocity
+        x, y, z = now.velocity
+        if self._is_near_ground(now):
+            # Better a little drift at touchdown than leaning against a speed that may be none. At a wanted velocity
+            # the loop keeps the lean that it has found against the wind.
+            x, y, _ = target.velocity
+        return x, y, self._ground_speed.climb if now.ground is not None else z
+
+    def _is_near_ground(self, now: Estimate) -> bool:
+        return now.ground is not None and now.ground < STANDING_RANGE + _NEAR_GROUND
+
+    def _may_touch(self, now: Estimate) -> bool:
+        """Whether contacts may turn the drone: the range-finder sees the ground, or the drone does not sink as told."""
+        stands = self._told_climb < _DOWNWARD and now.velocity[2] > _SINKING * self._told_climb
+        return stands or self._is_near_ground(now)
+
+    def _has_touched_down(self, t: float, now: Estimate, velocity: Vector, target: Setpoint) -> bool:
+        late = now.position[2] - target.position[2]
+        sinking = late > 0.05 or target.velocity[2] < _DOWNWARD or not target.rotors
+        insisting = late > _NEVER_IN_THE_AIR
+        if self._emergencies.blind:
+            # It sinks without being told how far, and how fast it moves sideways is not known.
+            insisting, velocity = self.mode in LANDING, (0.0, 0.0, velocity[2])
+        return self._touchdown.noticed(t, now, velocity, sinking=sinking, insisting=insisting)
