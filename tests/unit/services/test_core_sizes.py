@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 from pathlib import Path
 
-import skillwing.services.core as core
+from skillwing.services import core
 
 FOLDER = Path(core.__file__).parent
 LONGEST_CLASS, LONGEST_FUNCTION = 200, 40
