@@ -8,11 +8,20 @@ from __future__ import annotations
 
 from msgspec.structs import replace
 
-from skillwing.services.core.goal_states import GoalRun
+from skillwing.services.core.goal_states import Committing, Finishing, GoalRun
 from skillwing.services.core.outbox import Outbox
-from skillwing.services.core.skill_actions import Action, AskBegin, AskCommit, AskEnd, AskResources, Question
+from skillwing.services.core.skill_actions import Action, AskResources
 from skillwing.services.core.skill_events import Reply, ResourcesAnswer, RetriesExhausted
-from skillwing.services.protocol import NO_TOKEN, BeginGoal, EndGoal, EndKind, ErrorCode, ErrorReply, RecordOutcome
+from skillwing.services.protocol import (
+    NO_TOKEN,
+    BeginGoal,
+    EndGoal,
+    EndKind,
+    ErrorCode,
+    ErrorReply,
+    RecordOutcome,
+    Terminal,
+)
 
 SILENCES_UNTIL_ERROR = 10
 """Silences after which a goal gets its terminal answer without the resource manager. That takes 5.6 s if no process
@@ -35,37 +44,30 @@ class Delivery:
         self.pending_outcomes: dict[str, GoalRun] = {}
         """Goals whose local outcome is not committed yet, as far as this process has heard."""
 
-    def ask(self, question: Question, run: GoalRun) -> None:
-        """Put a question for the first time."""
-        match question:
-            case AskBegin():
-                call = self._begin(run)
-            case AskEnd(token=token, how=how, result=result):
+    def ask(self, run: GoalRun) -> None:
+        """Put the question of the goal's state for the first time."""
+        match run.state:
+            case Finishing(token=token, how=how, result=result):
                 call = self._end(run, token, how, result)
-            case AskCommit():
-                self.pending_outcomes[run.goal_id] = run
-                call = RecordOutcome(
-                    goal_id=run.goal_id,
-                    skill=self._skill,
-                    terminal=question.terminal,
-                    manager=self._manager,
-                    incarnation=self._incarnation,
-                    cause=run.record,
-                )
+            case Committing(outcome=outcome):
+                call = self._commit(run, outcome)
+            case _:
+                call = self._begin(run)
         self._outbox.add(AskResources(call))
 
     def receive(
         self, asked: AskResources, answer: ResourcesAnswer, run: GoalRun | None
     ) -> Reply | RetriesExhausted | None:
         """The event that an answer, or silence, is for the goal; None if the goal does not wait for it."""
-        goal_id = asked.call.goal_id
-        if isinstance(asked.call, RecordOutcome) and goal_id not in self.pending_outcomes:
+        call = asked.call
+        commits = type(call) is RecordOutcome
+        if commits and call.goal_id not in self.pending_outcomes:
             return None
-        waits = run is not None and run.state.awaits(asked.call)
-        if answer is None or (isinstance(answer, ErrorReply) and answer.code in LIKE_SILENCE):
+        waits = run is not None and type(call) is run.state.question and _is_same_grant(call, run)
+        if answer is None or (type(answer) is ErrorReply and answer.code in LIKE_SILENCE):
             return self.retry_or_fail(asked, waits=waits)
-        if isinstance(asked.call, RecordOutcome):
-            del self.pending_outcomes[goal_id]
+        if commits:
+            del self.pending_outcomes[call.goal_id]
         return Reply(answer) if waits else None
 
     def retry_or_fail(self, asked: AskResources, *, waits: bool) -> RetriesExhausted | None:
@@ -92,6 +94,17 @@ class Delivery:
             call = replace(call, terminal=run.state.terminal)
         self._outbox.add(AskResources(call, asked.silences + 1))
 
+    def _commit(self, run: GoalRun, outcome: Terminal) -> RecordOutcome:
+        self.pending_outcomes[run.goal_id] = run
+        return RecordOutcome(
+            goal_id=run.goal_id,
+            skill=self._skill,
+            terminal=outcome,
+            manager=self._manager,
+            incarnation=self._incarnation,
+            cause=run.record,
+        )
+
     def _begin(self, run: GoalRun) -> BeginGoal:
         return BeginGoal(
             goal_id=run.goal_id,
@@ -114,3 +127,8 @@ class Delivery:
             cause=run.record,
             incarnation=self._incarnation,
         )
+
+
+def _is_same_grant(call: BeginGoal | EndGoal | RecordOutcome, run: GoalRun) -> bool:
+    """False for the end of another goal of that id, which has long been forgotten."""
+    return type(call) is not EndGoal or call.token == run.state.token

@@ -1,21 +1,21 @@
 """States of a goal in its skill's manager: Figure 5 of the paper, made exact.
 
-Each state is a type that has the fields which exist in it. Its method `on` takes an event and returns a transition, or
-None for an event that changes nothing there. `docs/semantics.md` holds the table of all transitions.
+Each state is a type that has the fields which exist in it. Its method `on` takes an event and returns a reaction, or
+None for an event that changes nothing there. `docs/semantics.md` holds the table of all reactions.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final, Literal, TypeAlias
 
 import msgspec
 from msgspec.structs import replace
 
 from skillwing.dsl.model import Skill, UnknownNameError
 from skillwing.services.core.events import TimePassed
-from skillwing.services.core.skill_actions import AskBegin, AskCommit, AskEnd, Hook, HookCall, Question
+from skillwing.services.core.skill_actions import Hook
 from skillwing.services.core.skill_events import (
     Accepted,
     Dispatched,
@@ -42,6 +42,7 @@ from skillwing.services.core.verdicts import (
 )
 from skillwing.services.protocol import (
     LONGEST_LABEL,
+    NO_TOKEN,
     BeginGoal,
     Ended,
     EndGoal,
@@ -64,15 +65,13 @@ RENEWALS_UNTIL_UNWATCHED = 20
 watched. A resource manager that is started again is back long before that."""
 
 
-class Transition(msgspec.Struct, frozen=True):
-    """Effect of an event on a goal. A change of the phase is published before the actions.
+ASK: Final = "ask"
+"""Action of a reaction: put the question of the new state to the resource manager."""
+Reaction: TypeAlias = "tuple[GoalState, Hook | Literal['ask'] | None, str | None]"
+"""Effect of an event on a goal: the next state, the action, and the timeline record behind it.
 
-    cause: the timeline record behind it; None for the goal's own last record.
-    """
-
-    state: GoalState
-    actions: tuple[HookCall | Question, ...] = ()
-    cause: str | None = None
+A change of the phase is published before the action. The record is None for the goal's own last one.
+"""
 
 
 # --- states without a grant ----------------------------------------------------------------------------------------
@@ -82,35 +81,33 @@ class GoalState(msgspec.Struct, frozen=True):
     """Base of all states.
 
     phase: the state that clients see; text: its explanation in the timeline. busy: no other goal can start meanwhile.
+    question: the kind of question whose answer the goal waits for. token: 0 without a grant.
     """
 
     phase: ClassVar[State] = State.VALIDATING
     busy: ClassVar[bool] = True
+    question: ClassVar[type[BeginGoal | EndGoal | RecordOutcome] | None] = None
+    token: ClassVar[int] = NO_TOKEN
     terminal: ClassVar[Terminal | None] = None
 
     @property
     def text(self) -> str:
         return ""
 
-    def awaits(self, call: BeginGoal | EndGoal | RecordOutcome) -> bool:
-        """The goal waits for the answer to this question."""
-        del call
-        return False
-
-    def on(self, event: GoalEvent, skill: Skill, now: float) -> Transition | None:
-        """The transition that an event leads to at robot time `now`; None if the event changes nothing."""
+    def on(self, event: GoalEvent, skill: Skill, now: float) -> Reaction | None:
+        """The reaction that an event leads to at robot time `now`; None if the event changes nothing."""
         raise NotImplementedError
 
 
 class Idle(GoalState, frozen=True):
     """Before the start."""
 
-    def on(self, event: GoalEvent, skill: Skill, now: float) -> Transition | None:
+    def on(self, event: GoalEvent, skill: Skill, now: float) -> Reaction | None:
         match event:
             case Accepted():
-                return Transition(Validating(), (HookCall(Hook.VALIDATE),))
+                return Validating(), Hook.VALIDATE, None
             case Rejected(terminal=terminal):
-                return Transition(Committing(terminal, State.VALIDATING), (AskCommit(terminal),))
+                return Committing(terminal, State.VALIDATING), ASK, None
             case _:
                 return None
 
@@ -118,16 +115,16 @@ class Idle(GoalState, frozen=True):
 class Validating(GoalState, frozen=True):
     """The developer's `validate` runs."""
 
-    def on(self, event: GoalEvent, skill: Skill, now: float) -> Transition | None:
+    def on(self, event: GoalEvent, skill: Skill, now: float) -> Reaction | None:
         match event:
             case Validated(problem=None):
-                return Transition(Asking(), (AskBegin(),))
+                return Asking(), ASK, None
             case StopRequested(reason=reason, cause=cause):
-                return Transition(ValidatingCancelled(reason), cause=cause)
+                return ValidatingCancelled(reason), None, cause
             case _:
                 return self.reject(event)
 
-    def reject(self, event: GoalEvent) -> Transition | None:
+    def reject(self, event: GoalEvent) -> Reaction | None:
         """The end of a goal that never asks for a grant."""
         match event:
             case Validated(problem=str() as problem):
@@ -135,12 +132,12 @@ class Validating(GoalState, frozen=True):
             case Raised():
                 return self.commit(Terminal(ending=Ending.ERROR, reason=_raised(event)))
             case Violated() | Lost():
-                return Transition(Finished(terminal_of(event)), cause=event.record)
+                return Finished(terminal_of(event)), None, event.record
             case _:
                 return None
 
-    def commit(self, terminal: Terminal) -> Transition:
-        return Transition(Committing(terminal, self.phase), (AskCommit(terminal),))
+    def commit(self, terminal: Terminal) -> Reaction:
+        return Committing(terminal, self.phase), ASK, None
 
 
 class ValidatingCancelled(Validating, frozen=True):
@@ -153,7 +150,7 @@ class ValidatingCancelled(Validating, frozen=True):
     def text(self) -> str:
         return self.reason
 
-    def on(self, event: GoalEvent, skill: Skill, now: float) -> Transition | None:
+    def on(self, event: GoalEvent, skill: Skill, now: float) -> Reaction | None:
         match event:
             case Validated(problem=None):
                 return self.commit(Terminal(ending=Ending.INTERRUPTED, reason=self.reason))
@@ -165,18 +162,16 @@ class Committing(GoalState, frozen=True):
     """The goal waits until its local outcome is committed. It keeps its phase."""
 
     busy: ClassVar[bool] = False
+    question: ClassVar[type[RecordOutcome] | None] = RecordOutcome
     outcome: Terminal
     phase: State  # pyright: ignore[reportIncompatibleVariableOverride] - in other states it is given by the type
 
-    def awaits(self, call: BeginGoal | EndGoal | RecordOutcome) -> bool:
-        return isinstance(call, RecordOutcome)
-
-    def on(self, event: GoalEvent, skill: Skill, now: float) -> Transition | None:
+    def on(self, event: GoalEvent, skill: Skill, now: float) -> Reaction | None:
         match event:
             case Reply(answer=answer):
-                return Transition(Finished(terminal_without_grant(answer, skill)), cause=record_of(answer))
+                return Finished(terminal_without_grant(answer, skill)), None, record_of(answer)
             case RetriesExhausted():
-                return Transition(Finished(_no_answer(self.outcome.reason)))
+                return Finished(_no_answer(self.outcome.reason)), None, None
             case _:
                 return None
 
@@ -184,29 +179,27 @@ class Committing(GoalState, frozen=True):
 class Asking(GoalState, frozen=True):
     """The goal waits for its grant."""
 
-    def awaits(self, call: BeginGoal | EndGoal | RecordOutcome) -> bool:
-        return isinstance(call, BeginGoal)
+    question: ClassVar[type[BeginGoal] | None] = BeginGoal
 
-    def on(self, event: GoalEvent, skill: Skill, now: float) -> Transition | None:
+    def on(self, event: GoalEvent, skill: Skill, now: float) -> Reaction | None:
         match event:
             case Reply(answer=Granted() as grant):
                 deadline = None if skill.deadline is None else now + skill.deadline
-                state = Dispatching(grant.token, deadline)
-                return Transition(state, (HookCall(Hook.DISPATCH, grant.token),), grant.record)
+                return Dispatching(grant.token, deadline), Hook.DISPATCH, grant.record
             case StopRequested(reason=reason, cause=cause):
-                return Transition(AskingCancelled(reason), cause=cause)
+                return AskingCancelled(reason), None, cause
             case _:
                 return self.fail(event, skill)
 
-    def fail(self, event: GoalEvent, skill: Skill) -> Transition | None:
+    def fail(self, event: GoalEvent, skill: Skill) -> Reaction | None:
         """The end of a goal that gets no grant."""
         match event:
             case Reply(answer=answer):
-                return Transition(Finished(terminal_without_grant(answer, skill)), cause=record_of(answer))
+                return Finished(terminal_without_grant(answer, skill)), None, record_of(answer)
             case RetriesExhausted():
-                return Transition(Finished(_no_answer()))
+                return Finished(_no_answer()), None, None
             case Violated() | Lost():
-                return Transition(Finished(terminal_of(event)), cause=event.record)
+                return Finished(terminal_of(event)), None, event.record
             case _:
                 return None
 
@@ -221,11 +214,11 @@ class AskingCancelled(Asking, frozen=True):
     def text(self) -> str:
         return self.reason
 
-    def on(self, event: GoalEvent, skill: Skill, now: float) -> Transition | None:
+    def on(self, event: GoalEvent, skill: Skill, now: float) -> Reaction | None:
         match event:
             case Reply(answer=Granted(token=token)):
                 state = GivingBack(token, EndKind.INTERRUPT, self.reason, State.INTERRUPTING)
-                return Transition(state, (AskEnd(token, EndKind.INTERRUPT),))
+                return state, ASK, None
             case _:
                 return self.fail(event, skill)
 
@@ -236,12 +229,12 @@ class AskingCancelled(Asking, frozen=True):
 class Holding(GoalState, frozen=True):
     """Base of the states in which the goal holds a grant. token: its fencing token."""
 
-    token: int
+    token: int  # pyright: ignore[reportIncompatibleVariableOverride] - the others have none
 
-    def finish(self, terminal: Terminal, cause: str | None = None) -> Transition:
-        return Transition(Finished(terminal), (HookCall(Hook.ENDED, self.token),), cause)
+    def finish(self, terminal: Terminal, cause: str | None = None) -> Reaction:
+        return Finished(terminal), Hook.ENDED, cause
 
-    def revoke(self, event: GoalEvent) -> Transition | None:
+    def revoke(self, event: GoalEvent) -> Reaction | None:
         """The end of a goal that the resource manager has taken the grant from."""
         match event:
             case Violated() | Lost():
@@ -259,7 +252,7 @@ class Executing(Holding, frozen=True):
 
     deadline: float | None
 
-    def end(self, event: GoalEvent, skill: Skill) -> Transition | None:
+    def end(self, event: GoalEvent, skill: Skill) -> Reaction | None:
         """The end of a goal by its developer, or by the resource manager."""
         match event:
             case Terminated():
@@ -271,7 +264,7 @@ class Executing(Holding, frozen=True):
             case _:
                 return self.revoke(event)
 
-    def end_with_result(self, event: Terminated, skill: Skill) -> Transition:
+    def end_with_result(self, event: Terminated, skill: Skill) -> Reaction:
         """The end that the developer names; an error if the skillset has no such result or output."""
         cause = event.cause
         try:
@@ -300,12 +293,12 @@ class Executing(Holding, frozen=True):
         result: str | None = None,
         output: dict[str, Any] | None = None,
         forced: bool = False,
-    ) -> Transition:
+    ) -> Reaction:
         """Ask for the effect of an end; the answer decides how the goal has ended."""
         state = Finishing(self.token, how, sendable_text(reason), self.phase, result, output, forced)
         if cause is not None:
             cause = sendable_text(cause)[:LONGEST_LABEL]
-        return Transition(state, (AskEnd(self.token, how, result),), cause)
+        return state, ASK, cause
 
 
 class Unstopped(Executing, frozen=True):
@@ -314,7 +307,7 @@ class Unstopped(Executing, frozen=True):
 
     silences: int = 0
 
-    def stop_or_end(self, event: GoalEvent, skill: Skill, now: float) -> Transition | None:
+    def stop_or_end(self, event: GoalEvent, skill: Skill, now: float) -> Reaction | None:
         match event:
             case StopRequested(reason=reason, cause=cause):
                 return self.stop(reason, cause, skill, now)
@@ -322,22 +315,25 @@ class Unstopped(Executing, frozen=True):
                 if self.deadline is None or now < self.deadline:
                     return None
                 return self.stop(f"Its deadline of {skill.deadline:g} s passed.", None, skill, now)
-            case RenewalAnswered(answer=answer):
-                return self.revoke(event) or self.count_silence(answer, skill, now)
+            case RenewalAnswered(answer=Granted()):
+                return (replace(self, silences=0), None, None) if self.silences else None
+            case RenewalAnswered():
+                return self.revoke(event) or self.count_silence(event, skill, now)
             case _:
                 return self.end(event, skill)
 
-    def count_silence(self, answer: object, skill: Skill, now: float) -> Transition | None:
+    def count_silence(self, event: RenewalAnswered, skill: Skill, now: float) -> Reaction | None:
         """Interrupt a goal whose invariants nobody watches. One silence proves nothing."""
-        silences = self.silences + 1 if answer is None or isinstance(answer, ErrorReply) else 0
-        if silences >= RENEWALS_UNTIL_UNWATCHED:
+        if not (event.answer is None or isinstance(event.answer, ErrorReply)):
+            return None
+        if self.silences + 1 >= RENEWALS_UNTIL_UNWATCHED:
             return self.stop("The resource manager is silent, and nobody watches the invariants.", None, skill, now)
-        return None if silences == self.silences else Transition(replace(self, silences=silences))
+        return replace(self, silences=self.silences + 1), None, None
 
-    def stop(self, reason: str, cause: str | None, skill: Skill, now: float) -> Transition:
+    def stop(self, reason: str, cause: str | None, skill: Skill, now: float) -> Reaction:
         """First phase of an interrupt: ask the skill to stop. The goal keeps its grant until the skill has stopped."""
         state = Stopping(self.token, now + skill.interrupt.timeout, reason)
-        return Transition(state, (HookCall(Hook.INTERRUPT, self.token),), cause)
+        return state, Hook.INTERRUPT, cause
 
 
 class Dispatching(Unstopped, frozen=True):
@@ -345,9 +341,9 @@ class Dispatching(Unstopped, frozen=True):
 
     phase: ClassVar[State] = State.DISPATCHING
 
-    def on(self, event: GoalEvent, skill: Skill, now: float) -> Transition | None:
+    def on(self, event: GoalEvent, skill: Skill, now: float) -> Reaction | None:
         if isinstance(event, Dispatched):
-            return Transition(Running(self.token, self.deadline, self.silences))
+            return Running(self.token, self.deadline, self.silences), None, None
         return self.stop_or_end(event, skill, now)
 
 
@@ -356,7 +352,7 @@ class Running(Unstopped, frozen=True):
 
     phase: ClassVar[State] = State.RUNNING
 
-    def on(self, event: GoalEvent, skill: Skill, now: float) -> Transition | None:
+    def on(self, event: GoalEvent, skill: Skill, now: float) -> Reaction | None:
         return self.stop_or_end(event, skill, now)
 
 
@@ -370,7 +366,7 @@ class Stopping(Executing, frozen=True):
     def text(self) -> str:
         return self.reason
 
-    def on(self, event: GoalEvent, skill: Skill, now: float) -> Transition | None:
+    def on(self, event: GoalEvent, skill: Skill, now: float) -> Reaction | None:
         match event:
             case StopConfirmed():
                 return self.ask_end(EndKind.INTERRUPT, self.reason)
@@ -390,6 +386,7 @@ class Finishing(Holding, frozen=True):
     It keeps its phase, except that `on_dispatch` may return only now: that hook may end its own goal.
     """
 
+    question: ClassVar[type[EndGoal] | None] = EndGoal
     how: EndKind
     reason: str
     phase: State  # pyright: ignore[reportIncompatibleVariableOverride] - in other states it is given by the type
@@ -397,21 +394,20 @@ class Finishing(Holding, frozen=True):
     output: dict[str, Any] | None = None
     forced: bool = False
 
-    def awaits(self, call: BeginGoal | EndGoal | RecordOutcome) -> bool:
-        return isinstance(call, EndGoal) and call.token == self.token
-
-    def on(self, event: GoalEvent, skill: Skill, now: float) -> Transition | None:
+    def on(self, event: GoalEvent, skill: Skill, now: float) -> Reaction | None:
         match event:
             case Reply(answer=Ended() as ended) | RenewalAnswered(answer=Ended() as ended):
                 reason = self.reason if ended.held else f"{self.reason} {ended.reason}"
-                terminal = terminal_of_end(ended, self.how, self.result, reason, skill)
-                return self.finish(replace(terminal, output=self.output, forced=self.forced), ended.record)
+                terminal = terminal_of_end(
+                    ended, self.how, self.result, reason, skill, output=self.output, forced=self.forced
+                )
+                return self.finish(terminal, ended.record)
             case Reply(answer=answer):
                 return self.finish(terminal_of_revoked(answer), record_of(answer))
             case RetriesExhausted():
                 return self.finish(_no_answer(self.reason))
             case Dispatched() if self.phase is State.DISPATCHING:
-                return Transition(replace(self, phase=State.RUNNING))
+                return replace(self, phase=State.RUNNING), None, None
             case _:
                 return self.revoke(event)
 
@@ -419,8 +415,8 @@ class Finishing(Holding, frozen=True):
 class GivingBack(Finishing, frozen=True):
     """The goal gives back a grant that arrived after the request to stop. It was never dispatched."""
 
-    def finish(self, terminal: Terminal, cause: str | None = None) -> Transition:
-        return Transition(Finished(terminal), cause=cause)
+    def finish(self, terminal: Terminal, cause: str | None = None) -> Reaction:
+        return Finished(terminal), None, cause
 
 
 # --- the end -------------------------------------------------------------------------------------------------------
@@ -437,7 +433,7 @@ class Finished(GoalState, frozen=True):
     def text(self) -> str:
         return self.terminal.reason
 
-    def on(self, event: GoalEvent, skill: Skill, now: float) -> Transition | None:
+    def on(self, event: GoalEvent, skill: Skill, now: float) -> Reaction | None:
         return None
 
 

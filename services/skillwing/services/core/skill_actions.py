@@ -8,16 +8,7 @@ from typing import TypeAlias
 
 import msgspec
 
-from skillwing.services.protocol import (
-    NO_TOKEN,
-    BeginGoal,
-    EndGoal,
-    EndKind,
-    GoalStatus,
-    Record,
-    RecordOutcome,
-    Terminal,
-)
+from skillwing.services.protocol import BeginGoal, EndGoal, GoalStatus, Record, RecordOutcome, Terminal
 
 
 class Hook(Enum):
@@ -52,34 +43,3 @@ class AskResources(msgspec.Struct, frozen=True):
 
 Action: TypeAlias = GoalStatus | Record | AskResources | CallHook
 """Statuses and records are to be published."""
-
-
-# --- actions of a goal, which the core turns into those above ---------------------------------------------------------
-
-
-class HookCall(msgspec.Struct, frozen=True):
-    """Call of a hook. token: of the grant."""
-
-    hook: Hook
-    token: int = NO_TOKEN
-
-
-class AskBegin(msgspec.Struct, frozen=True):
-    """Question: may the goal begin?"""
-
-
-class AskEnd(msgspec.Struct, frozen=True):
-    """Question: has the effect of this end been applied?"""
-
-    token: int
-    how: EndKind
-    result: str | None = None
-
-
-class AskCommit(msgspec.Struct, frozen=True):
-    """Question: is this local outcome committed?"""
-
-    terminal: Terminal
-
-
-Question: TypeAlias = AskBegin | AskEnd | AskCommit

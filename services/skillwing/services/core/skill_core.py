@@ -7,6 +7,7 @@ in `goal_states.py`; `docs/semantics.md` gives the rules and their reasons.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 from skillwing.dsl.model import Skillset
 from skillwing.services.core.bounded_dict import BoundedDict
@@ -14,24 +15,26 @@ from skillwing.services.core.checks import check_goal_id, check_schema
 from skillwing.services.core.delivery import Delivery
 from skillwing.services.core.events import TimePassed
 from skillwing.services.core.goal_states import (
+    ASK,
     Executing,
     GoalRun,
+    GoalState,
     Holding,
     Idle,
     sending_problem,
 )
 from skillwing.services.core.outbox import Outbox
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.core.skill_actions import Action, CallHook, HookCall
+from skillwing.services.core.skill_actions import Action, CallHook
 from skillwing.services.core.skill_events import (
     Accepted,
+    CurrentGoalEvent,
     Event,
     Failed,
     GoalEvent,
     OwnerGone,
     QuestionAnswered,
     Rejected,
-    RenewalAnswered,
     RetriesExhausted,
     StopConfirmed,
     StopRequested,
@@ -53,6 +56,9 @@ from skillwing.services.protocol import (
 GOALS_REMEMBERED = 1000
 RENEWAL_PERIOD = 0.5
 """Wall time in seconds between two renewals of a grant."""
+IDLE = Idle()
+ACCEPTED = Accepted()
+CALLS_TO_END = (Terminated, StopConfirmed, Failed)
 PENDING_OUTCOMES_LIMIT = 100
 """Goals at a time whose local outcome is not committed yet."""
 
@@ -81,6 +87,13 @@ class SkillCore:
         self._finished: BoundedDict[str, GoalStatus] = BoundedDict(GOALS_REMEMBERED)
         # Ids of goals whose interrupt came before their start.
         self._interrupted_early: BoundedDict[str, None] = BoundedDict(GOALS_REMEMBERED)
+        self._handlers: dict[type, Callable[[Any, float], None]] = {
+            StartGoal: self._start,
+            InterruptGoal: self._interrupt,
+            OwnerGone: self._on_owner_gone,
+            QuestionAnswered: self._on_answer,
+            TimePassed: self._on_time,
+        }
         self.dropped_calls = 0
         """Ends and confirmations by the developer that came when there was nothing to end."""
 
@@ -119,22 +132,7 @@ class SkillCore:
 
     def step(self, event: Event, now: float) -> tuple[Action, ...]:
         """Take an event at robot time `now`. A `RefusedError` says that a request was refused."""
-        match event:
-            case StartGoal():
-                self._start(event, now)
-            case InterruptGoal():
-                self._interrupt(event, now)
-            case OwnerGone(owner=owner):
-                self._on_owner_gone(owner, now)
-            case QuestionAnswered():
-                self._on_answer(event, now)
-            case RenewalAnswered(call=call):
-                self._pass_on(call.goal_id, event, now)
-            case TimePassed():
-                if self._current is not None:
-                    self._take(self._current, event, now)
-            case _:
-                self._pass_on(event.goal_id, event, now)
+        self._handlers.get(type(event), self._on_current)(event, now)
         return self._outbox.drain()
 
     def _start(self, request: StartGoal, now: float) -> None:
@@ -152,11 +150,11 @@ class SkillCore:
         if len(self._delivery.pending_outcomes) >= PENDING_OUTCOMES_LIMIT:
             text = f"`{self.skill.name}` still waits until {PENDING_OUTCOMES_LIMIT} outcomes are committed."
             raise RefusedError(ErrorCode.UNAVAILABLE, text, help="Ask again.")
-        run = GoalRun(request.goal_id, {}, request.client, request.owner, now, Idle(), request.cause)
+        run = GoalRun(request.goal_id, {}, request.client, request.owner, now, IDLE, request.cause)
         terminal = self._obstacle(run, request)
         if terminal is None:
             self._current = run
-        self._take(run, Accepted() if terminal is None else Rejected(terminal), now)
+        self._take(run, ACCEPTED if terminal is None else Rejected(terminal), now)
 
     def _obstacle(self, run: GoalRun, request: StartGoal) -> Terminal | None:
         """The local outcome of a goal that cannot be taken; None for one that can, which then has its inputs."""
@@ -191,10 +189,10 @@ class SkillCore:
                 help="Should its start still arrive, it will end interrupted.",
             )
 
-    def _on_owner_gone(self, owner: str, now: float) -> None:
+    def _on_owner_gone(self, event: OwnerGone, now: float) -> None:
         run = self._current
-        if run is not None and run.owner == owner and self.skill.owner_lost == "interrupt":
-            self._take(run, StopRequested(f"Its owner {owner.removeprefix(CLIENT)} is gone."), now)
+        if run is not None and run.owner == event.owner and self.skill.owner_lost == "interrupt":
+            self._take(run, StopRequested(f"Its owner {event.owner.removeprefix(CLIENT)} is gone."), now)
 
     def _on_answer(self, event: QuestionAnswered, now: float) -> None:
         run = self._run_of(event.asked.call.goal_id)
@@ -205,49 +203,56 @@ class SkillCore:
         if isinstance(news, RetriesExhausted):
             self._delivery.retry_end(event.asked, run)
 
-    def _pass_on(self, goal_id: str, event: GoalEvent, now: float) -> None:
-        """Give an event to the current goal if it is meant. What a developer says too late is dropped and counted."""
+    def _on_time(self, event: TimePassed, now: float) -> None:
+        if self._current is not None:
+            self._take(self._current, event, now)
+
+    def _on_current(self, event: CurrentGoalEvent, now: float) -> None:
+        """Give an event to the current goal, if that is the one. A developer's call that is too late is counted."""
         run = self._current
-        taken = run is not None and run.goal_id == goal_id and self._take(run, event, now)
-        if not taken and isinstance(event, Terminated | StopConfirmed | Failed):
+        taken = run is not None and run.goal_id == event.goal_id and self._take(run, event, now)
+        if not taken and isinstance(event, CALLS_TO_END):
             self.dropped_calls += 1
 
-    # --- transitions -------------------------------------------------------------------------------------------------
+    # --- reactions ---------------------------------------------------------------------------------------------------
 
     def _take(self, run: GoalRun, event: GoalEvent, now: float) -> bool:
-        """Carry out the transition of a goal; False if the event changes nothing in its state."""
-        transition = run.state.on(event, self.skill, now)
-        if transition is None:
+        """Carry out the reaction of a goal; False if its state has none to the event."""
+        reaction = run.state.on(event, self.skill, now)
+        if reaction is None:
             return False
-        run.state, run.record = transition.state, transition.cause or run.record
-        if run.status is None or run.status.state is not run.phase:
-            self._publish(run, now)
-        if self._current is run and not run.state.busy:
+        before = run.state
+        state, action, cause = reaction
+        run.state = state
+        if cause is not None:
+            run.record = cause
+        if run.status is None or run.status.state is not state.phase:
+            self._publish(run, state, now)
+        if not state.busy and self._current is run:
             self._current = None
-        for action in transition.actions:
-            if isinstance(action, HookCall):
-                self._call(action, run)
-            else:
-                self._delivery.ask(action, run)
+        if action is None:
+            return True
+        if action == ASK:
+            self._delivery.ask(run)
+        else:
+            token = state.token or before.token
+            self._outbox.add(CallHook(action, run.goal_id, run.inputs, token, run.started_at, state.terminal))
         return True
 
-    def _publish(self, run: GoalRun, now: float) -> None:
+    def _publish(self, run: GoalRun, state: GoalState, now: float) -> None:
         """Publish the phase of a goal, with a timeline record."""
-        state, goal_id, skill = run.state, run.goal_id, self.skill.name
+        goal_id, skill, phase, terminal = run.goal_id, self.skill.name, state.phase, state.terminal
         before, text = (run.status.state, state.text) if run.status else ("IDLE", f"asked by {run.client}")
-        after = state.terminal.label if state.terminal else state.phase
+        after = terminal.label if terminal else phase
         run.record = self._outbox.record(
             now, RecordKind.GOAL, skill, before, after, text, cause=run.record, goal_id=goal_id
         )
-        run.status = GoalStatus(
-            goal_id=goal_id, skill=skill, state=state.phase, t=now, terminal=state.terminal, record=run.record
+        run.status = status = GoalStatus(
+            goal_id=goal_id, skill=skill, state=phase, t=now, terminal=terminal, record=run.record
         )
-        self._outbox.add(run.status)
-        if state.terminal is not None:
-            self._finished[goal_id] = run.status
-
-    def _call(self, call: HookCall, run: GoalRun) -> None:
-        self._outbox.add(CallHook(call.hook, run.goal_id, run.inputs, call.token, run.started_at, run.state.terminal))
+        self._outbox.add(status)
+        if terminal is not None:
+            self._finished[goal_id] = status
 
     def _run_of(self, goal_id: str) -> GoalRun | None:
         """The goal of that id, if it has no terminal answer or its local outcome is not committed yet."""

@@ -99,23 +99,16 @@ class RenewalAnswered(msgspec.Struct, frozen=True):
     call: RenewGoal
     answer: ResourcesAnswer
 
+    @property
+    def goal_id(self) -> str:
+        return self.call.goal_id
 
-Event: TypeAlias = (
-    StartGoal
-    | InterruptGoal
-    | OwnerGone
-    | Validated
-    | Dispatched
-    | Raised
-    | Terminated
-    | StopConfirmed
-    | Failed
-    | QuestionAnswered
-    | RenewalAnswered
-    | Violated
-    | Lost
-    | TimePassed
+
+CurrentGoalEvent: TypeAlias = (
+    Validated | Dispatched | Raised | Terminated | StopConfirmed | Failed | RenewalAnswered | Violated | Lost
 )
+"""Events that name a goal, and count only while it is the current one."""
+Event: TypeAlias = StartGoal | InterruptGoal | OwnerGone | CurrentGoalEvent | QuestionAnswered | TimePassed
 """Events that `SkillCore.step` takes."""
 
 
@@ -150,20 +143,6 @@ class RetriesExhausted(msgspec.Struct, frozen=True):
 
 
 GoalEvent: TypeAlias = (
-    Accepted
-    | Rejected
-    | StopRequested
-    | Validated
-    | Dispatched
-    | Raised
-    | Terminated
-    | StopConfirmed
-    | Failed
-    | Reply
-    | RetriesExhausted
-    | RenewalAnswered
-    | Violated
-    | Lost
-    | TimePassed
+    Accepted | Rejected | StopRequested | CurrentGoalEvent | Reply | RetriesExhausted | RenewalAnswered | TimePassed
 )
 """Events that the state of a goal takes."""

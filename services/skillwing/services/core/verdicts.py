@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from skillwing.dsl.model import Skill
 from skillwing.services.names import RESOURCE_MANAGER
 from skillwing.services.protocol import (
@@ -33,7 +35,16 @@ def terminal_of(verdict: Violated | Lost) -> Terminal:
     )
 
 
-def terminal_of_end(ended: Ended, how: EndKind | None, result: str | None, reason: str, skill: Skill) -> Terminal:
+def terminal_of_end(
+    ended: Ended,
+    how: EndKind | None,
+    result: str | None,
+    reason: str,
+    skill: Skill,
+    *,
+    output: dict[str, Any] | None = None,
+    forced: bool = False,
+) -> Terminal:
     """The terminal answer of a goal whose end the resource manager has applied."""
     if result is not None:
         return Terminal(
@@ -41,8 +52,11 @@ def terminal_of_end(ended: Ended, how: EndKind | None, result: str | None, reaso
             reason=reason,
             result=result,
             success=ended.held and skill.result(result).success,
+            output=output,
         )
-    return Terminal(ending=Ending.INTERRUPTED if how is EndKind.INTERRUPT else Ending.ERROR, reason=reason)
+    return Terminal(
+        ending=Ending.INTERRUPTED if how is EndKind.INTERRUPT else Ending.ERROR, reason=reason, forced=forced
+    )
 
 
 def terminal_without_grant(answer: GoalVerdict | ErrorReply, skill: Skill) -> Terminal:
