@@ -1,4 +1,4 @@
-"""Cost of the journal, and of the record of all steps: one goal (begin and end) and one extern transition.
+"""Cost of the journal and of step files: for one goal (begin and end) and one extern transition.
 
 python benchmarks/journal_cost.py [--repeats N] [--write docs/journal.md]
 

@@ -20,10 +20,10 @@ from matplotlib.colors import to_rgb
 from matplotlib.image import imread
 from msgspec.structs import replace
 
-from skillwing.bt_missions.checking.rehearsal import grounded_context, rehearse
+from skillwing.bt_missions.checking.mission_check import check_mission, offline_context
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.running.library import find_mission
-from skillwing.bt_missions.running.mission import MissionTrees
+from skillwing.bt_missions.library import find_mission
+from skillwing.bt_missions.mission.mission import MissionTrees
 from skillwing.evaluation.campaign.flight_code import FlyingCode
 from skillwing.evaluation.campaign.worker_pool import WorkerPool
 from skillwing.evaluation.flights.cost import AWAY, LIVE_FOR, Cost, CostMeter
@@ -74,7 +74,7 @@ def test_every_flight_has_a_name_of_its_own_and_fits_the_robot() -> None:
     skillset = ROBOT.load_skillset()
     for plan in plans[:10]:
         mission = find_mission(plan.flown)
-        assert rehearse(mission, skillset, mission.read_options(plan.mission_options())) == []
+        assert check_mission(mission, skillset, mission.read_options(plan.mission_options())) == []
 
 
 def test_the_command_of_a_flight_is_that_very_flight() -> None:
@@ -90,8 +90,8 @@ def test_a_flight_is_found_again_in_its_ledger() -> None:
 
 def rehearsed(plan: FlightPlan) -> MissionTrees:
     found, skillset = find_mission(plan.flown), ROBOT.load_skillset()
-    trees, misfits = found.draft(grounded_context(skillset), found.read_options(plan.mission_options()))
-    assert misfits == []
+    trees, problems = found.draft(offline_context(skillset), found.read_options(plan.mission_options()))
+    assert problems == []
     return trees
 
 
@@ -103,7 +103,7 @@ def test_who_aborts_has_no_alternative_but_the_landing_of_the_guards(mission: st
     library = find_mission(mission)
     plan = plan_of(mission, "abort", 0)
     options = {name: value for name, value in plan.mission_options().items() if name != "instead"}
-    own, _ = library.draft(grounded_context(ROBOT.load_skillset()), library.read_options(options))
+    own, _ = library.draft(offline_context(ROBOT.load_skillset()), library.read_options(options))
     before = [node.name for node in own.root.iterate()]
     left_out = [node for node in own.root.iterate() if node.name in alternatives]
     assert len(left_out) == len(alternatives)

@@ -1,4 +1,4 @@
-"""Builds the nodes of a tree file, and collects everything that is wrong with it on the way."""
+"""Builder of the nodes of a tree file, which collects all problems of the file."""
 
 from __future__ import annotations
 
@@ -7,93 +7,91 @@ from dataclasses import dataclass
 
 from py_trees.behaviour import Behaviour
 
-from skillwing.bt_missions.checking.meaning import meant
+from skillwing.bt_missions.checking.intended_names import intended_name
 from skillwing.bt_missions.leaves.context import MissionContext
-from skillwing.bt_missions.leaves.places import put_place
-from skillwing.bt_missions.leaves.unbuilt import Unbuilt, mark_guessed, mark_incomplete
-from skillwing.bt_missions.xml.document import Element
-from skillwing.bt_missions.xml.node_type import Call, Category, NodeType, PortError
-from skillwing.bt_missions.xml.problems import Problem
-from skillwing.bt_missions.xml.scope import Cell, Scope
+from skillwing.bt_missions.leaves.placeholder import PlaceholderNode, mark_guessed, mark_incomplete
+from skillwing.bt_missions.leaves.source_location import set_source_location
+from skillwing.bt_missions.xml.blackboard import Blackboard, BlackboardEntry
+from skillwing.bt_missions.xml.document import Element, FileProblem
+from skillwing.bt_missions.xml.node_type import Category, NodeConfig, NodeType, PortError
 from skillwing.bt_missions.xml.tree_file import RESCUE, SUBTREE, TreeFile, TreeModel
 from skillwing.dsl.suggest import closest, listed
 
 _AUTOREMAP = "_autoremap"
-_TRUTHS = {"true": True, "1": True, "false": False, "0": False}
-_OF_EDITORS = ("_uid", "_fullpath", "_description", "_collapsed")
-"""Attributes with which editors remember how a node looks."""
-_THEIRS = {
+_BOOLEANS = {"true": True, "1": True, "false": False, "0": False}
+_EDITOR_ATTRIBUTES = ("_uid", "_fullpath", "_description", "_collapsed")
+"""Attributes in which editors store the layout of a node."""
+_REPLACEMENTS = {
     **dict.fromkeys(("Script", "ScriptCondition", "Precondition"), "use ResourceIs or DataCompare."),
     **dict.fromkeys(("IfThenElse", "WhileDoElse"), "put its parts into Sequence and Fallback."),
     **dict.fromkeys((f"Switch{cases}" for cases in range(2, 7)), "ask for each case with ResourceIs or DataCompare."),
 }
-"""Nodes that BehaviorTree.CPP has and this does not, which resemble others: what to write instead."""
+"""Nodes of BehaviorTree.CPP that are not supported, each with its replacement."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Reference:
-    cell: Cell
+    entry: BlackboardEntry
     port: str
     line: int
 
 
 class Builder:
-    """One building of the trees of one file."""
+    """Builder for one build of the trees of one file."""
 
     def __init__(self, source: TreeFile, types: Mapping[str, NodeType], context: MissionContext) -> None:
-        self.problems: list[Problem] = []
+        self.problems: list[FileProblem] = []
         self._source = source
         self._types = types
         self._context = context
         self._references: list[_Reference] = []
-        self._early: list[tuple[Cell, Problem]] = []
+        self._early: list[tuple[BlackboardEntry, FileProblem]] = []
         self._callers: dict[str, list[int]] = {}
-        """Lines that call trees which there are not, by their names."""
+        """Lines that call unknown trees, by the name of the tree."""
         self._open: list[str] = []
         self._built: set[str] = set()
 
-    def build(self, tree: str, scope: Scope) -> Behaviour:
-        """The node at the top of a tree. `Unbuilt` stands for what cannot be built, or is not there."""
+    def build(self, tree: str, blackboard: Blackboard) -> Behaviour:
+        """The top node of a tree. A `PlaceholderNode` replaces each node that cannot be built, or is missing."""
         if tree not in self._source.trees:
-            return Unbuilt(tree)
+            return PlaceholderNode(tree)
         self._built.add(tree)
         self._open.append(tree)
-        top = self._node(self._source.trees[tree], scope)
+        top = self._node(self._source.trees[tree], blackboard)
         self._open.pop()
         return top
 
     def build_unused(self) -> Iterator[Behaviour]:
-        """The trees that nobody has called until now; what their callers would give them is not missed."""
+        """The trees without a caller until now. Entries that a caller would set may stay empty."""
         for tree in self._source.trees:
             if tree not in self._built:
-                element, scope = self._source.trees[tree], Scope(excused=True)
-                yield self.build(tree, Scope(scope, self._defaults(tree, element, scope), excused=True))
+                element, outer = self._source.trees[tree], Blackboard(may_be_empty=True)
+                yield self.build(tree, Blackboard(outer, self._defaults(tree, element, outer), may_be_empty=True))
 
     def finish(self) -> None:
-        """Report what is missing for all who use it: trees, and cells that are read and that nothing fills. To be
-        called when all trees are built."""
-        readers: dict[Cell, list[_Reference]] = {}
+        """Report missing trees and entries without a value, each once for all uses. Call it after all builds."""
+        readers: dict[BlackboardEntry, list[_Reference]] = {}
         for reference in self._references:
-            if not (reference.cell.is_filled or reference.cell.is_excused):
-                readers.setdefault(reference.cell, []).append(reference)
-        for cell, references in readers.items():
+            if not (reference.entry.is_filled or reference.entry.may_be_empty):
+                readers.setdefault(reference.entry, []).append(reference)
+        for entry, references in readers.items():
             first, lines = references[0], [reference.line for reference in references]
-            text = f"`{first.port}` reads `{{{cell.name}}}`, which nothing fills; declare it as a port of the tree."
-            self.problems.append(Problem(first.line, text + _so_do(lines)))
-        self.problems += [problem for cell, problem in self._early if cell.is_filled]
+            text = f"`{first.port}` reads `{{{entry.name}}}`, which nothing fills; declare it as a port of the tree."
+            self.problems.append(FileProblem(first.line, text + _other_lines(lines)))
+        self.problems += [problem for entry, problem in self._early if entry.is_filled]
         for tree, lines in self._callers.items():
             near = closest(tree, self._source.trees)
             hint = f"did you mean `{near}`?" if near else f"there is {listed(self._source.trees)}."
-            self.problems.append(Problem(lines[0], f"There is no tree `{tree}`; {hint}{_so_do(lines)}"))
+            self.problems.append(FileProblem(lines[0], f"There is no tree `{tree}`; {hint}{_other_lines(lines)}"))
 
-    def _node(self, element: Element, scope: Scope) -> Behaviour:
+    def _node(self, element: Element, blackboard: Blackboard) -> Behaviour:
         tag, attributes = _plain_form(element)
         if tag == SUBTREE or self._is_misspelt_subtree(element, tag, attributes):
-            node = self._subtree(element, attributes, scope)
+            node = self._subtree(element, attributes, blackboard)
         else:
-            children = [self._node(child, scope) for child in element.children]
-            node = self._made(element, tag, attributes, children, scope)
-        put_place(node, self._source.file, element.line)
+            children = [self._node(child, blackboard) for child in element.children]
+            node = self._made(element, tag, attributes, children, blackboard)
+        set_source_location(node, self._source.file, element.line)
         return node
 
     def _is_misspelt_subtree(self, element: Element, tag: str, attributes: Mapping[str, str]) -> bool:
@@ -103,81 +101,81 @@ class Builder:
         return found
 
     def _made(
-        self, element: Element, tag: str, attributes: dict[str, str], children: list[Behaviour], scope: Scope
+        self, element: Element, tag: str, attributes: dict[str, str], children: list[Behaviour], blackboard: Blackboard
     ) -> Behaviour:
         name = attributes.pop("name", tag)
-        known = self._types.get(tag) or self._meant(element, tag, attributes, children)
+        known = self._types.get(tag) or self._intended_type(element, tag, attributes, children)
         if known is None:
-            return Unbuilt(name, children)
+            return PlaceholderNode(name, children)
         given = _read_attributes(known, attributes)
         self._note(element, *given.problems)
         ports = {port.name: given.ports.get(port.name, port.default) or "" for port in known.ports}
         lacking = frozenset(port.name for port in known.ports if port.default is None and port.name not in given.ports)
-        call = Call(name, ports, children, scope, self._context, absent=lacking)
+        config = NodeConfig(name, ports, children, blackboard, self._context, absent=lacking)
         for port in known.ports:
-            cell = None if port.output else call.cell(port.name)
-            if cell is not None:
-                self._references.append(_Reference(cell, port.name, element.line))
-        misfits = list(_child_problems(known, children))
-        self._note(element, *misfits)
-        node = Unbuilt(name, children) if misfits else self._called(element, known, call)
-        self._early += [(cell, Problem(element.line, text)) for cell, text in call.early]
-        if given.is_incomplete or ((call.problems or call.early) and children):
+            entry = None if port.output else config.entry(port.name)
+            if entry is not None:
+                self._references.append(_Reference(entry, port.name, element.line))
+        child_problems = list(_child_problems(known, children))
+        self._note(element, *child_problems)
+        node = PlaceholderNode(name, children) if child_problems else self._called(element, known, config)
+        self._early += [(entry, FileProblem(element.line, text)) for entry, text in config.early]
+        if given.is_incomplete or ((config.problems or config.early) and children):
             mark_incomplete(node)
         return node
 
-    def _called(self, element: Element, known: NodeType, call: Call) -> Behaviour:
+    def _called(self, element: Element, known: NodeType, config: NodeConfig) -> Behaviour:
         try:
-            node = known.make(call)
+            node = known.make(config)
         except PortError as error:
-            self._note(element, *call.problems, str(error))
-            return Unbuilt(call.name, call.children)
-        self._note(element, *call.problems)
-        if call.unread:
+            self._note(element, *config.problems, str(error))
+            return PlaceholderNode(config.name, config.children)
+        self._note(element, *config.problems)
+        if config.unread:
             mark_guessed(node)
         return node
 
-    def _meant(
+    def _intended_type(
         self, element: Element, tag: str, attributes: Mapping[str, str], children: list[Behaviour]
     ) -> NodeType | None:
-        """What an unknown tag is probably meant to be, so that the rest of it can be looked at all the same."""
+        """The type that an unknown tag probably stands for, so that its attributes and children can be checked."""
         if not tag:
-            return None  # the frame has been told of
-        if tag in _THEIRS:
-            self._note(element, f"`{tag}` of BehaviorTree.CPP is not known here; {_THEIRS[tag]}")
+            return None  # the problem of the file's frame is reported already
+        if tag in _REPLACEMENTS:
+            self._note(element, f"`{tag}` of BehaviorTree.CPP is not supported; {_REPLACEMENTS[tag]}")
             return None
         near = closest(tag, self._types)
         hint = f"did you mean `{near}`?" if near else "`skillwing mission nodes` lists those there are."
         self._note(element, f"There is no node `{tag}`; {hint}")
-        meant = self._types[near] if near else None
+        intended = self._types[near] if near else None
         fits = (
-            meant
-            and not any(_child_problems(meant, children))
-            and not _read_attributes(meant, attributes).is_incomplete
+            intended
+            and not any(_child_problems(intended, children))
+            and not _read_attributes(intended, attributes).is_incomplete
         )
-        return meant if fits else None
+        return intended if fits else None
 
-    def _subtree(self, element: Element, attributes: dict[str, str], scope: Scope) -> Behaviour:
+    def _subtree(self, element: Element, attributes: dict[str, str], blackboard: Blackboard) -> Behaviour:
         called = self._called_tree(element, attributes)
         name = attributes.pop("name", called)
         inherit = self._inherits(element, attributes)
         given = {port: text for port, text in attributes.items() if not port.startswith("_")}
-        links = {port: self._link(port, text, element, scope) for port, text in given.items()}
-        tree = meant(called, self._source.trees)
+        links = {port: self._link(port, text, element, blackboard) for port, text in given.items()}
+        tree = intended_name(called, self._source.trees)
         if called and called not in (tree, RESCUE):
-            # That there has to be a rescue is told of the file.
+            # A missing rescue is reported as a problem of the file.
             self._callers.setdefault(called, []).append(element.line)
         if tree is None:
-            return Unbuilt(name)
+            return PlaceholderNode(name)
         if tree in self._open:
-            self._note(element, f"Tree `{tree}` stands in itself and would never end.")
-            return Unbuilt(name)
-        links = self._defaults(tree, element, scope) | links
-        return self.build(tree, Scope(scope, links, inherit=inherit))
+            self._note(element, f"Tree `{tree}` contains itself and would never end.")
+            return PlaceholderNode(name)
+        links = self._defaults(tree, element, blackboard) | links
+        return self.build(tree, Blackboard(blackboard, links, inherit=inherit))
 
     def _called_tree(self, element: Element, attributes: dict[str, str]) -> str:
-        """The tree that a SubTree names; empty, and noted, where it names none."""
-        name = meant("ID", attributes)
+        """The tree that a SubTree names; empty, with a problem noted, if it names none."""
+        name = intended_name("ID", attributes)
         if name is None:
             self._note(element, f"This {SUBTREE} names no tree; give it the ID of one.")
             return ""
@@ -186,40 +184,42 @@ class Builder:
         return attributes.pop(name)
 
     def _inherits(self, element: Element, attributes: Mapping[str, str]) -> bool:
-        """Whether a SubTree sees all that stands around it. Notes what else is written with an underscore."""
+        """True if a SubTree sees all names around it. Other attributes with an underscore are problems."""
         text = "false"
         for name in (each for each in attributes if each.startswith("_")):
-            near = meant(name, (_AUTOREMAP,))
+            near = intended_name(name, (_AUTOREMAP,))
             if near is None:
                 self._note(element, _script(name))
             elif near != name:
                 self._note(element, f"`{SUBTREE}` has no `{name}`; did you mean `{near}`?")
             text = text if near is None else attributes[name].lower()
-        if text not in _TRUTHS:
+        if text not in _BOOLEANS:
             self._note(element, f"`{_AUTOREMAP}` is `{text}`; it takes `true` or `false`.")
-        return _TRUTHS.get(text, True)
+        return _BOOLEANS.get(text, True)
 
-    def _defaults(self, tree: str, element: Element, scope: Scope) -> dict[str, Cell]:
-        """The ports of a tree that have a value of their own."""
+    def _defaults(self, tree: str, element: Element, blackboard: Blackboard) -> dict[str, BlackboardEntry]:
+        """The ports of a tree that have a default."""
         ports = self._source.models.get(tree, TreeModel()).ports
         return {
-            port.name: self._link(port.name, port.default, element, scope) for port in ports if port.default is not None
+            port.name: self._link(port.name, port.default, element, blackboard)
+            for port in ports
+            if port.default is not None
         }
 
-    def _link(self, port: str, text: str, element: Element, scope: Scope) -> Cell:
-        cell = Call("", {port: text}, (), scope, self._context).cell(port)
-        if cell is None:
-            return Cell(port).hold(text)
-        self._references.append(_Reference(cell, port, element.line))
-        return cell
+    def _link(self, port: str, text: str, element: Element, blackboard: Blackboard) -> BlackboardEntry:
+        entry = NodeConfig("", {port: text}, (), blackboard, self._context).entry(port)
+        if entry is None:
+            return BlackboardEntry(port).set(text)
+        self._references.append(_Reference(entry, port, element.line))
+        return entry
 
     def _note(self, element: Element, *texts: str) -> None:
-        self.problems.extend(Problem(element.line, text) for text in texts)
+        self.problems.extend(FileProblem(element.line, text) for text in texts)
 
 
 def _plain_form(element: Element) -> tuple[str, dict[str, str]]:
     """Tag and attributes; `<Action ID="goto"/>` is `<goto/>`."""
-    attributes = {name: text for name, text in element.attributes.items() if name not in _OF_EDITORS}
+    attributes = {name: text for name, text in element.attributes.items() if name not in _EDITOR_ATTRIBUTES}
     if element.tag in set(Category) and "ID" in attributes:
         return attributes.pop("ID"), attributes
     return element.tag, attributes
@@ -227,8 +227,8 @@ def _plain_form(element: Element) -> tuple[str, dict[str, str]]:
 
 @dataclass(frozen=True, slots=True)
 class _Given:
-    """The attributes of a tag. ports: those that are ports, misspelt ones among them; is_incomplete: there are others,
-    and nobody can tell what they were to be."""
+    """The attributes of a tag. ports: known and misspelt ports; is_incomplete: other attributes remain that resemble no
+    port."""
 
     ports: Mapping[str, str]
     problems: tuple[str, ...]
@@ -260,16 +260,16 @@ def _read_attributes(known: NodeType, attributes: Mapping[str, str]) -> _Given:
 
 
 def _script(name: str) -> str:
-    return f"`{name}` is a script of BehaviorTree.CPP, which is not known here; take it out."
+    return f"`{name}` is a script of BehaviorTree.CPP, which is not supported; remove it."
 
 
-def _so_do(lines: Iterable[int]) -> str:
-    """In which further lines the same stands."""
+def _other_lines(lines: Iterable[int]) -> str:
+    """Sentence with the further lines of the same problem."""
     match sorted(set(lines)):
         case [_, other]:
-            return f" So it is in line {other}."
+            return f" The same in line {other}."
         case [_, *others, last]:
-            return f" So it is in lines {', '.join(map(str, others))} and {last}."
+            return f" The same in lines {', '.join(map(str, others))} and {last}."
         case _:
             return ""
 
@@ -282,6 +282,6 @@ def _child_problems(known: NodeType, children: list[Behaviour]) -> Iterator[str]
         case Category.DECORATOR if count != 1:
             yield f"`{known.tag}` has {count} children; it takes one."
         case Category.ACTION | Category.CONDITION if count:
-            yield f"`{known.tag}` is a leaf; take out what stands in it."
+            yield f"`{known.tag}` is a leaf; remove its children."
         case _:
             pass

@@ -1,4 +1,4 @@
-"""Leaves that look at the robot, and leaves for the change of branches."""
+"""Leaves that check the robot, and leaves for switches between branches."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ from typing import cast
 from py_trees.behaviour import Behaviour
 from py_trees.behaviours import Failure, Success
 
+from skillwing.bt_missions.leaves.branch_switch import NeverSwitched, NoteSwitch, WaitForSettled
 from skillwing.bt_missions.leaves.conditions import SIGNS, DataCompare, ResourceIs, Sign
-from skillwing.bt_missions.leaves.settling import NeverSwitched, NoteSwitch, Settled
-from skillwing.bt_missions.xml.node_type import TRUTHS, Call, Category, NodeType, Port
-from skillwing.bt_missions.xml.values import written
+from skillwing.bt_missions.xml.node_type import BOOLEANS, Category, NodeConfig, NodeType, Port
+from skillwing.bt_missions.xml.values import attribute_text
 
 PATIENCE = "10"
 
 
-def _make_resource_is(call: Call) -> Behaviour:
+def _make_resource_is(config: NodeConfig) -> Behaviour:
     return ResourceIs(
-        call.name,
-        call.context,
-        call.text("resource"),
-        *call.words("states"),
-        wait=call.number("wait"),
-        question=call.truth("question"),
+        config.name,
+        config.context,
+        config.text("resource"),
+        *config.words("states"),
+        wait=config.number("wait"),
+        question=config.boolean("question"),
     )
 
 
@@ -32,25 +32,25 @@ def _describe_resource_is(node: Behaviour) -> Mapping[str, str] | None:
         return None
     attributes = {"resource": node.resource, "states": " ".join(node.states)}
     if node.wait:
-        attributes["wait"] = written(node.wait)
+        attributes["wait"] = attribute_text(node.wait)
     return {**attributes, "question": "true"} if node.question else attributes
 
 
-def _make_data_compare(call: Call) -> Behaviour:
-    sign = cast(Sign, call.choice("sign", SIGNS))
-    return DataCompare(call.name, call.context, call.text("datum"), sign, _plain(call.text("value")))
+def _make_data_compare(config: NodeConfig) -> Behaviour:
+    sign = cast(Sign, config.choice("sign", SIGNS))
+    return DataCompare(config.name, config.context, config.text("datum"), sign, _plain(config.text("value")))
 
 
 def _describe_data_compare(node: Behaviour) -> Mapping[str, str] | None:
     if not isinstance(node, DataCompare):
         return None
-    return {"datum": ".".join([node.datum, *node.fields]), "sign": node.sign, "value": written(node.value)}
+    return {"datum": ".".join([node.datum, *node.fields]), "sign": node.sign, "value": attribute_text(node.value)}
 
 
 def _plain(text: str) -> float | str | bool:
-    """A number or truth where the text is one."""
-    if text.lower() in TRUTHS:
-        return TRUTHS[text.lower()]
+    """A number or a boolean if the text is one; else the text."""
+    if text.lower() in BOOLEANS:
+        return BOOLEANS[text.lower()]
     try:
         return float(text)
     except ValueError:
@@ -69,9 +69,9 @@ LOOKING = (
         _describe_resource_is,
         (
             Port("resource", "name of the resource"),
-            Port("states", "in one of which it has to be"),
-            Port("wait", "robot seconds to wait for it", "double", "0"),
-            Port("question", "true: a no is an answer, and not what went wrong", "bool", "false"),
+            Port("states", "states of which it has to be in one"),
+            Port("wait", "longest wait for it, in seconds of robot time", "double", "0"),
+            Port("question", "true: a failure is an answer, not the reason of a later failure", "bool", "false"),
         ),
     ),
     NodeType(
@@ -82,47 +82,47 @@ LOOKING = (
         (
             Port("datum", "name of the datum; `position.z` names a field"),
             Port("sign", "one of " + " ".join(SIGNS)),
-            Port("value", "what to compare it with"),
+            Port("value", "value to compare it with"),
         ),
     ),
     NodeType(
         "NoteSwitch",
         Category.ACTION,
-        make=lambda call: NoteSwitch(
-            call.name, call.context, call.text("subject"), call.text("before"), call.text("after")
+        make=lambda config: NoteSwitch(
+            config.name, config.context, config.text("subject"), config.text("before"), config.text("after")
         ),
         describe=_describe_switch,
         ports=(
-            Port("subject", "what goes over to something else"),
-            Port("before", "from what"),
-            Port("after", "to what"),
+            Port("subject", "subject of the switch"),
+            Port("before", "branch that is left"),
+            Port("after", "branch that takes over"),
         ),
     ),
     NodeType(
         "NeverSwitched",
         Category.CONDITION,
-        make=lambda call: NeverSwitched(call.name, call.context, call.text("subject")),
+        make=lambda config: NeverSwitched(config.name, config.context, config.text("subject")),
         describe=lambda node: {"subject": node.subject} if isinstance(node, NeverSwitched) else None,
-        ports=(Port("subject", "what must not have gone over to something else"),),
+        ports=(Port("subject", "subject without a switch until now"),),
     ),
     NodeType(
         "Settled",
         Category.ACTION,
-        make=lambda call: Settled(call.name, call.context, call.number("patience")),
-        describe=lambda node: {"patience": written(node.patience)} if isinstance(node, Settled) else None,
-        ports=(Port("patience", "robot seconds to wait at most for what is stopping", "double", PATIENCE),),
+        make=lambda config: WaitForSettled(config.name, config.context, config.number("patience")),
+        describe=lambda node: {"patience": attribute_text(node.patience)} if isinstance(node, WaitForSettled) else None,
+        ports=(Port("patience", "longest wait for goals that stop, in seconds of robot time", "double", PATIENCE),),
     ),
     NodeType(
         "AlwaysSuccess",
         Category.ACTION,
-        make=lambda call: Success(call.name),
+        make=lambda config: Success(config.name),
         describe=lambda node: {} if isinstance(node, Success) else None,
         standard=True,
     ),
     NodeType(
         "AlwaysFailure",
         Category.ACTION,
-        make=lambda call: Failure(call.name),
+        make=lambda config: Failure(config.name),
         describe=lambda node: {} if isinstance(node, Failure) else None,
         standard=True,
     ),

@@ -1,4 +1,4 @@
-"""What a tag of a tree file stands for."""
+"""Node types: the tags of tree files, their ports, and the conversion to nodes and back."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from py_trees.behaviour import Behaviour
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.planning.detour import Position, RoutePlanner
 from skillwing.bt_missions.planning.waypoints import Route
-from skillwing.bt_missions.xml.scope import Cell, Scope
+from skillwing.bt_missions.xml.blackboard import Blackboard, BlackboardEntry
 from skillwing.dsl.suggest import closest
 
 T = TypeVar("T")
 D = TypeVar("D")
-TRUTHS = {"true": True, "false": False}
+BOOLEANS = {"true": True, "false": False}
 NOWHERE: tuple[Position, ...] = ((0.0, 0.0, 0.0),)
-"""The route of a plan that is none."""
+"""Route in place of one that cannot be read."""
 
 
 class Category(StrEnum):
-    """As Groot2 names them. The first two have children: any number of them, or exactly one."""
+    """Categories of nodes in Groot2. A CONTROL has any number of children, a DECORATOR one, the others none."""
 
     CONTROL = "Control"
     DECORATOR = "Decorator"
@@ -33,7 +33,7 @@ class Category(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Port:
-    """An attribute of a tag. kind: its type, as an editor shows it; default: None where it has to be given."""
+    """An attribute of a tag. kind: its type, as an editor shows it; default: None for a required one."""
 
     name: str
     about: str = ""
@@ -44,12 +44,12 @@ class Port:
 
 @dataclass(frozen=True, slots=True)
 class NodeType:
-    """make: builds the node, and raises PortError. describe: the attributes with which `make` would build a node
-    again, None for a node that is none of this type. standard: BehaviorTree.CPP knows it without being told."""
+    """A tag. make: builds the node, or raises PortError. describe: the attributes for `make` to build the same node
+    again; None for a node of another type. standard: BehaviorTree.CPP has this node."""
 
     tag: str
     category: Category
-    make: Callable[[Call], Behaviour]
+    make: Callable[[NodeConfig], Behaviour]
     describe: Callable[[Behaviour], Mapping[str, str] | None]
     ports: tuple[Port, ...] = ()
     standard: bool = False
@@ -59,56 +59,58 @@ class NodeType:
 
 
 class PortError(Exception):
-    """An attribute that cannot be used; `str()` is a sentence."""
+    """An attribute that cannot be used; `str()` is a sentence about it."""
 
 
 @dataclass(frozen=True, slots=True)
-class Call:
-    """One tag that is about to become a node: its ports as they were written, or their defaults.
+class NodeConfig:
+    """Configuration of one node: its ports as they are written, or their defaults, and its children.
 
-    A port that cannot be used is noted in `problems`, and read as some value of its kind, so that all that is wrong
-    with a tag is found at once; who calls `make` refuses the node then. absent: ports whose lack has been told already.
-    unread: names that are not known, so that nobody can judge what they stand for. early: cells that are read before
-    the flight and that nothing has filled until then, each with what to say if something fills it in flight.
+    A port that cannot be used is noted in `problems` and read as some value of its type. So all problems of a tag are
+    found at once, and the caller of `make` refuses the node then.
+    absent: missing ports that are reported already. unread: ports without a readable text.
+    early: entries that are read before the flight and have no value yet, each with the problem to report if they get
+    one in flight.
     """
 
     name: str
     ports: Mapping[str, str]
     children: Sequence[Behaviour]
-    scope: Scope
+    blackboard: Blackboard
     context: MissionContext
     absent: frozenset[str] = frozenset()
     problems: list[str] = field(default_factory=list[str])
     unread: set[str] = field(default_factory=set[str])
-    early: list[tuple[Cell, str]] = field(default_factory=list[tuple[Cell, str]])
+    early: list[tuple[BlackboardEntry, str]] = field(default_factory=list[tuple[BlackboardEntry, str]])
 
-    def cell(self, port: str) -> Cell | None:
-        """The cell that a port refers to as `{name}`; None for a port with a plain value."""
+    def entry(self, port: str) -> BlackboardEntry | None:
+        """The entry that a port refers to as `{name}`; None for a port with a plain value."""
         text = self.ports[port].strip()
-        return self.scope.cell(text[1:-1]) if text.startswith("{") and text.endswith("}") and ":" not in text else None
+        is_reference = text.startswith("{") and text.endswith("}") and ":" not in text
+        return self.blackboard.entry(text[1:-1]) if is_reference else None
 
-    def output(self, port: str) -> Cell:
-        """The cell that an output port fills."""
-        cell = self.cell(port)
-        if cell is None:
-            self.problems.append(f"`{port}` is `{self.ports[port]}`; it takes a cell's name in braces: `{{{port}}}`.")
-        return cell or Cell(port)
+    def output(self, port: str) -> BlackboardEntry:
+        """The entry that an output port sets."""
+        entry = self.entry(port)
+        if entry is None:
+            text = self.ports[port]
+            self.problems.append(f"`{port}` is `{text}`; it takes the name of an entry in braces: `{{{port}}}`.")
+        return entry or BlackboardEntry(port)
 
     def value(self, port: str, use: Callable[[object], T], instead: D) -> T | D:
-        """What `use` makes of what the port holds before the flight: the value of an option, or the text itself.
+        """The result of `use` on the value of a port before the flight: the value of an option, or the text itself.
 
-        use: raises PortError. instead: for a port that cannot be used.
+        use: may raise PortError. instead: result for a port that cannot be used.
         """
-        cell = self.cell(port)
-        if port in self.absent or (cell is not None and cell.is_excused and not cell.is_filled):
+        entry = self.entry(port)
+        if port in self.absent or (entry is not None and entry.may_be_empty and not entry.is_filled):
             return instead
         try:
-            if cell is not None and not cell.is_known:
-                self.early.append(
-                    (cell, f"`{port}` is `{self.ports[port]}`, but it has to be known before the flight.")
-                )
+            if entry is not None and not entry.is_constant:
+                text = f"`{port}` is `{self.ports[port]}`, but it has to be known before the flight."
+                self.early.append((entry, text))
                 return instead
-            return use(self.ports[port] if cell is None else cell())
+            return use(self.ports[port] if entry is None else entry())
         except PortError as error:
             self.problems.append(str(error))
             return instead
@@ -139,9 +141,9 @@ class Call:
             return 1
         return int(number)
 
-    def truth(self, port: str) -> bool:
-        text = self.choice(port, tuple(TRUTHS))
-        return TRUTHS[text]
+    def boolean(self, port: str) -> bool:
+        text = self.choice(port, tuple(BOOLEANS))
+        return BOOLEANS[text]
 
     def choice(self, port: str, known: Sequence[str]) -> str:
         def use(value: object) -> str:
@@ -155,17 +157,17 @@ class Call:
         return self.value(port, use, known[0])
 
     def exactly(self, count: int) -> Sequence[Behaviour]:
-        """Its children, which have to be so many. Raises PortError."""
+        """The children. Raises PortError if their number is not `count`."""
         if len(self.children) != count:
             raise PortError(f"`{self.name}` has {len(self.children)} children; it takes {count}.")
         return self.children
 
     def route(self, port: str) -> Route:
-        """The route that a PlanRoute before this node has put into a cell."""
+        """The route that a PlanRoute before this node has written."""
 
         def use(value: object) -> Route:
             if not isinstance(value, Route):
-                raise PortError(f"`{port}` is `{self.ports[port]}`, which is no plan; put a PlanRoute before it.")
+                raise PortError(f"`{port}` is `{self.ports[port]}`, which is not a plan; put a PlanRoute before it.")
             return value
 
         return self.value(port, use, Route(self.context, RoutePlanner(NOWHERE)))

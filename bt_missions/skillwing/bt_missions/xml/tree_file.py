@@ -1,4 +1,4 @@
-"""A tree file as a whole: its trees, the ports and metadata that models declare for them, and which one is flown."""
+"""Tree file: its trees, the ports and metadata that models declare for them, and the main tree."""
 
 from __future__ import annotations
 
@@ -6,9 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from skillwing.bt_missions.xml.document import Element, read_document
+from skillwing.bt_missions.xml.document import Element, FileProblem, TreeFileError, read_document
 from skillwing.bt_missions.xml.node_type import Category
-from skillwing.bt_missions.xml.problems import Problem, TreeFileError
 from skillwing.dsl.suggest import closest, listed
 
 FORMAT = "4"
@@ -22,7 +21,7 @@ _PORTS = ("input_port", "inout_port", "output_port")
 
 @dataclass(frozen=True, slots=True)
 class DeclaredPort:
-    """A port of a tree, as its model says. default: None where there is none."""
+    """A port of a tree, as its model declares it. default: None if there is none."""
 
     name: str
     kind: str
@@ -32,26 +31,28 @@ class DeclaredPort:
 
 @dataclass(slots=True)
 class TreeModel:
-    """What a `<SubTree>` in `<TreeNodesModel>` says of a tree."""
+    """Declarations about a tree in a `<SubTree>` of `<TreeNodesModel>`."""
 
     ports: list[DeclaredPort] = field(default_factory=list[DeclaredPort])
     metadata: dict[str, str] = field(default_factory=dict[str, str])
     lines: dict[str, int] = field(default_factory=dict[str, int])
-    """In which line each entry of the metadata is written."""
+    """Line of each entry of the metadata."""
 
 
 @dataclass(frozen=True, slots=True)
 class TreeFile:
-    """main: ID of the tree that is flown; trees: the top node of each tree by ID; models: what is declared of them.
-    problems: of the frame around the trees. With any of them the file cannot be flown, and the trees can be checked all
-    the same, each under the name that its users most likely mean: `main` may then name none. An element without a tag
-    stands for a tree that is not one."""
+    """A file of format 4. main: ID of the main tree; trees: the top element of each tree by ID; models: declarations.
+
+    problems: of the frame around the trees. A file with problems cannot be flown, but its trees can be checked, each
+    under the name that is most likely intended. `main` may then be unknown. An element without a tag replaces the top
+    of a tree that cannot be read.
+    """
 
     file: Path
     main: str
     trees: Mapping[str, Element]
     models: Mapping[str, TreeModel]
-    problems: tuple[Problem, ...] = ()
+    problems: tuple[FileProblem, ...] = ()
 
     @property
     def main_model(self) -> TreeModel:
@@ -59,15 +60,15 @@ class TreeFile:
 
 
 def read_tree_file(file: Path) -> TreeFile:
-    """Read a file of format 4. Raises TreeFileError for one that is none; trees are looked at later."""
+    """Read a file of format 4. Raises TreeFileError for other files; the trees are checked later."""
     return tree_file(read_document(file), file)
 
 
 def tree_file(root: Element, file: Path) -> TreeFile:
     """The trees of a document. Raises TreeFileError."""
-    problems: list[Problem] = []
+    problems: list[FileProblem] = []
     if root.tag != "root" or root.attributes.get("BTCPP_format") != FORMAT:
-        raise TreeFileError(file, [Problem(root.line, f'Begin with `<root BTCPP_format="{FORMAT}">`.')])
+        raise TreeFileError(file, [FileProblem(root.line, f'Begin with `<root BTCPP_format="{FORMAT}">`.')])
     trees: dict[str, Element] = {}
     models: dict[str, TreeModel] = {}
     nameless: list[Element] = []
@@ -87,46 +88,48 @@ def tree_file(root: Element, file: Path) -> TreeFile:
     return TreeFile(file, main, trees, models, tuple(problems))
 
 
-def _part(element: Element, problems: list[Problem]) -> str | None:
-    """What a part of the file is, or is meant to be."""
+def _part(element: Element, problems: list[FileProblem]) -> str | None:
+    """The kind of a part of the file, or the kind that is most likely intended."""
     near = None if element.tag == "include" else closest(element.tag, _PARTS)
     if element.tag == "include":
-        problems.append(Problem(element.line, "Files are not included; put all trees into this one."))
+        problems.append(FileProblem(element.line, "Files are not included; put all trees into this one."))
     elif near is None:
-        problems.append(Problem(element.line, f"`{element.tag}` does not belong here; put it into a BehaviorTree."))
+        problems.append(FileProblem(element.line, f"`{element.tag}` does not belong here; put it into a BehaviorTree."))
     elif near != element.tag:
-        problems.append(Problem(element.line, f"`{element.tag}` does not belong here; did you mean `{near}`?"))
+        problems.append(FileProblem(element.line, f"`{element.tag}` does not belong here; did you mean `{near}`?"))
     return near
 
 
-def _add_tree(element: Element, trees: dict[str, Element], nameless: list[Element], problems: list[Problem]) -> None:
+def _add_tree(
+    element: Element, trees: dict[str, Element], nameless: list[Element], problems: list[FileProblem]
+) -> None:
     name = _attributes(element, ("ID",), problems).get("ID")
     top = element.children[0] if len(element.children) == 1 else Element("", {}, element.line, element.children)
     if not name:
-        problems.append(Problem(element.line, "This tree has no ID; give it one."))
+        problems.append(FileProblem(element.line, "This tree has no ID; give it one."))
         nameless.append(top)
     elif name in trees:
-        problems.append(Problem(element.line, f"There are two trees `{name}`; rename one of them."))
+        problems.append(FileProblem(element.line, f"There are two trees `{name}`; rename one of them."))
     else:
         trees[name] = top
         if top.tag == "":
             text = f"Tree `{name}` has {len(element.children)} nodes at its top; it takes one."
-            problems.append(Problem(element.line, text))
+            problems.append(FileProblem(element.line, text))
 
 
-def _attributes(element: Element, known: Sequence[str], problems: list[Problem]) -> dict[str, str]:
-    """The attributes of these names, misspelt ones among them."""
+def _attributes(element: Element, known: Sequence[str], problems: list[FileProblem]) -> dict[str, str]:
+    """The attributes with these names, also if misspelt."""
     found = {name: text for name, text in element.attributes.items() if name in known}
     for name, text in element.attributes.items():
         near = closest(name, known)
         if name not in known and near is not None and near not in found:
-            problems.append(Problem(element.line, f"`{element.tag}` has no `{name}`; did you mean `{near}`?"))
+            problems.append(FileProblem(element.line, f"`{element.tag}` has no `{name}`; did you mean `{near}`?"))
             found[near] = text
     return found
 
 
 def _require_rescue(
-    root: Element, main: str, trees: dict[str, Element], nameless: list[Element], problems: list[Problem]
+    root: Element, main: str, trees: dict[str, Element], nameless: list[Element], problems: list[FileProblem]
 ) -> None:
     if RESCUE not in trees and nameless:
         trees[RESCUE] = nameless.pop()
@@ -135,18 +138,18 @@ def _require_rescue(
     near = closest(RESCUE, (name for name in trees if name != main))
     hint = f"; did you mean `{near}` to be it?" if near else "."
     text = f'Add a `<BehaviorTree ID="{RESCUE}">`: what to do when somebody aborts the mission{hint}'
-    problems.append(Problem(root.line, text))
+    problems.append(FileProblem(root.line, text))
     if near is not None:
         trees[RESCUE] = trees.pop(near)
 
 
-def _as_meant(model: Element, trees: Mapping[str, Element], problems: list[Problem]) -> Element:
-    """A model as one of the kinds there are; what is like none and bears the name of a tree describes that tree."""
+def _as_meant(model: Element, trees: Mapping[str, Element], problems: list[FileProblem]) -> Element:
+    """A model with a known kind. One of an unknown kind with the name of a tree describes that tree."""
     if model.tag in _MODELS:
         return model
     near = closest(model.tag, _MODELS) or (SUBTREE if model.attributes.get("ID") in trees else None)
     hint = f"did you mean `{near}`?" if near else f"write one of {listed(_MODELS)}."
-    problems.append(Problem(model.line, f"`{model.tag}` is no kind of model; {hint}"))
+    problems.append(FileProblem(model.line, f"`{model.tag}` is no kind of model; {hint}"))
     return model if near is None else replace(model, tag=near)
 
 
@@ -156,9 +159,9 @@ def _described(
     main: str,
     trees: Mapping[str, Element],
     models: Mapping[str, TreeModel],
-    problems: list[Problem],
+    problems: list[FileProblem],
 ) -> str:
-    """The tree, or the node, that a model describes; what its name is nearest to, where there is no such tree."""
+    """The tree or node that a model describes; for an unknown tree, the nearest name."""
     if element.tag != SUBTREE:
         return element.attributes.get("ID", "")
     name = _attributes(element, ("ID",), problems).get("ID", "")
@@ -169,22 +172,22 @@ def _described(
     near = closest(name, (tree for tree in trees if tree not in models))
     hint = f"did you mean `{near}`?" if near else f"there is {listed(trees)}."
     if not any(_calls(tree, name) for tree in trees.values()):
-        problems.append(Problem(element.line, f"A model describes a tree `{name}`, which there is not; {hint}"))
+        problems.append(FileProblem(element.line, f"A model describes a tree `{name}`, which does not exist; {hint}"))
     return near or name
 
 
 def _calls(element: Element, tree: str) -> bool:
-    """Whether it calls this tree, or anything below it does: who does is told that there is none."""
+    """True if the element, or one below it, calls this tree. Then the missing tree is reported at the call."""
     called = element.tag == SUBTREE and element.attributes.get("ID") == tree
     return called or any(_calls(child, tree) for child in element.children)
 
 
-def _model(element: Element, problems: list[Problem]) -> TreeModel:
+def _model(element: Element, problems: list[FileProblem]) -> TreeModel:
     model = TreeModel()
     for child in element.children:
         near = closest(child.tag, _PORTS) if element.tag == SUBTREE else None
         if near is not None and near != child.tag:
-            problems.append(Problem(child.line, f"`{child.tag}` is no port; did you mean `{near}`?"))
+            problems.append(FileProblem(child.line, f"`{child.tag}` is no port; did you mean `{near}`?"))
         attributes = {} if near is None else _attributes(child, ("name", "type", "default"), problems)
         if "name" in attributes:
             kind, default = attributes.get("type", "string"), attributes.get("default")
@@ -195,8 +198,8 @@ def _model(element: Element, problems: list[Problem]) -> TreeModel:
     return model
 
 
-def _main(root: Element, trees: dict[str, Element], nameless: list[Element], problems: list[Problem]) -> str:
-    """The tree to fly, or what is most likely meant to be it."""
+def _main(root: Element, trees: dict[str, Element], nameless: list[Element], problems: list[FileProblem]) -> str:
+    """The main tree, or the tree that is most likely intended."""
     main = _attributes(root, (MAIN,), problems).get(MAIN)
     others = [name for name in trees if name != RESCUE]
     if main is None and len(others) == 1:
@@ -205,6 +208,6 @@ def _main(root: Element, trees: dict[str, Element], nameless: list[Element], pro
         trees[main] = nameless.pop(0)
     if main is None or main not in trees:
         known = listed(others)
-        problems.append(Problem(root.line, f"Name the tree to fly by `{MAIN}`; there is {known}."))
+        problems.append(FileProblem(root.line, f"Name the tree to fly by `{MAIN}`; there is {known}."))
         return closest(main or "", others) or main or ""
     return main

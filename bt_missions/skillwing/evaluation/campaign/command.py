@@ -1,4 +1,4 @@
-"""`skillwing campaign`: fly a mission many times in simulation, and count what became of the drone."""
+"""`skillwing campaign`: fly a mission many times in simulation, and count how the flights end."""
 
 from __future__ import annotations
 
@@ -84,14 +84,14 @@ def campaign(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON at the end, and nothing else.")] = False,
 ) -> None:
-    """Fly a mission in many simulated worlds, much faster than real time, and count what became of the drone.
+    """Fly a mission in many simulated worlds, much faster than real time, and count how the flights end.
 
-    Each flight is the robot's whole process table in one process and virtual time. What goes wrong, and when, follows
-    from its seed; the same flight is the same again, bit by bit. `--on zenoh` flies the same with real processes. Each
-    flight that ends is a line of `flights.jsonl`, so that a campaign that was ended goes on by `--resume`. Exit codes:
-    0 every promise was kept (nothing hit, fence kept, landed or handed over), 1 one was broken, a flight's process was
-    lost, or a flight did not end as before when it was flown again, 2 it cannot be flown with these options, 130 it was
-    called off.
+    Each flight runs the robot's whole process table in one process and virtual time. Its seed decides the faults and
+    their times, so a repeated flight is the same bit by bit. `--on zenoh` flies with real processes. Each finished
+    flight is a line of `flights.jsonl`, and `--resume` continues an interrupted campaign.
+
+    Exit codes: 0 all promises kept (no collision, inside the fence, landed or handed over); 1 a broken promise, a lost
+    process, or a repeated flight with another end; 2 options that cannot be flown; 130 interrupted.
     """
     earlier = None
     if sample_of is not None:

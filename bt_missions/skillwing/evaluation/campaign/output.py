@@ -1,4 +1,4 @@
-"""What a campaign says of its flights: a line for each, and at the end the outcomes, for people or as JSON."""
+"""Terminal output of a campaign: a line for each flight, and the outcomes as a table or as JSON."""
 
 from __future__ import annotations
 
@@ -19,9 +19,11 @@ from skillwing.services.commands.output import print_json
 
 @dataclass
 class CampaignState:
-    """What a campaign has state so far. lost: flights without a result. differing: names of flights that were not the
-    same again when they were recorded. unrecorded: flights whose process was lost when they were to be recorded.
-    earlier: the campaign of which this one is a sample."""
+    """Results of a campaign so far.
+
+    lost: flights without a result. differing: names of flights whose recorded repetition was another flight.
+    unrecorded: flights whose process was lost during the recording. earlier: the sampled campaign, if this is a sample.
+    """
 
     results: list[FlightResult]
     earlier: Sample | None
@@ -38,10 +40,12 @@ class CampaignState:
 
 
 class Summary(msgspec.Struct, frozen=True, kw_only=True):
-    """What `--json` prints. broken: the flights that broke a promise; command: what flies and records one again. lost:
-    flights whose process ended without a result. differing: names of flights that were not the same when they were
-    flown again to be recorded. unrecorded: those whose process ended without a result then. sampled, alike: of a
-    sample, how many were flown again, and how many of them ended as they did before; null without one."""
+    """The JSON of `--json`.
+
+    broken: flights that broke a promise, each with the command that repeats and records it. lost, differing and
+    unrecorded: as in `CampaignState`. sampled, alike: number of repeated flights, and of those with the same end; null
+    if the campaign is no sample.
+    """
 
     folder: str
     planned: int
@@ -91,7 +95,7 @@ def show_summary(state: CampaignState, console: Console) -> None:
 
 
 def lost_flights(lost: Sequence[LostFlight]) -> str:
-    """Which flights have no result, in a sentence, and why not the first one."""
+    """Sentence that counts the flights without a result and gives the reason of the first."""
     first, *others = lost
     more = f" and of {len(others)} more" if others else ""
     return f"There is no result of {first.plan.name}{more}. {first.why}"

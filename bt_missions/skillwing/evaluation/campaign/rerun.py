@@ -68,20 +68,19 @@ def choose(flights: Sequence[FlightResult], count: int) -> list[FlightResult]:
 
 
 def end_alike(flight: FlightResult, again: FlightResult) -> bool:
-    """Whether the drone was left in the same way, by a mission in the same phase, promises were kept alike, and no
-    process died when it was flown again."""
+    """True if drone and mission ended in the same way, the same promises were kept, and no process died again."""
     return (flight.end, flight.phase, flight.kept) == (again.end, again.phase, again.kept) and not again.deaths
 
 
 def same_flight(flight: FlightResult, again: FlightResult) -> bool:
-    """Whether it is the same one, bit by bit; one over Zenoh never is, and only has to end alike."""
+    """True for bit-by-bit equal flights. A flight over Zenoh never is; it only has to end alike."""
     if again.plan.network is Network.ZENOH:
         return end_alike(flight, again)
     return flight.digest == again.digest
 
 
 def verdict(sample: Sample, results: Sequence[FlightResult]) -> str:
-    """How many flights end as they did, in one sentence."""
+    """Sentence that counts the flights with the same end as before."""
     pairs = sample.pairs(results)
     alike = sum(end_alike(*pair) for pair in pairs)
     same = sum(flight.digest == again.digest for flight, again in pairs)

@@ -116,7 +116,7 @@ class WorkerPool:
             return process
 
     def _await(self, process: subprocess.Popen[bytes]) -> tuple[bytes, int]:
-        """What it told, and its exit code. Its standard input stays open meanwhile, for its end is the flight's."""
+        """Output and exit code of a worker. Its standard input stays open, because closing it ends the flight."""
         watchdog = threading.Timer(LONGEST, process.kill)
         watchdog.start()
         try:

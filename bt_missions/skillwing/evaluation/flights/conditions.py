@@ -1,4 +1,4 @@
-"""What befalls a drone on a flight of a campaign: a condition, and what the flight's seed makes of it."""
+"""Conditions of campaign flights: a kind of fault, and the faults that a seed draws of it."""
 
 from __future__ import annotations
 
@@ -20,9 +20,11 @@ SIZES = {
 EARLIEST = 2.0
 """Robot time at which the mission is about to take off [s]."""
 SHORTEST, LONGEST = 2.0, 3.5
-"""How many times as long as its way at cruise speed a flight takes that nothing befalls: it climbs, turns, brakes, goes
-round what stands in its way, comes home and lands. Between these were 21 mapping flights in courtyards, the most of
-them near the lower end, and whoever does not know how long a flight will be draws its length from there."""
+"""Duration of a flight without faults, as a multiple of its route's time at cruise speed.
+
+A flight also climbs, turns, brakes, avoids obstacles, returns and lands. 21 mapping flights in courtyards lay between
+these values, most near the lower one. The drawn end of a flight lies between them as well.
+"""
 
 
 class Condition(StrEnum):
@@ -77,11 +79,10 @@ def conditions_of(mission: str) -> list[Condition]:
 
 
 def draw(condition: Condition, seed: int, way_time: float) -> dict[str, Any]:
-    """What a flight meets along a way that takes `way_time` seconds at cruise speed.
+    """Faults of a flight whose route takes `way_time` seconds at cruise speed, as options of the functional layer.
 
-    These are options of the functional layer. They follow from condition, seed and way alone, and those of one
-    condition tell nothing about those of another with the same seed. Everything begins at any time of the flight, the
-    way home and the landing among them; what would begin later than a short flight ends does not happen.
+    They follow from condition, seed and route alone; conditions with the same seed are independent. A fault begins at
+    any time of the flight, return and landing included. One drawn after the end of a short flight never begins.
     """
     chance = random.Random(f"{condition} {seed}")
     flight_time = way_time * chance.triangular(SHORTEST, LONGEST, SHORTEST)
@@ -167,7 +168,7 @@ def _magnitude(chance: random.Random, sensor: str, kind: str) -> float | None:
 
 
 def _rotor_fault(chance: random.Random, at: float) -> dict[str, Any]:
-    """What has stopped does not come back; a weak one may, as when its regulator had grown too hot."""
+    """A stopped rotor stays so. A weak one may recover, as after its regulator had overheated."""
     fault: dict[str, Any] = {"sensor": f"rotor/{chance.randint(1, ROTORS)}", "at": at}
     if chance.random() < 0.5:
         return fault | {"kind": "stopped"}

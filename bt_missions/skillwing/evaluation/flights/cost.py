@@ -85,7 +85,7 @@ class CostMeter:
         self._on_ground = state.on_ground
 
     def video(self, status: VideoStatus) -> None:
-        """What the ground station sees."""
+        """Take a report of the ground station."""
         if status.quality is not None and status.fps >= LIVE_FPS and status.quality >= LIVE_QUALITY:
             self._live_at = status.t
             self._unseen = self._unseen or 0.0

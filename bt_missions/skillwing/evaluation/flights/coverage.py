@@ -1,7 +1,7 @@
 """Map coverage: the share of the surface visible from the planned route that a map holds, by the ground truth.
 
 Points are spread evenly over the true triangles. Those in line of sight of the planned route count. They depend on the
-world and the route alone and not on the flown path, so flights with and without faults are judged by the same points.
+world and the route alone, so that flights with and without faults are judged by the same points.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from scipy.spatial import KDTree
 
 from skillwing.onboard.frames.vectors import Vector
 from skillwing.services.telemetry.report import Coverage
-from skillwing.sim_mujoco.sensors.rays import RayScene
+from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.triangles import Triangles
 from skillwing.sim_mujoco.world.world import BUILDING, TERRAIN, World
 
 STEP = 0.2
 """One point for each square of this side [m]."""
 RANGE = 25.0
-"""How far one sees from the route [m]."""
+"""Range of sight from the route [m]."""
 VIEWPOINT_SPACING = 1.5
 """Distance of viewpoints on the route [m]."""
 _GRAZE = 0.03

@@ -1,4 +1,4 @@
-"""Who watches a flight of a campaign, and says when it is over."""
+"""Observer of a campaign's flight: it knows the ground truth and decides when the flight is over."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ class FlightObserver:
 
     @property
     def end(self) -> End:
-        """Where the drone is by now. In the pilot's hands it is only after the mission's end."""
+        """End of the flight as of now. `HANDED_OVER` counts only after the mission's end."""
         state, truth = self._state, self._truth
         if state is None or truth is None:
             return End.FLYING
@@ -105,7 +105,7 @@ class FlightObserver:
         return End.HANDED_OVER if handed_over else End.FLYING
 
     def _landed(self, truth: Truth) -> End:
-        """What is true of a drone of which the autopilot says that it stands."""
+        """True end of a flight whose drone has landed by the autopilot's word."""
         x, y, z = truth.position
         if math.hypot(*truth.velocity) > AT_REST:
             return End.FLYING

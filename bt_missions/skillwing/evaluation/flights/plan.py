@@ -13,8 +13,8 @@ from typing import Any, TypeAlias
 import msgspec
 
 from skillwing.evaluation.flights.conditions import Condition, draw
-from skillwing.m600.briefing import inspection_options, mapping_options
 from skillwing.services.errors import InvalidOptionError
+from skillwing.sim_mujoco.launching import inspection_mission, mapping_mission
 from skillwing.sim_mujoco.world.kinds import make_site
 from skillwing.sim_mujoco.world.site import Site
 
@@ -33,7 +33,7 @@ Place: TypeAlias = tuple[float, float, float]
 
 
 class Network(StrEnum):
-    """What the processes of a flight live on: one process and virtual time, or real ones over Zenoh."""
+    """Network of a flight: one process and virtual time, or real processes over Zenoh."""
 
     IN_PROCESS = "in-process"
     ZENOH = "zenoh"
@@ -74,7 +74,7 @@ class FlightPlan(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def command(self) -> str:
-        """What flies this flight again, and records it; one of a comparison is not recorded."""
+        """Command that repeats and records this flight; a flight of a comparison is repeated without a recording."""
         if self.label:
             return f"python -m skillwing.evaluation.campaign.worker {shlex.quote(msgspec.json.encode(self).decode())}"
         kind = "" if self.watched else " --without-obstacles"
@@ -85,17 +85,17 @@ class FlightPlan(msgspec.Struct, frozen=True, kw_only=True):
         )
 
     def site(self) -> Site:
-        """What is known of its world beforehand."""
+        """Prior knowledge of its world."""
         return make_site(self.seed, self.world)
 
     def circumstances(self) -> dict[str, Any]:
-        """What befalls the drone, as options of the functional layer."""
+        """Faults of the flight, as options of the functional layer."""
         if self.happens is not None:
             return self.happens
         return draw(self.condition, self.seed, way_time(planned_way(self.site(), self.mission)))
 
     def robot_options(self) -> dict[str, Any]:
-        """What the robot's functional layer is told."""
+        """Options of the robot's functional layer."""
         return {
             "seed": self.seed,
             "world": self.world,
@@ -104,7 +104,7 @@ class FlightPlan(msgspec.Struct, frozen=True, kw_only=True):
         }
 
     def mission_options(self) -> dict[str, Any]:
-        """What the mission is told; one that is not listed here knows everything by itself."""
+        """Options of the mission. A mission that is not listed here needs none of the site."""
         match self.mission:
             case "mapping" | "inspection":
                 return {**options_on(self.site(), self.mission), "pilot_patience": PILOT_PATIENCE, **self.options}
@@ -118,10 +118,10 @@ def usual_world(mission: str) -> str:
 
 
 def options_on(site: Site, mission: str) -> dict[str, Any]:
-    """What a mission planner tells a mission of this site. Raises InvalidOptionError where it has nothing to do."""
+    """Options of a mission at this site. Raises InvalidOptionError if the mission has nothing to do there."""
     if mission == "mapping":
-        return mapping_options(site)
-    circle = inspection_options(site)
+        return mapping_mission(site)
+    circle = inspection_mission(site)
     if circle is None:
         sentence = f"A world of kind `{site.kind}` has no building to inspect. Give `--worlds inspection`."
         raise InvalidOptionError("worlds", sentence)
@@ -129,7 +129,7 @@ def options_on(site: Site, mission: str) -> dict[str, Any]:
 
 
 def planned_way(site: Site, mission: str) -> tuple[Place, ...]:
-    """Where a mission is meant to fly: along the site's route, or round its building and home."""
+    """Planned way of a mission: the site's route, or the circle round its building and home."""
     circle = planned_circle(site, mission)
     if not circle:
         return site.way
@@ -147,5 +147,5 @@ def planned_circle(site: Site, mission: str) -> tuple[Place, ...]:
 
 
 def way_time(way: Sequence[Place]) -> float:
-    """How long a way takes at cruise speed, without a stop [s of robot time]."""
+    """Duration of a way at cruise speed without stops [s of robot time]."""
     return sum(math.dist(a, b) for a, b in pairwise(way)) / CRUISE_SPEED

@@ -1,4 +1,4 @@
-"""What became of one flight of a campaign."""
+"""Result of one flight of a campaign."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from skillwing.evaluation.flights.plan import FlightPlan
 
 
 class End(StrEnum):
-    """Where the flight left the drone."""
+    """State of the drone at the end of the flight."""
 
     HOME = "landed at home"
     ELSEWHERE = "landed elsewhere"
@@ -54,7 +54,7 @@ class FlightResult(msgspec.Struct, frozen=True, kw_only=True, rename={"cost": "p
 
     @property
     def met(self) -> bool:
-        """Whether all that was to befall the drone did, before the flight was over."""
+        """True if every planned fault began before the flight was over."""
         begun = met_from(self.plan.circumstances())
         return begun is not None and begun < self.end_time
 
@@ -69,7 +69,7 @@ class FlightResult(msgspec.Struct, frozen=True, kw_only=True, rename={"cost": "p
 
     @property
     def broken(self) -> tuple[str, ...]:
-        """What was promised and not kept, in words."""
+        """Broken promises, in words."""
         found: list[str] = []
         if self.collisions:
             found.append(f"{self.collisions} collision{'s' if self.collisions > 1 else ''}")

@@ -28,8 +28,11 @@ LONGEST_WALL = 3000.0
 
 @dataclass(frozen=True, slots=True)
 class SessionEnd:
-    """Where it ended and when [robot s]; error: why it broke off, empty if it did not. deaths: of processes that it did
-    without, or that were started again, in sentences."""
+    """End of a session and its time [robot s].
+
+    error: reason why it broke off, empty otherwise. deaths: sentences about processes that died and were started again
+    or not needed.
+    """
 
     end: End
     end_time: float

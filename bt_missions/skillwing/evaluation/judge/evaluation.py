@@ -31,7 +31,7 @@ MAPPING, MAPPER = "mapping", "lidar_mapping"
 PLANNED = (MAPPING, "inspection")
 """Missions whose way is known; of others the site's route only says what there is to be seen."""
 COURTYARD = "courtyard"
-"""Where the drone flies if nobody chose a world."""
+"""Default world."""
 TRUTHFUL = "Collisions and clearance come from the simulator's ground truth, which the robot never sees."
 NOT_MAPPED = f"Nothing was to be mapped. {TRUTHFUL}"
 TRUTH_GAP = 2.0

@@ -1,4 +1,4 @@
-"""What the judge of a flight needs, kept beside the timeline: ground truth and the finished map.
+"""Files for the judge of a flight, beside the timeline: ground truth and the finished map.
 
 The robot knows neither file. `flight.jsonl` grows line by line; `map.npz` is renewed every few seconds, so that a
 flight that ends badly can be judged up to its end.

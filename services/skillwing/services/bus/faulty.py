@@ -277,11 +277,16 @@ class FaultyNetwork(InProcessNetwork):
             self._hold(source, message)
         elif target.cut:
             self._hold(target, message)
-        elif message.traffic is Traffic.REQUEST:
-            message.arrive()
         elif message.ordered:
             message.here = True
             self._deliver_in_order(message.channel)
+        else:
+            self._hand_over(message)
+
+    def _hand_over(self, message: _Message) -> None:
+        """Let a message in. Requests are routed first, and samples wait in the backlog of a stopped node."""
+        if message.traffic in (Traffic.REQUEST, Traffic.STREAM, Traffic.EVENT):
+            message.arrive()
         else:
             self.perform(message.target, message.arrive)
 
@@ -289,8 +294,7 @@ class FaultyNetwork(InProcessNetwork):
         """Hand over what waits for nothing that was sent before it."""
         lane = self._lanes[channel]
         while lane and lane[0].here:
-            message = lane.popleft()
-            self.perform(message.target, message.arrive)
+            self._hand_over(lane.popleft())
 
     def _drop(self, message: _Message) -> None:
         if message.ordered:

@@ -15,7 +15,7 @@ from skillwing.services.commands.connection import JsonOption, RobotOption, Syst
 from skillwing.services.commands.output import make_console, print_json, print_table, value_text
 from skillwing.services.errors import InvalidOptionError, NoReplyError, RefusedError, SkillwingError
 from skillwing.services.mocking.script_file import read_run
-from skillwing.services.mocking.telling import plan_texts
+from skillwing.services.mocking.wording import plan_texts
 from skillwing.services.protocol import (
     DirectMock,
     ErrorCode,

@@ -1,8 +1,7 @@
-"""The library's inspection mission with another answer to the loss of the video, to compare its own with.
+"""Inspection with another reaction to the loss of the video, for comparison with the library's mission.
 
-Not for flying: one of the answers is none. It is the library's tree with one node left out or exchanged, and without
-coming home for want of a LiDAR, after the guards above have taken hold of the leaves, so that neither the operator nor
-the safety pilot can hold a new one.
+Not for real flights: one of the reactions is none, and new nodes can be held neither by the operator nor by the safety
+pilot. The tree is the library's with one node removed or exchanged, and without the return for want of a LiDAR.
 """
 
 from __future__ import annotations
@@ -17,14 +16,14 @@ from py_trees.decorators import Decorator
 
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.mission.mission import MissionTrees
 from skillwing.bt_missions.missions.inspection import InspectionMission, InspectionOptions
-from skillwing.bt_missions.running.mission import MissionTrees
 from skillwing.bt_missions.subtrees.composites import alongside
 from skillwing.bt_missions.subtrees.depth_map import NO_DEPTH_MAP
 from skillwing.bt_missions.subtrees.flight import fly_home
 
 GIVING_UP = "hover, then land"
-"""What the library's mission does without video."""
+"""Name of the library's node for flights without video."""
 PAUSE = 2.0
 """Robot seconds before a video that ended is asked for again."""
 

@@ -1,8 +1,8 @@
-"""The library's mapping mission with another answer to the camera's failure, to compare its own with.
+"""Mapping with another reaction to the camera's failure, for comparison with the library's mission.
 
-Not for flying: one of the answers is none. It is the library's tree with its LiDAR branch left out or exchanged, and
-without coming home for want of a map, after the guards above have taken hold of the leaves, so that neither the
-operator nor the safety pilot can hold a new branch.
+Not for real flights: one of the reactions is none, and a new branch can be held neither by the operator nor by the
+safety pilot. The tree is the library's with its LiDAR branch removed or exchanged, and without the return for want of
+a map.
 """
 
 from __future__ import annotations
@@ -13,16 +13,16 @@ import msgspec
 from py_trees.behaviour import Behaviour
 from py_trees.composites import Composite
 
+from skillwing.bt_missions.leaves.branch_switch import NoteSwitch
 from skillwing.bt_missions.leaves.context import MissionContext
-from skillwing.bt_missions.leaves.settling import NoteSwitch
 from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.mission.mission import MissionTrees
 from skillwing.bt_missions.missions.mapping import LEG_FLOWN, MappingMission, MappingOptions
 from skillwing.bt_missions.planning.waypoints import Route, WaypointWriter
-from skillwing.bt_missions.running.mission import MissionTrees
 from skillwing.bt_missions.subtrees.composites import in_order
+from skillwing.bt_missions.subtrees.decorators import RepeatUntil
 from skillwing.bt_missions.subtrees.depth_map import LIDAR, flown_with
 from skillwing.bt_missions.subtrees.flight import fly_home
-from skillwing.bt_missions.subtrees.loop import Until
 
 TIME_LIMIT = 240.0
 """Robot seconds until one that flies blind lands: a drone that hangs on a wall does not end by itself."""
@@ -82,7 +82,7 @@ def _branch(context: MissionContext, route: Route, options: OtherwiseOptions) ->
     return in_order(
         "fly on",
         NoteSwitch("why", context, "navigation", "ZED", "flying blind"),
-        Until("until the route is done", route.is_done, leg),
+        RepeatUntil("until the route is done", route.is_done, leg),
         fly_home(context, options.return_height, options.speed),
     )
 

@@ -1,0 +1,96 @@
+"""Mission in the foreground of a terminal: signals that abort it, its output, and the end of the system under it."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+
+from rich.console import Console, RenderableType
+
+from skillwing.bt_missions.running.runner import MissionNode
+from skillwing.services.bus import Bus
+from skillwing.services.client.connection import Target
+from skillwing.services.commands.connection import System
+from skillwing.services.processes.ending import Ending
+from skillwing.services.processes.run_state import read_run_state
+
+ABORTING = {
+    signal.SIGINT: "aborted by Ctrl-C",
+    signal.SIGTERM: "aborted by `kill`",
+    signal.SIGHUP: "aborted, since its terminal was closed",
+}
+"""Signals that abort a mission, each with its reason for the timeline."""
+SYSTEM_PERIOD = 0.1
+"""Time between two checks that the system still runs, in seconds of wall time. `up` announces its end beforehand."""
+
+
+def run_in_foreground(system: System, node: MissionNode, console: Console | None) -> None:
+    """Run the mission until it is over, by itself or after a signal."""
+    node.attach(system.bus)
+    try:
+        call_when_stopped(system.bus, system.target, node.system_stopped)
+        with aborted_by_signals(system.bus, node, console):
+            system.bus.run_until(lambda: node.over)
+    finally:
+        node.detach()
+
+
+@contextmanager
+def aborted_by_signals(bus: Bus, node: MissionNode, console: Console | None) -> Iterator[None]:
+    """Let Ctrl-C, `kill` and a closed terminal abort the mission, so that it lands. The body runs the bus until then.
+
+    After that only another Ctrl-C by a person raises KeyboardInterrupt, and ends the process without a landing. A
+    repetition of the first signal does not. Under `nohup` a closed terminal aborts nothing.
+    """
+    ending = Ending(bus.wall)
+
+    def on_signal(number: int, frame: object) -> None:
+        if not ending.told:
+            bus.post(lambda: abort(signal.Signals(number)))
+            ending.note()
+        elif number == signal.SIGINT:
+            ending.note()
+
+    def abort(number: signal.Signals) -> None:
+        again = " again" if number is signal.SIGINT else ""
+        print_if_open(
+            console, f"Aborting: the drone lands where it is. Ctrl-C{again} ends this command without a landing."
+        )
+        node.abort(ABORTING[number])
+
+    numbers = [number for number in ABORTING if signal.getsignal(number) is not signal.SIG_IGN]
+    previous = [signal.signal(number, on_signal) for number in numbers]
+    try:
+        yield
+    finally:
+        for number, handler in zip(numbers, previous, strict=True):
+            signal.signal(number, handler)
+
+
+def print_if_open(console: Console | None, text: RenderableType) -> None:
+    """Print, and ignore a terminal that is gone: the drone has to land all the same."""
+    if console is None:
+        return
+    try:
+        console.print(text)
+    except SystemExit:
+        pass  # rich exits after a closed pipe; later output is dropped
+    except OSError:
+        with suppress(SystemExit):
+            console.on_broken_pipe()
+
+
+def call_when_stopped(bus: Bus, target: Target, act: Callable[[], None]) -> None:
+    """Call `act` once the system has stopped, while the bus runs. No effect for a system found by its endpoint."""
+    if target.pid is None:
+        return
+
+    def check() -> None:
+        state = read_run_state(target.robot)
+        if state is None or state.pid != target.pid:
+            act()
+        else:
+            bus.after(SYSTEM_PERIOD, check, wall=True)
+
+    check()

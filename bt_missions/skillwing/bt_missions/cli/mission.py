@@ -1,0 +1,332 @@
+"""`skillwing mission`: list, write, check and fly missions, and control the one that flies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from skillwing.bt_missions.checking.mission_check import check_mission, offline_context, require_fit
+from skillwing.bt_missions.cli.foreground import print_if_open, run_in_foreground
+from skillwing.bt_missions.cli.watch import MissionWatch, show_live, status_line
+from skillwing.bt_missions.library import find_draft, find_mission, installed_missions
+from skillwing.bt_missions.mission.mission import Mission
+from skillwing.bt_missions.mission.options import option_text, parse_options
+from skillwing.bt_missions.mission.problems import FaultyMissionError
+from skillwing.bt_missions.running.runner import MissionNode
+from skillwing.bt_missions.running.tree_snapshot import render_tree
+from skillwing.bt_missions.xml.writer import write_mission, write_models
+from skillwing.dsl import load
+from skillwing.services.commands.briefing import briefing
+from skillwing.services.commands.completion import missions
+from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
+from skillwing.services.commands.exit_codes import FAILED, OK
+from skillwing.services.commands.output import make_console, print_json, print_table
+from skillwing.services.errors import InvalidOptionError, NoReplyError, NoSystemError, RefusedError, SkillwingError
+from skillwing.services.protocol import (
+    AbortMission,
+    ErrorCode,
+    Keys,
+    MissionPhase,
+    MissionStatus,
+    PauseMission,
+    ResumeMission,
+)
+from skillwing.services.robot import find_robot
+
+MissionName = Annotated[
+    str,
+    typer.Argument(metavar="NAME", help="Mission, or a file (.xml, .py).", show_default=False, autocompletion=missions),
+]
+OptionWords = Annotated[
+    list[str] | None,
+    typer.Argument(metavar="OPTION=VALUE", help='Options, as in speed=1.5 "route=30,0,4; 30,20,4; 0,0,4".'),
+]
+OutputOption = Annotated[
+    Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write there instead of to the terminal.")
+]
+RobotTableOption = Annotated[
+    str, typer.Option("--robot", "-r", metavar="NAME", help="Robot to check against: name, or folder of its package.")
+]
+SkillsetOption = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Skillset to check against, instead of a robot's.")
+]
+ReasonOption = Annotated[str | None, typer.Option(metavar="TEXT", help="Reason, for the timeline.")]
+
+STATUS_TIMEOUT = 2.0
+"""Longest wait for the latest status and tree of a mission, in seconds of wall time."""
+SKILLS_WAIT = 0.5
+"""Wait for the latest messages of skills and managers, in seconds of wall time."""
+TEMPLATES = {".xml": "template.xml", ".py": "template.py.txt"}
+"""Template of a mission by suffix. The one in Python has the suffix .txt, as it is not a module of this package."""
+mission = typer.Typer(
+    no_args_is_help=True, add_completion=False, help="List, write, check, fly, pause and watch missions."
+)
+
+
+@mission.command("list")
+def list_missions(as_json: JsonOption = False) -> None:
+    """List the installed missions with their options. With --json, `options` holds those with a default.
+
+    Exit codes: 0; 1 a mission cannot be loaded.
+    """
+    found: list[Mission] = []
+    broken: list[str] = []
+    for name in installed_missions():
+        try:
+            found.append(find_mission(name))
+        except InvalidOptionError as error:
+            broken.append(str(error))
+    if as_json:
+        print_json([{"mission": each.name, "summary": each.summary, "options": each.describe()} for each in found])
+    else:
+        _print_missions(found, make_console())
+    if broken:
+        raise SkillwingError(" ".join(broken))
+
+
+def _print_missions(missions: list[Mission], console: Console) -> None:
+    for each in missions:
+        console.print(f"{each.name}: {each.summary}", style="bold")
+        defaults = each.describe()
+        rows = [(name, option_text(defaults[name]) if name in defaults else "required") for name in each.option_names]
+        print_table(console, ("OPTION", "DEFAULT"), rows)
+
+
+@mission.command()
+def run(
+    name: MissionName,
+    options: OptionWords = None,
+    robot: RobotOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Fly a mission on the running system, and show its progress until it is over.
+
+    Ctrl-C, `kill` and a closed terminal abort the mission: the drone lands where it is. A second Ctrl-C ends the
+    command at once, without a landing.
+
+    If the system runs in a chosen world (`up --world KIND`), options of the site are set as a planner would set them.
+    Options on the command line have priority.
+
+    Exit codes: 0 it succeeded; 1 it failed or was aborted; 2 it was not flown (unknown name, malformed value, or it
+    does not fit the robot); 3 no system is running; 4 another mission flies.
+    """
+    chosen = find_draft(name)
+    asked = parse_options(options or [])
+    chosen.read_options(asked)
+    console = None if as_json else make_console()
+    with _connected_to_fly(chosen, robot) as system:
+        _refuse_second_mission(system)
+        known = briefing(system.target, chosen.name)
+        site = {key: value for key, value in known.items() if key in chosen.option_names and key not in asked}
+        given = chosen.read_options(site | asked)
+        require_fit(chosen, system.skillset, given)
+        if console is not None and site:
+            text = "  ".join(f"{key}={option_text(value)}" for key, value in site.items())
+            console.print(f"Options of the site: {text}", highlight=False)
+
+        def show(status: MissionStatus) -> None:
+            print_if_open(console, status_line(status))
+
+        node = MissionNode(chosen, system.skillset, given, on_status=show)
+        run_in_foreground(system, node, console)
+    if console is None:
+        print_json(node.status)
+    elif node.status.phase != MissionPhase.SUCCEEDED and node.tree_shows_end:
+        print_if_open(console, render_tree(node.snapshot))
+    raise typer.Exit(OK if node.status.phase == MissionPhase.SUCCEEDED else FAILED)
+
+
+@mission.command()
+def watch(robot: RobotOption = None, as_json: JsonOption = False) -> None:
+    """Show the mission that flies: its tree, its skills, and the reasons of its branch switches. q ends the command.
+
+    The view is live until the mission is over. With --json, or without a terminal, it is printed once.
+
+    Exit codes: 0; 1 it failed or was aborted; 3 no system is running.
+    """
+    console = make_console()
+    with connect(robot, wait_for_clock=False) as system:
+        seen = MissionWatch(system)
+        system.bus.run_until(lambda: seen.complete, STATUS_TIMEOUT)
+        system.bus.run_until(lambda: False, SKILLS_WAIT)
+        if as_json:
+            print_json({"status": seen.status, "tree": seen.tree})
+        elif console.is_terminal and seen.status is not None:
+            show_live(system, seen, console)
+        else:
+            console.print(seen.view())
+    raise typer.Exit(FAILED if seen.failed else OK)
+
+
+@mission.command()
+def pause(reason: ReasonOption = None, robot: RobotOption = None, as_json: JsonOption = False) -> None:
+    """Hold the position of the drone until `skillwing mission resume`. Battery and geofence are watched meanwhile.
+
+    Exit codes: 0 it is paused; 1 no mission flies; 3 no system is running; 4 it cannot be paused now.
+    """
+    _send(robot, lambda keys: keys.mission_pause, PauseMission, reason, as_json=as_json)
+
+
+@mission.command()
+def resume(reason: ReasonOption = None, robot: RobotOption = None, as_json: JsonOption = False) -> None:
+    """Continue a paused mission where it was.
+
+    Exit codes: 0 it continues; 1 no mission flies; 3 no system is running; 4 it was not paused.
+    """
+    _send(robot, lambda keys: keys.mission_resume, ResumeMission, reason, as_json=as_json)
+
+
+@mission.command()
+def abort(reason: ReasonOption = None, robot: RobotOption = None, as_json: JsonOption = False) -> None:
+    """Abort the mission: the drone stops and lands where it is. A second request has no effect.
+
+    Exit codes: 0 the request was accepted; 1 no mission flies; 3 no system is running.
+    """
+    _send(robot, lambda keys: keys.mission_abort, AbortMission, reason, as_json=as_json)
+
+
+@mission.command()
+def check(
+    name: MissionName,
+    options: OptionWords = None,
+    robot: RobotTableOption = "m600",
+    skillset: SkillsetOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """List all problems of a mission with the robot. No system has to run.
+
+    With --json the output is a list of `text` and `place`.
+
+    Exit codes: 0 it fits; 1 there are problems; 2 it was not checked (unknown name, malformed value, or a file that
+    cannot be read).
+    """
+    model = load(skillset or find_robot(robot).skillset)
+    try:
+        chosen = find_draft(name)
+        problems = check_mission(chosen, model, chosen.read_options(parse_options(options or [])))
+        called = chosen.name
+    except FaultyMissionError as error:
+        problems, called = list(error.problems), name
+    if as_json:
+        print_json(problems)
+    else:
+        console = make_console()
+        for problem in problems:
+            console.print(str(problem), soft_wrap=True, markup=False)
+        verdict = f"{len(problems)} problem{'s' * (len(problems) != 1)}" if problems else f"fits {model.name}"
+        console.print(f"{called}: {verdict}", markup=False)
+    raise typer.Exit(FAILED if problems else OK)
+
+
+@mission.command()
+def new(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="NAME.xml or NAME.py.", show_default=False)],
+) -> None:
+    """Write a small mission to start from: fly to a point and home again, for the m600.
+
+    Exit codes: 0 written; 2 the file exists already, or it is neither .xml nor .py.
+    """
+    write_template(file)
+    console = make_console()
+    console.print(f"Wrote {file}. Next: `skillwing mission check {file}`, then change it.", soft_wrap=True)
+
+
+@mission.command()
+def export(
+    name: MissionName,
+    options: OptionWords = None,
+    output: OutputOption = None,
+    robot: RobotTableOption = "m600",
+    skillset: SkillsetOption = None,
+) -> None:
+    """Write a mission as a tree file (BehaviorTree.CPP 4), with these options as fixed values.
+
+    Exit codes: 0 written; 1 a part of it is Python code, which a tree file cannot hold; 2 unknown name or malformed
+    value.
+    """
+    chosen = find_mission(name)
+    model = load(skillset or find_robot(robot).skillset)
+    trees = chosen.build(offline_context(model), chosen.read_options(parse_options(options or [])))
+    _put(write_mission(chosen.name, trees, model), output)
+
+
+@mission.command()
+def nodes(output: OutputOption = None, robot: RobotTableOption = "m600", skillset: SkillsetOption = None) -> None:
+    """Write the models of all nodes of tree files: the palette that Groot2 imports."""
+    _put(write_models(load(skillset or find_robot(robot).skillset)), output)
+
+
+def _send(
+    robot: str | None,
+    key: Callable[[Keys], str],
+    kind: type[AbortMission | PauseMission | ResumeMission],
+    reason: str | None,
+    *,
+    as_json: bool,
+) -> None:
+    """Send a request to the mission that flies, and print its status after it."""
+    message = kind() if reason is None else kind(reason=reason)
+    with connect(robot) as system:
+        try:
+            status = system.ask(key(system.keys), message, MissionStatus)
+        except NoReplyError as error:
+            raise SkillwingError("No mission flies here. Fly one with `skillwing mission run`.") from error
+    if as_json:
+        print_json(status)
+    else:
+        make_console().print(status_line(status))
+
+
+def _put(text: str, output: Path | None) -> None:
+    if output is None:
+        typer.echo(text, nl=False)
+    else:
+        output.write_text(text, encoding="utf-8")
+
+
+@contextmanager
+def _connected_to_fly(chosen: Mission, robot: str | None) -> Iterator[System]:
+    """The system for a mission. If none runs, problems of the mission's file are reported first."""
+    try:
+        with connect(robot) as system:
+            yield system
+    except NoSystemError:
+        chosen.require_usable()
+        raise
+
+
+def _refuse_second_mission(system: System) -> None:
+    """Raise RefusedError if a mission flies or waits for the robot.
+
+    A second mission would wait for the same resources, and take off when nobody expects it.
+    """
+    if MissionNode.name not in system.alive():
+        return
+    seen = MissionWatch(system)
+    system.bus.run_until(lambda: seen.status is not None, STATUS_TIMEOUT)
+    name = f"Mission {seen.status.mission}" if seen.status is not None else "A mission"
+    raise RefusedError(
+        ErrorCode.NOT_ALLOWED,
+        f"{name} flies here already.",
+        help="Wait until it has ended, or abort it with `skillwing mission abort`.",
+    )
+
+
+def write_template(file: Path) -> None:
+    """Write the template of a mission with the name of the file.
+
+    Raises InvalidOptionError if the file exists already, or is neither .xml nor .py.
+    """
+    if file.suffix not in TEMPLATES:
+        raise InvalidOptionError("FILE", f"`{file}` ends neither with .xml nor with .py. Name it {file.stem}.xml.")
+    text = (Path(__file__).parent / "templates" / TEMPLATES[file.suffix]).read_text(encoding="utf-8")
+    try:
+        with file.open("x", encoding="utf-8") as opened:
+            opened.write(text.replace("NAME", file.stem))
+    except FileExistsError as error:
+        raise InvalidOptionError("FILE", f"There is `{file}` already. Choose another name.") from error

@@ -1,0 +1,158 @@
+"""Options of a mission: from words such as `speed=1.5` to typed values, and back to text."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, TypeVar
+
+import msgspec
+from msgspec.inspect import BoolType, FloatType, IntType, NoneType, TupleType, Type, UnionType, VarTupleType
+
+from skillwing.services.errors import InvalidOptionError
+
+O = TypeVar("O", bound=msgspec.Struct)  # noqa: E741 - options
+_COUNTS = {2: "two", 3: "three", 4: "four"}
+
+
+def parse_options(words: Sequence[str]) -> dict[str, Any]:
+    """Plain values of words of the form NAME=VALUE, such as `route=30,0,4; 30,20,4`.
+
+    Commas separate the values of a list, semicolons the lists of a list; other values may be written as JSON. The types
+    are checked later, by the mission. Raises InvalidOptionError.
+    """
+    options: dict[str, Any] = {}
+    for word in words:
+        name, equals, text = word.partition("=")
+        if not equals or not name:
+            raise InvalidOptionError(word, f"`{word}` is not of the form NAME=VALUE.")
+        if name in options:
+            raise InvalidOptionError(name, f"`{name}` is given twice; give it once.")
+        options[name] = plain_value(name, text.strip())
+    return options
+
+
+def plain_value(name: str, text: str) -> Any:
+    """Plain value of one option: text, a list of texts, a list of such lists, or a value in JSON."""
+    if text.startswith(("[", "{")):
+        try:
+            return msgspec.json.decode(text)
+        except msgspec.DecodeError as error:
+            raise InvalidOptionError(name, f"`{name}` looks like JSON and is not: {error}.") from error
+    if ";" in text:
+        return [_values(part) for part in text.split(";") if part.strip()]
+    return _values(text) if "," in text else text
+
+
+def _values(text: str) -> list[str]:
+    return [part.strip() for part in text.split(",")]
+
+
+def read_values(given: Mapping[str, Any], options: type[O]) -> O:
+    """Options from plain values. A number may be text, and a list with one list in it may be just that list.
+
+    Raises InvalidOptionError with a sentence about the problem and about the values that the option takes.
+    """
+    values: dict[str, Any] = {}
+    for each in msgspec.structs.fields(options):
+        if each.name in given:
+            values[each.name] = _read(each, given[each.name])
+        elif each.required:
+            takes = _type_text(msgspec.inspect.type_info(each.type))
+            raise InvalidOptionError(each.name, f"`{each.name}` is missing; it takes {takes}.")
+    try:
+        return options(**values)
+    except ValueError as error:  # a combination of values that the options refuse
+        name = next((name for name in values if f"`{name}`" in str(error)), "")
+        raise InvalidOptionError(name, str(error)) from error
+
+
+def default_values(options: type[msgspec.Struct]) -> Iterator[tuple[str, Any]]:
+    """Default of each option that has one, as a plain value for `read_values`."""
+    for each in msgspec.structs.fields(options):
+        if not each.required:
+            factory = each.default_factory
+            default = each.default if factory is msgspec.NODEFAULT else factory()
+            yield each.name, msgspec.json.decode(msgspec.json.encode(default))
+
+
+def option_text(value: Any) -> str:
+    """A value as a user types it after the name of an option."""
+    match value:
+        case None:
+            return "null"
+        case bool():
+            return str(value).lower()
+        case [[*_], *_]:
+            return "; ".join(option_text(item) for item in value)
+        case [*items]:
+            return ",".join(option_text(item) for item in items)
+        case float():
+            return f"{value:g}"
+        case _:
+            return str(value)
+
+
+def _read(option: msgspec.structs.FieldInfo, value: Any) -> Any:
+    kind = msgspec.inspect.type_info(option.type)
+    for form in (value, [value]) if isinstance(value, list) else (value,):
+        try:
+            read = msgspec.convert(form, option.type, strict=False)
+        except msgspec.ValidationError:
+            continue
+        if _is_finite(read):
+            return read
+    sentence = f"`{option.name}` is `{option_text(value)}`; it takes {_type_text(kind)}"
+    example = (
+        "" if option.default in (msgspec.NODEFAULT, None) else f", as in `{_example(option.name, option.default)}`"
+    )
+    raise InvalidOptionError(option.name, f"{sentence}{example}.")
+
+
+def _example(name: str, default: Any) -> str:
+    word = f"{name}={option_text(default)}"
+    return f'"{word}"' if " " in word else word
+
+
+def _is_finite(value: Any) -> bool:
+    match value:
+        case float():
+            return math.isfinite(value)
+        case [*items]:
+            return all(_is_finite(item) for item in items)
+        case _:
+            return True
+
+
+def _type_text(kind: Type) -> str:
+    """Description of the values that a type takes."""
+    match kind:
+        case FloatType() | IntType():
+            text = ("a number" if isinstance(kind, FloatType) else "a whole number") + _range(kind)
+        case BoolType():
+            text = "`true` or `false`"
+        case NoneType():
+            text = "`null`"
+        case UnionType():
+            text = " or ".join(_type_text(each) for each in kind.types)
+        case TupleType():
+            text = f"{_COUNTS.get(len(kind.item_types), len(kind.item_types))} numbers with commas between them"
+        case VarTupleType():
+            text = f"{_type_text(kind.item_type)}, and semicolons between several of these"
+        case _:
+            text = "text"
+    return text
+
+
+def _range(kind: FloatType | IntType) -> str:
+    low = kind.ge if kind.ge is not None else kind.gt
+    high = kind.le if kind.le is not None else kind.lt
+    match low, high:
+        case None, None:
+            return ""
+        case _, None:
+            return f" above {low:g}" if kind.ge is None else f" of at least {low:g}"
+        case None, _:
+            return f" below {high:g}" if kind.le is None else f" of at most {high:g}"
+        case _:
+            return f" from {low:g} to {high:g}"
