@@ -1,10 +1,10 @@
-"""How surely and how soon each sensor notices each of its faults, and how often it cries wolf.
+"""Detection of sensor faults: share noticed, delay, and rate of false alarms.
 
 python benchmarks/fault_detection.py [--seeds 6] [--minutes 5] [--missions 20] [--jobs 2] [--write]
 
 For each seed a drone flies rounds over its pad while every kind of fault hits every sensor, in random order and at
-random moments; and it flies for some minutes with nothing wrong. The simulator runs alone: what notices is on board.
-Rounds are all alike, so that the mapping mission is flown as well, with nothing wrong, in as many courtyards as asked.
+random moments. Then it flies for some minutes without faults. The simulator runs alone, because sensors detect their
+faults themselves. Since rounds are all alike, the mapping mission is flown without faults as well.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ TOGETHER = (("zed",), ("lidar", "range"), ("imu", "gnss"))
 """Sensors that fly together when faults are tried: the range-finder is held against the LiDAR."""
 STEP = 0.02
 HOLD, HOLD_GNSS = 4.0, 3.0
-"""How long a fault stays [s]. Without fixes for longer the autopilot would land."""
+"""Duration of a fault [s]. Longer without fixes, and the autopilot would land."""
 PATIENCE = 20.0
 """A sensor that is not trusted again so long after its fault is over stays what it is [s]."""
 RADIUS, SPEED = 3.5, 2.0
@@ -67,7 +67,7 @@ class Trial:
 
 @dataclass(slots=True)
 class Flight:
-    """What one flight has shown: trials, false alarms as sentences, time with nothing wrong [s], collisions."""
+    """Result of one flight: trials, false alarms as sentences, time without faults [s], collisions."""
 
     trials: list[Trial] = field(default_factory=list)
     alarms: list[str] = field(default_factory=list)

@@ -102,7 +102,7 @@ def make_course(kind: str, seed: int) -> World:
 
 @dataclass(frozen=True, slots=True)
 class Flown:
-    """How a flight went: `clearance` is the least distance of the blades' tips from anything, in the air [m]."""
+    """Result of a flight; `clearance`: least distance of the blade tips from anything in the air [m]."""
 
     arrived: bool
     collisions: int
@@ -215,5 +215,5 @@ def fly(
         clearance=min((truth.clearance for truth in truths if truth.position[2] > 1.5), default=math.inf),
         seconds=network.now(),
         blocked=pilot.blocked,
-        account=pilot.planner.account,
+        account=pilot.planner.summary,
     )

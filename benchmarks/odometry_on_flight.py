@@ -1,4 +1,4 @@
-"""What benchmarks need to let odometry follow a flight, and to say how far off it is."""
+"""Odometry on a benchmark flight, and its errors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the sensors of `ray_choices.py` could use instead: Embree's robust mode, and other rules of what is cast."""
+"""Alternatives for `ray_choices.py`: Embree's robust mode, and other rules for computed pixels."""
 
 from __future__ import annotations
 

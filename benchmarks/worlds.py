@@ -1,9 +1,9 @@
-"""What worlds promise, cost, and let sensors see of a wire.
+"""Promises and costs of worlds, and visibility of a wire.
 
 python benchmarks/worlds.py [--seeds N] [--seconds S] [--write]
 
-Tries every kind of world with N seeds, and with its smallest and largest scale for each tenth of them; flies each kind
-for S robot seconds along its route; looks at a wire of the power line. `--write` puts the figures into docs/worlds.md.
+Makes every kind of world with N seeds, and every tenth with its smallest and largest scale. Flies each kind for S robot
+seconds along its route. Looks at a wire of the power line. `--write` puts the figures into docs/worlds.md.
 """
 
 from __future__ import annotations
@@ -131,7 +131,7 @@ def _factor(world: World, seconds: float) -> float:
 
 
 def wire() -> str:
-    """What a look at one conductor against the sky returns, from different distances."""
+    """Returns of a look at one conductor against the sky, from different distances."""
     world = make_world(1, "industrial")
     span = next(each for each in world.obstacles if each.kind is ObstacleKind.WIRE)
     conductor = replace(span, solids=tuple(each for each in span.solids if each.part.startswith("0-")))

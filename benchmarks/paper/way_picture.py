@@ -55,7 +55,7 @@ def draw_ways(file: Path, plan: FlightPlan, runs: Mapping[str, Path]) -> None:
 
 
 def _draw_site(axes: Axes, plan: FlightPlan) -> None:
-    """What was known beforehand, and where the link is bad, which was not."""
+    """Prior knowledge, and the zones of the bad link, which are not part of it."""
     world = make_world(plan.seed, plan.world)
     target = world.site.target
     assert target is not None, "an inspection has something to inspect"
