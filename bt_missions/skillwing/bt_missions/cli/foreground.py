@@ -9,7 +9,7 @@ from contextlib import contextmanager, suppress
 from rich.console import Console, RenderableType
 
 from skillwing.bt_missions.running.runner import MissionNode
-from skillwing.services.bus import Bus
+from skillwing.services.bus import Timers
 from skillwing.services.client.connection import Target
 from skillwing.services.commands.connection import System
 from skillwing.services.processes.ending import Ending
@@ -35,7 +35,7 @@ def fly(system: System, node: MissionNode, console: Console | None) -> None:
 
 
 @contextmanager
-def aborted_by_signals(bus: Bus, node: MissionNode, console: Console | None) -> Iterator[None]:
+def aborted_by_signals(bus: Timers, node: MissionNode, console: Console | None) -> Iterator[None]:
     """Let Ctrl-C, `kill` and a closed terminal abort the mission, so that it lands; the body runs the bus until then.
 
     After that only another Ctrl-C, which a person presses, raises KeyboardInterrupt and leaves the drone to itself;
@@ -81,7 +81,7 @@ LOOK_PERIOD = 0.1
 """Wall seconds; `up` says that it ends before it ends anything."""
 
 
-def call_when_stopped(bus: Bus, target: Target, act: Callable[[], None]) -> None:
+def call_when_stopped(bus: Timers, target: Target, act: Callable[[], None]) -> None:
     """Call `act` once the system is no more, as long as the bus runs. Of one that was found by its endpoint nobody
     here can tell."""
     if target.pid is None:
