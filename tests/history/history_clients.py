@@ -15,7 +15,7 @@ from sequential_manager import Call, Lose, Reply, Told
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Answered, NoReply, Refused, RunnableBus
 from skillwing.services.bus.reading import message_reader
-from skillwing.services.core.grants import LOCAL_OUTCOMES
+from skillwing.services.core.ends import LOCAL_OUTCOMES
 from skillwing.services.protocol import (
     AttachManager,
     BeginGoal,
@@ -74,7 +74,9 @@ class Client:
     for the goal that another has just begun or refused.
     """
 
-    def __init__(self, bus: RunnableBus, skillset: Skillset, manager: str, seed: int, asked_for: dict[str, Goal]) -> None:
+    def __init__(
+        self, bus: RunnableBus, skillset: Skillset, manager: str, seed: int, asked_for: dict[str, Goal]
+    ) -> None:
         self.name = bus.name
         self.notebook = Notebook(bus.name)
         self._bus = bus
