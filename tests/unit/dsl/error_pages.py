@@ -22,8 +22,8 @@ _INDEX = """\
 # The errors and warnings of the skillset language
 
 Each page explains a code with an example, the output of `skillwing check`, and a fix. `skillwing check --explain
-{example}` shows the page on a terminal. A file with warnings can be used, unless `check --strict` is given. The limits of
-the checker are in [the language](../language.md#analysis).
+{example}` shows the page on a terminal. A file with warnings can be used, unless `check --strict` is given. The limits
+of the checker are in [the language](../language.md#analysis).
 
 | code | | problem |
 |---|---|---|
