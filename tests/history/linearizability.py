@@ -20,7 +20,7 @@ A_contra = TypeVar("A_contra", contravariant=True)
 
 @dataclass(frozen=True, slots=True)
 class Operation(Generic[C, A]):
-    """What one client asked and got.
+    """One request of a client, and its answer.
 
     called, answered: when, in any unit. answer, answered: None where no answer came: then the operation may have
     happened at any time after its call, or never.
@@ -45,7 +45,7 @@ class Model(Protocol[S, C_contra, A_contra]):
 
 @dataclass(frozen=True, slots=True)
 class Verdict(Generic[C, A]):
-    """Whether the history is linearizable.
+    """Verdict on a history: linearizable or not.
 
     order: one order in which it can have happened, or the longest that could be found. stuck: operations of which one
     would have had to come next, none of which can. steps: how often the model was asked.
