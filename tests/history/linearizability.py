@@ -1,8 +1,8 @@
 """Could a history of concurrent operations have happened one after the other?
 
-The search of Wing and Gong (1993), with the memory of configurations that Lowe (2017) added: operations are taken out
-of the history one at a time, each between its call and its answer, as long as a sequential model agrees with the
-answers; where it does not, the last one is put back. Pure: a model, a history, a verdict.
+The search of Wing and Gong (1993), with the memory of configurations that Lowe (2017) added. Operations are taken out
+of the history one at a time, each between its call and its answer, as long as a sequential model agrees. If not,
+the last one is put back. Pure: a model, a history, a verdict.
 """
 
 from __future__ import annotations
