@@ -26,7 +26,6 @@ from numpy.typing import NDArray
 from performance_page import machine, spread, table, tell
 
 from skillwing.evaluation.judge.coverage import Coverage, Judge
-from skillwing.onboard import topics
 from skillwing.onboard.frames.motion import Motion
 from skillwing.onboard.frames.pose_history import PoseHistory
 from skillwing.onboard.frames.vectors import Vector, wrap
@@ -35,6 +34,7 @@ from skillwing.onboard.mapping.occupancy import OccupancyGrid
 from skillwing.onboard.obstacles.free_space import FreeSpace, Sighting
 from skillwing.onboard.obstacles.views import CameraView, RingView
 from skillwing.onboard.sensor_data.scans import DepthPicture, LidarScan, PlacedPoints
+from skillwing.onboard.topics import navigation, sensors
 from skillwing.services.protocol import encode
 from skillwing.sim_mujoco.sensors import depth_camera, lidar
 from skillwing.sim_mujoco.sensors.rays import RayScene
@@ -165,8 +165,8 @@ def _moved(placed: PlacedPoints, aside: Vector, turn: float) -> NDArray[np.float
     return moved.astype(np.float32)
 
 
-def _navigation(motion: Motion) -> topics.Navigation:
-    return topics.Navigation(
+def _navigation(motion: Motion) -> navigation.Navigation:
+    return navigation.Navigation(
         t=motion.t,
         position=motion.position,
         velocity=motion.velocity,
@@ -177,14 +177,14 @@ def _navigation(motion: Motion) -> topics.Navigation:
 
 
 def _scan(scanner: lidar.Lidar, track: list[Motion]) -> LidarScan:
-    header = topics.LidarHeader(
+    header = sensors.LidarHeader(
         t0=track[0].t, t1=track[-1].t, columns=lidar.COLUMNS, beams=lidar.BEAMS, mount=lidar.LIDAR_MOUNT
     )
     return LidarScan.decode(scanner.scan(track, header.t0, header.t1).tobytes(), encode(header))
 
 
 def _picture(camera: depth_camera.DepthCamera, motion: Motion) -> DepthPicture:
-    header = topics.DepthHeader(
+    header = sensors.DepthHeader(
         t=motion.t,
         width=depth_camera.WIDTH,
         height=depth_camera.HEIGHT,

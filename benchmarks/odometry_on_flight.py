@@ -15,7 +15,7 @@ from skillwing.onboard.odometry.inertial import Inertial
 from skillwing.onboard.odometry.matching import MakeMatcher, PlaneMatcher
 from skillwing.onboard.odometry.odometry import Fix, Odometry
 from skillwing.onboard.sensor_data.scans import LidarScan
-from skillwing.onboard.topics import LidarHeader
+from skillwing.onboard.topics.sensors import LidarHeader
 from skillwing.services.protocol import encode
 from skillwing.sim_mujoco.sensors import lidar
 from skillwing.sim_mujoco.sensors.channel import Measurement

@@ -23,7 +23,7 @@ from skillwing.evaluation.campaign.plan import FlightPlan, Network
 from skillwing.evaluation.campaign.result import End
 from skillwing.evaluation.campaign.witness import Witness
 from skillwing.m600.robot import ROBOT
-from skillwing.onboard.topics import TRUTH, Truth
+from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.processes.run_options import AS_FAST_AS_POSSIBLE

@@ -11,7 +11,8 @@ from skillwing.evaluation.campaign.result import End
 from skillwing.evaluation.campaign.witness import HELD_FOR, Witness
 from skillwing.m600.robot import ROBOT
 from skillwing.onboard.extent import TIP_RADIUS
-from skillwing.onboard.topics import FLIGHT, TRUTH, FlightState, Truth
+from skillwing.onboard.topics.flight import FLIGHT, FlightState
+from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import Keys, MissionStatus, encode
 from skillwing.sim_mujoco.world.world import make_world

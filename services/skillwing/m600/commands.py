@@ -9,23 +9,19 @@ import typer
 
 from skillwing.dsl.model import UnknownNameError
 from skillwing.m600.command import sentences
-from skillwing.onboard.topics import (
+from skillwing.onboard.topics.common import LARGEST_COMPONENT, Done, Empty
+from skillwing.onboard.topics.faults import (
     FASTEST_LINK,
     FAULT,
     FAULTS,
-    LARGEST_COMPONENT,
     LINK_FAULT,
-    LINK_STATUS,
-    PILOT,
-    Done,
-    Empty,
     Faults,
     FaultState,
-    LinkStatus,
     SetFault,
     SetLinkFault,
-    SetPilot,
 )
+from skillwing.onboard.topics.flight import PILOT, SetPilot
+from skillwing.onboard.topics.link import LINK_STATUS, LinkStatus
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.commands.completion import one_of
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 
 from skillwing.m600.latest import Latest
-from skillwing.onboard.topics import GEOFENCE, Vector3
-from skillwing.onboard.topics import Geofence as Box
+from skillwing.onboard.topics.common import Vector3
+from skillwing.onboard.topics.guidance import GEOFENCE
+from skillwing.onboard.topics.guidance import Geofence as Box
 from skillwing.services.bus import Bus
 
 HOME = (0.0, 0.0)

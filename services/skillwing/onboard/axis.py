@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from skillwing.onboard.topics import AxisStatus, MotionState
+from skillwing.onboard.topics.guidance import AxisStatus, MotionState
 from skillwing.services.protocol import ErrorCode, ErrorReply
 
 REMEMBERED = 100

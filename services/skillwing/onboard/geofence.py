@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import msgspec
 
 from skillwing.onboard.frames.vectors import Vector
-from skillwing.onboard.topics import Vector3
+from skillwing.onboard.topics.common import Vector3
 
 
 @dataclass(frozen=True, slots=True)

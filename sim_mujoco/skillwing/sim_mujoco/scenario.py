@@ -14,7 +14,8 @@ from typing import Annotated, Any, Literal, cast
 
 import msgspec
 
-from skillwing.onboard.topics import LARGEST_COMPONENT, Magnitude
+from skillwing.onboard.topics.common import LARGEST_COMPONENT
+from skillwing.onboard.topics.faults import Magnitude
 from skillwing.sim_mujoco.link.radio import RadioOptions
 from skillwing.sim_mujoco.scenario_slips import slips
 from skillwing.sim_mujoco.sensors.fault_schedule import Seconds

@@ -7,7 +7,8 @@ from typing import Any, ClassVar
 import pytest
 from drone import Drone
 
-from skillwing.onboard.topics import ObstacleSource, SensorStatus
+from skillwing.onboard.topics.obstacles import ObstacleSource
+from skillwing.onboard.topics.sensors import SensorStatus
 from skillwing.services.managers.hooks import SkillHooks
 
 

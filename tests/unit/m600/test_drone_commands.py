@@ -12,16 +12,8 @@ import pytest
 
 from skillwing.dsl.model import UnknownNameError
 from skillwing.m600 import commands
-from skillwing.onboard.topics import (
-    FAULT,
-    FAULTS,
-    LINK_FAULT,
-    Done,
-    Faults,
-    FaultState,
-    SetFault,
-    SetLinkFault,
-)
+from skillwing.onboard.topics.common import Done
+from skillwing.onboard.topics.faults import FAULT, FAULTS, LINK_FAULT, Faults, FaultState, SetFault, SetLinkFault
 from skillwing.services.errors import InvalidOptionError, RefusedError, SkillwingError, UnansweredError
 from skillwing.services.protocol import ErrorCode, Message
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from skillwing.m600.bridge.node import RobotBridge
 from skillwing.m600.skills.goto import GotoManager
-from skillwing.onboard.topics import MotionState
+from skillwing.onboard.topics.guidance import MotionState
 
 TARGET = {"x": 10.0, "y": 0.0, "z": 5.0}
 

@@ -8,7 +8,7 @@ import pytest
 from drone import Drone
 
 from skillwing.m600.skills.land import ASIDES, HANGS_AFTER, PATIENCE, SUBJECT, LandManager
-from skillwing.onboard.topics import FlyTo
+from skillwing.onboard.topics.guidance import FlyTo
 from skillwing.services.testing import GoalUnderTest
 
 

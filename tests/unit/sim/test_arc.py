@@ -13,7 +13,7 @@ from skillwing.onboard.frames.vectors import norm, subtract
 from skillwing.onboard.guidance.arc import MAX_CENTRIPETAL, Round, fastest_around, rim
 from skillwing.onboard.guidance.heading_control import TURN_RATE
 from skillwing.onboard.guidance.trajectory import ACCELERATION, BRAKING
-from skillwing.onboard.topics import Orbit
+from skillwing.onboard.topics.guidance import Orbit
 
 STEP = 0.02
 rounds = st.builds(

@@ -29,7 +29,7 @@ from skillwing.onboard.guidance.lookout import (
 )
 from skillwing.onboard.guidance.trajectory import ACCELERATION, BRAKING
 from skillwing.onboard.obstacles.node import PERIOD
-from skillwing.onboard.topics import ObstacleSource, ObstacleStatus
+from skillwing.onboard.topics.obstacles import ObstacleSource, ObstacleStatus
 from skillwing.sim_mujoco.sensors.depth_camera import FOCAL, HEIGHT
 
 TICK, REPORT = 0.02, 0.1

@@ -12,7 +12,9 @@ from skillwing.onboard.obstacles.landing_place import SURROUNDINGS
 from skillwing.onboard.obstacles.local_map import MEMORY
 from skillwing.onboard.obstacles.views import CameraView, RingView
 from skillwing.onboard.sensor_data.scans import PlacedPoints
-from skillwing.onboard.topics import Navigation, ObstacleSource, Vector3
+from skillwing.onboard.topics.common import Vector3
+from skillwing.onboard.topics.navigation import Navigation
+from skillwing.onboard.topics.obstacles import ObstacleSource
 
 HERE: Vector3 = (0.0, 0.0, 4.0)
 GROUND: Vector3 = (1.05, 0.15, 0.0)

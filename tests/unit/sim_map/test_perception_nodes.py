@@ -8,7 +8,6 @@ from typing import Any, TypeVar
 import numpy as np
 import pytest
 
-from skillwing.onboard import topics
 from skillwing.onboard.geofence import Box
 from skillwing.onboard.mapping.node import MISFITS, make_mapping
 from skillwing.onboard.obstacles.landing_memory import READINGS, SURE
@@ -16,7 +15,25 @@ from skillwing.onboard.obstacles.node import make_obstacles
 from skillwing.onboard.options import OptionsError
 from skillwing.onboard.sensor_data.directions import RANGE_MOUNT, lidar_directions
 from skillwing.onboard.sensor_data.names import IMU, LIDAR, RANGE
-from skillwing.onboard.topics import ObstacleSource
+from skillwing.onboard.topics import common, guidance, navigation, sensors
+from skillwing.onboard.topics.mapping import (
+    MAP,
+    MAP_SNAPSHOT,
+    MAPPING_COMMAND,
+    MAPPING_STATUS,
+    ControlMapping,
+    MapHeader,
+    MappingStatus,
+)
+from skillwing.onboard.topics.obstacles import (
+    LANDING_PLACE,
+    OBSTACLE_COMMAND,
+    OBSTACLE_STATUS,
+    LandingPlace,
+    ObstacleSource,
+    ObstacleStatus,
+    SelectObstacleSource,
+)
 from skillwing.services.bus import Answered, Node, Refused
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import ErrorCode, Message, decode, encode
@@ -27,7 +44,7 @@ ZERO = (0.0, 0.0, 0.0)
 HOVER = (0.0, 0.0, 4.0)
 UNKNOWN_GROUND = "nothing is known of the ground below"
 GROUND_BELOW = "nothing is known to stand below"
-AT_REST = topics.AxisStatus(goal_id=None, state=topics.MotionState.IDLE, remaining=0.0)
+AT_REST = guidance.AxisStatus(goal_id=None, state=guidance.MotionState.IDLE, remaining=0.0)
 
 
 class Bench:
@@ -37,7 +54,7 @@ class Bench:
         self.network = InProcessNetwork()
         self.network.attach(node)
         self.bus = self.network.bus("bench")
-        self.target: topics.Vector3 | None = None
+        self.target: common.Vector3 | None = None
         self.wall = 6.0
         self.blind = False
         self.valid = True
@@ -45,9 +62,9 @@ class Bench:
         self.received: dict[str, list[tuple[bytes, bytes]]] = {}
         self._out = {
             key: self.bus.advertise(key)
-            for key in (topics.NAVIGATION, topics.LIDAR, topics.ZED_DEPTH, topics.GUIDANCE_STATUS)
+            for key in (navigation.NAVIGATION, sensors.LIDAR, sensors.ZED_DEPTH, guidance.GUIDANCE_STATUS)
         }
-        self._revocations = self.bus.advertise(topics.AUTHORITY, events=True)
+        self._revocations = self.bus.advertise(guidance.AUTHORITY, events=True)
         self._every(0.02, self._navigate)
         self._every(0.05, self._guide)
         self._every(0.1, self._scan)
@@ -70,7 +87,7 @@ class Bench:
         return answers[0]
 
     def revoke(self, goal: str, token: int) -> None:
-        self._revocations.put(encode(topics.Revoked(goal_id=goal, token=token)))
+        self._revocations.put(encode(guidance.Revoked(goal_id=goal, token=token)))
 
     def send_rubbish(self, key: str) -> None:
         self.bus.advertise(key).put(b"rubbish", b"\xff")
@@ -79,7 +96,7 @@ class Bench:
         self.bus.every(period, act)
 
     def _navigate(self) -> None:
-        pose = topics.Navigation(
+        pose = navigation.Navigation(
             t=self.bus.now(),
             position=HOVER,
             velocity=ZERO,
@@ -89,13 +106,13 @@ class Bench:
             valid=self.valid,
             sigma=self.sigma,
         )
-        self._out[topics.NAVIGATION].put(encode(pose))
+        self._out[navigation.NAVIGATION].put(encode(pose))
 
     def _guide(self) -> None:
-        status = topics.GuidanceStatus(
+        status = guidance.GuidanceStatus(
             t=self.bus.now(), body=AT_REST, heading=AT_REST, setpoint=HOVER, target=self.target, free_distance=None
         )
-        self._out[topics.GUIDANCE_STATUS].put(encode(status))
+        self._out[guidance.GUIDANCE_STATUS].put(encode(status))
 
     def _scan(self) -> None:
         if self.blind:
@@ -104,25 +121,25 @@ class Bench:
         towards = np.maximum(directions[..., 1], 1e-6)
         ranges = np.where(towards > 0.7, self.wall / towards, 0.0).astype(np.float32)
         now = self.bus.now()
-        header = topics.LidarHeader(t0=now - 0.1, t1=now, columns=256, beams=16, mount=ZERO)
-        self._out[topics.LIDAR].put(ranges.tobytes(), encode(header))
+        header = sensors.LidarHeader(t0=now - 0.1, t1=now, columns=256, beams=16, mount=ZERO)
+        self._out[sensors.LIDAR].put(ranges.tobytes(), encode(header))
 
     def _picture(self) -> None:
         if self.blind:
             return
         depth = np.full((36, 64), round(1000 * self.wall), dtype=np.uint16)
-        header = topics.DepthHeader(
+        header = sensors.DepthHeader(
             t=self.bus.now(), width=64, height=36, fx=35.0, fy=35.0, cx=32.0, cy=18.0, mount=ZERO
         )
-        self._out[topics.ZED_DEPTH].put(depth.tobytes(), encode(header))
+        self._out[sensors.ZED_DEPTH].put(depth.tobytes(), encode(header))
 
 
-def select(goal: str, token: int, source: ObstacleSource) -> topics.SelectObstacleSource:
-    return topics.SelectObstacleSource(goal_id=goal, token=token, source=source)
+def select(goal: str, token: int, source: ObstacleSource) -> SelectObstacleSource:
+    return SelectObstacleSource(goal_id=goal, token=token, source=source)
 
 
-def control(goal: str, token: int, run: bool) -> topics.ControlMapping:
-    return topics.ControlMapping(goal_id=goal, token=token, run=run)
+def control(goal: str, token: int, run: bool) -> ControlMapping:
+    return ControlMapping(goal_id=goal, token=token, run=run)
 
 
 def code(answer: Answered | Refused) -> ErrorCode | None:
@@ -135,20 +152,20 @@ def code(answer: Answered | Refused) -> ErrorCode | None:
 @pytest.fixture
 def obstacles() -> Bench:
     bench = Bench(make_obstacles({}))
-    bench.follow(topics.OBSTACLE_STATUS)
+    bench.follow(OBSTACLE_STATUS)
     bench.run(0.5)
     return bench
 
 
-def report(bench: Bench) -> topics.ObstacleStatus:
-    return bench.latest(topics.OBSTACLE_STATUS, topics.ObstacleStatus)
+def report(bench: Bench) -> ObstacleStatus:
+    return bench.latest(OBSTACLE_STATUS, ObstacleStatus)
 
 
 def test_without_a_source_it_reports_ten_times_a_second_that_it_knows_nothing(obstacles: Bench) -> None:
     obstacles.target = (10.0, 0.0, 4.0)
-    before = len(obstacles.received[topics.OBSTACLE_STATUS])
+    before = len(obstacles.received[OBSTACLE_STATUS])
     obstacles.run(1.0)
-    assert len(obstacles.received[topics.OBSTACLE_STATUS]) - before == 10
+    assert len(obstacles.received[OBSTACLE_STATUS]) - before == 10
     assert (report(obstacles).source, report(obstacles).free_distance) == (ObstacleSource.NONE, None)
 
 
@@ -161,7 +178,7 @@ def test_without_a_source_it_reports_ten_times_a_second_that_it_knows_nothing(ob
 )
 def test_each_source_reports_the_way_that_it_looks_along(obstacles: Bench, source, seen, unseen) -> None:
     obstacles.target = seen
-    assert isinstance(obstacles.ask(topics.OBSTACLE_COMMAND, select("g", 1, source)), Answered)
+    assert isinstance(obstacles.ask(OBSTACLE_COMMAND, select("g", 1, source)), Answered)
     obstacles.run(0.5)
     status = report(obstacles)
     assert status.source is source
@@ -175,7 +192,7 @@ def test_each_source_reports_the_way_that_it_looks_along(obstacles: Bench, sourc
 
 def test_a_sensor_that_falls_silent_shows_in_the_stamp_and_then_in_silence_about_the_way(obstacles: Bench) -> None:
     obstacles.target = (10.0, 0.0, 4.0)
-    obstacles.ask(topics.OBSTACLE_COMMAND, select("g", 1, ObstacleSource.ZED))
+    obstacles.ask(OBSTACLE_COMMAND, select("g", 1, ObstacleSource.ZED))
     obstacles.run(0.5)
     obstacles.blind = True
     last = obstacles.bus.now()
@@ -190,40 +207,40 @@ def test_a_sensor_that_falls_silent_shows_in_the_stamp_and_then_in_silence_about
 
 
 def test_the_newer_token_wins_and_late_words_of_the_older_one_are_refused(obstacles: Bench) -> None:
-    obstacles.ask(topics.OBSTACLE_COMMAND, select("old", 4, ObstacleSource.ZED))
-    obstacles.ask(topics.OBSTACLE_COMMAND, select("new", 7, ObstacleSource.LIDAR))
-    assert code(obstacles.ask(topics.OBSTACLE_COMMAND, select("old", 4, ObstacleSource.NONE))) is ErrorCode.STALE_TOKEN
-    assert code(obstacles.ask(topics.OBSTACLE_COMMAND, select("old", 4, ObstacleSource.ZED))) is ErrorCode.STALE_TOKEN
+    obstacles.ask(OBSTACLE_COMMAND, select("old", 4, ObstacleSource.ZED))
+    obstacles.ask(OBSTACLE_COMMAND, select("new", 7, ObstacleSource.LIDAR))
+    assert code(obstacles.ask(OBSTACLE_COMMAND, select("old", 4, ObstacleSource.NONE))) is ErrorCode.STALE_TOKEN
+    assert code(obstacles.ask(OBSTACLE_COMMAND, select("old", 4, ObstacleSource.ZED))) is ErrorCode.STALE_TOKEN
     obstacles.run(0.2)
     assert report(obstacles).source is ObstacleSource.LIDAR
 
 
 def test_only_the_holder_releases(obstacles: Bench) -> None:
-    obstacles.ask(topics.OBSTACLE_COMMAND, select("g", 4, ObstacleSource.ZED))
-    assert isinstance(obstacles.ask(topics.OBSTACLE_COMMAND, select("other", 5, ObstacleSource.NONE)), Answered)
+    obstacles.ask(OBSTACLE_COMMAND, select("g", 4, ObstacleSource.ZED))
+    assert isinstance(obstacles.ask(OBSTACLE_COMMAND, select("other", 5, ObstacleSource.NONE)), Answered)
     obstacles.run(0.2)
     assert report(obstacles).source is ObstacleSource.ZED
-    assert isinstance(obstacles.ask(topics.OBSTACLE_COMMAND, select("g", 4, ObstacleSource.NONE)), Answered)
+    assert isinstance(obstacles.ask(OBSTACLE_COMMAND, select("g", 4, ObstacleSource.NONE)), Answered)
     obstacles.run(0.2)
     assert report(obstacles).source is ObstacleSource.NONE
 
 
 def test_a_revoked_holder_loses_the_source(obstacles: Bench) -> None:
-    obstacles.ask(topics.OBSTACLE_COMMAND, select("g", 4, ObstacleSource.ZED))
+    obstacles.ask(OBSTACLE_COMMAND, select("g", 4, ObstacleSource.ZED))
     obstacles.revoke("someone else", 9)
     obstacles.run(0.2)
     assert report(obstacles).source is ObstacleSource.ZED
     obstacles.revoke("g", 4)
     obstacles.run(0.2)
     assert report(obstacles).source is ObstacleSource.NONE
-    assert code(obstacles.ask(topics.OBSTACLE_COMMAND, select("g", 4, ObstacleSource.ZED))) is ErrorCode.STALE_TOKEN
+    assert code(obstacles.ask(OBSTACLE_COMMAND, select("g", 4, ObstacleSource.ZED))) is ErrorCode.STALE_TOKEN
 
 
 def test_rubbish_is_refused_or_dropped_and_the_node_lives(obstacles: Bench) -> None:
     answers: list[Any] = []
-    obstacles.bus.ask(topics.OBSTACLE_COMMAND, b"rubbish", answers.append)
-    obstacles.ask(topics.OBSTACLE_COMMAND, select("g", 1, ObstacleSource.ZED))
-    for key in (topics.NAVIGATION, topics.ZED_DEPTH, topics.GUIDANCE_STATUS, topics.AUTHORITY):
+    obstacles.bus.ask(OBSTACLE_COMMAND, b"rubbish", answers.append)
+    obstacles.ask(OBSTACLE_COMMAND, select("g", 1, ObstacleSource.ZED))
+    for key in (navigation.NAVIGATION, sensors.ZED_DEPTH, guidance.GUIDANCE_STATUS, guidance.AUTHORITY):
         obstacles.send_rubbish(key)
     obstacles.target = (10.0, 0.0, 4.0)
     obstacles.run(0.5)
@@ -231,10 +248,10 @@ def test_rubbish_is_refused_or_dropped_and_the_node_lives(obstacles: Bench) -> N
     assert report(obstacles).free_distance == pytest.approx(6.0, abs=0.05)
 
 
-def landing_place(bench: Bench) -> topics.LandingPlace:
-    answer = bench.ask(topics.LANDING_PLACE, topics.Empty())
+def landing_place(bench: Bench) -> LandingPlace:
+    answer = bench.ask(LANDING_PLACE, common.Empty())
     assert isinstance(answer, Answered)
-    return decode(answer.payload, topics.LandingPlace)
+    return decode(answer.payload, LandingPlace)
 
 
 def landing_text(bench: Bench) -> str:
@@ -250,11 +267,11 @@ def show_ground(bench: Bench, pillar: bool) -> None:
     on_top = np.linalg.norm(top[..., None] * directions[..., :2], axis=-1) < 1.0
     ranges = np.where(pillar & on_top, top, HOVER[2] / down)
     scan = np.where(down > 0.3, ranges, 0.0).astype(np.float32)
-    lidar = bench.bus.advertise(topics.LIDAR)
+    lidar = bench.bus.advertise(sensors.LIDAR)
 
     def show() -> None:
         now = bench.bus.now()
-        lidar.put(scan.tobytes(), encode(topics.LidarHeader(t0=now - 0.1, t1=now, columns=256, beams=16, mount=ZERO)))
+        lidar.put(scan.tobytes(), encode(sensors.LidarHeader(t0=now - 0.1, t1=now, columns=256, beams=16, mount=ZERO)))
 
     bench.bus.every(0.1, show)
     bench.run(2.0)
@@ -271,8 +288,8 @@ def test_the_answer_says_whether_the_place_below_is_taken(pillar: bool) -> None:
 
 def tell_fence(bench: Bench, south: float, north: float) -> Box:
     """Let guidance tell where targets may lie: between lines so far to the south and north of the drone."""
-    fence = topics.Geofence(low=(-20.0, -south, 1.0), high=(20.0, north, 30.0))
-    bench.bus.advertise(topics.GEOFENCE, events=True).put(encode(fence))
+    fence = guidance.Geofence(low=(-20.0, -south, 1.0), high=(20.0, north, 30.0))
+    bench.bus.advertise(guidance.GEOFENCE, events=True).put(encode(fence))
     return Box(fence.low, fence.high)
 
 
@@ -311,14 +328,14 @@ def test_where_no_fence_was_told_the_nearest_place_is_offered() -> None:
 
 def test_a_question_for_a_place_that_is_none_is_refused(obstacles: Bench) -> None:
     answers: list[Any] = []
-    obstacles.bus.ask(topics.LANDING_PLACE, b"rubbish", answers.append)
+    obstacles.bus.ask(LANDING_PLACE, b"rubbish", answers.append)
     obstacles.run(0.1)
     assert code(answers[0]) is ErrorCode.BAD_REQUEST
 
 
-def report_health(bench: Bench, sensor: str, status: topics.SensorStatus) -> None:
-    health = topics.Health(id=f"{sensor} {status}", t=bench.bus.now(), sensor=sensor, status=status)
-    bench.bus.advertise(topics.health_key(sensor), events=True).put(encode(health))
+def report_health(bench: Bench, sensor: str, status: sensors.SensorStatus) -> None:
+    health = sensors.Health(id=f"{sensor} {status}", t=bench.bus.now(), sensor=sensor, status=status)
+    bench.bus.advertise(sensors.health_key(sensor), events=True).put(encode(health))
 
 
 def test_for_landings_the_lidar_is_followed_whatever_makes_the_depth_map(obstacles: Bench) -> None:
@@ -327,10 +344,10 @@ def test_for_landings_the_lidar_is_followed_whatever_makes_the_depth_map(obstacl
 
 def test_nobody_lands_by_a_sensor_that_has_failed() -> None:
     bench = Bench(make_obstacles({}))
-    report_health(bench, LIDAR, topics.SensorStatus.FAILED)
+    report_health(bench, LIDAR, sensors.SensorStatus.FAILED)
     bench.run(2.0)
     assert landing_text(bench) == UNKNOWN_GROUND
-    report_health(bench, LIDAR, topics.SensorStatus.OK)
+    report_health(bench, LIDAR, sensors.SensorStatus.OK)
     bench.run(1.0)
     assert landing_text(bench) != UNKNOWN_GROUND
 
@@ -338,17 +355,17 @@ def test_nobody_lands_by_a_sensor_that_has_failed() -> None:
 def measure_range(bench: Bench, readings: int, late: float = 0.0) -> None:
     """Let the range-finder, and nothing else, see the ground 4 m below the drone; readings come so late [s]."""
     bench.blind = True
-    finder = bench.bus.advertise(topics.RANGE)
+    finder = bench.bus.advertise(sensors.RANGE)
     for _ in range(readings):
         bench.run(RANGE_PERIOD)
-        finder.put(encode(topics.Range(t=bench.bus.now() - late, distance=HOVER[2] + RANGE_MOUNT[2])))
+        finder.put(encode(sensors.Range(t=bench.bus.now() - late, distance=HOVER[2] + RANGE_MOUNT[2])))
     bench.run(RANGE_PERIOD)
 
 
 @pytest.mark.parametrize(("status", "text"), [("OK", GROUND_BELOW), ("FAILED", UNKNOWN_GROUND)])
 def test_the_range_finder_tells_of_the_ground_where_nothing_else_does(status: str, text: str) -> None:
     bench = Bench(make_obstacles({}))
-    report_health(bench, RANGE, topics.SensorStatus(status))
+    report_health(bench, RANGE, sensors.SensorStatus(status))
     measure_range(bench, 2 * READINGS)
     assert landing_text(bench) == text
 
@@ -357,8 +374,8 @@ def test_readings_from_before_the_range_finder_failed_are_not_waited_with() -> N
     """Who finds out that he fails has told wrong distances for a while."""
     bench = Bench(make_obstacles({}))
     measure_range(bench, READINGS - 1)
-    report_health(bench, RANGE, topics.SensorStatus.FAILED)
-    report_health(bench, RANGE, topics.SensorStatus.OK)
+    report_health(bench, RANGE, sensors.SensorStatus.FAILED)
+    report_health(bench, RANGE, sensors.SensorStatus.OK)
     measure_range(bench, READINGS - 1)
     assert landing_text(bench) == UNKNOWN_GROUND
     measure_range(bench, 1)
@@ -368,7 +385,7 @@ def test_readings_from_before_the_range_finder_failed_are_not_waited_with() -> N
 def test_the_failure_of_another_sensor_does_not_break_the_line_of_the_range_finder() -> None:
     bench = Bench(make_obstacles({}))
     measure_range(bench, READINGS - 1)
-    report_health(bench, LIDAR, topics.SensorStatus.FAILED)
+    report_health(bench, LIDAR, sensors.SensorStatus.FAILED)
     measure_range(bench, 1)
     assert landing_text(bench) == GROUND_BELOW
 
@@ -396,52 +413,52 @@ def test_readings_of_a_drone_that_did_not_know_its_place_are_nowhere(valid: bool
 @pytest.fixture
 def mapping() -> Bench:
     bench = Bench(make_mapping({"low": [-15.0, -15.0, -5.0], "high": [15.0, 15.0, 15.0], "poses": "navigation"}))
-    bench.follow(topics.MAPPING_STATUS)
-    bench.follow(topics.MAP)
+    bench.follow(MAPPING_STATUS)
+    bench.follow(MAP)
     bench.run(1.05)
     return bench
 
 
-def status(bench: Bench) -> topics.MappingStatus:
-    return bench.latest(topics.MAPPING_STATUS, topics.MappingStatus)
+def status(bench: Bench) -> MappingStatus:
+    return bench.latest(MAPPING_STATUS, MappingStatus)
 
 
-def snapshot(bench: Bench) -> tuple[topics.MapHeader, np.ndarray]:
-    answer = bench.ask(topics.MAP_SNAPSHOT, topics.Empty())
+def snapshot(bench: Bench) -> tuple[MapHeader, np.ndarray]:
+    answer = bench.ask(MAP_SNAPSHOT, common.Empty())
     assert isinstance(answer, Answered)
-    return decode(answer.attachment, topics.MapHeader), np.frombuffer(answer.payload, np.float32).reshape(-1, 3)
+    return decode(answer.attachment, MapHeader), np.frombuffer(answer.payload, np.float32).reshape(-1, 3)
 
 
 def test_it_maps_only_while_it_runs_and_keeps_the_map(mapping: Bench) -> None:
     assert (status(mapping).running, status(mapping).scans, status(mapping).voxels) == (False, 0, 0)
     assert status(mapping).pose_source == "navigation solution"
-    mapping.ask(topics.MAPPING_COMMAND, control("g", 1, True))
+    mapping.ask(MAPPING_COMMAND, control("g", 1, True))
     mapping.run(2.0)
     assert status(mapping).running
     assert status(mapping).scans >= 15
     assert not status(mapping).diverged
-    mapping.ask(topics.MAPPING_COMMAND, control("g", 1, False))
+    mapping.ask(MAPPING_COMMAND, control("g", 1, False))
     mapping.run(1.0)
     stopped = status(mapping)
     mapping.run(1.0)
     assert not stopped.running
     assert (status(mapping).scans, status(mapping).voxels) == (stopped.scans, stopped.voxels)
-    mapping.ask(topics.MAPPING_COMMAND, control("h", 2, True))
+    mapping.ask(MAPPING_COMMAND, control("h", 2, True))
     mapping.run(1.0)
     assert status(mapping).scans > stopped.scans
     assert status(mapping).voxels >= stopped.voxels
 
 
 def test_the_map_holds_the_wall_and_its_parts_add_up_to_the_snapshot(mapping: Bench) -> None:
-    mapping.ask(topics.MAPPING_COMMAND, control("g", 1, True))
+    mapping.ask(MAPPING_COMMAND, control("g", 1, True))
     mapping.run(3.0)
     header, centres = snapshot(mapping)
     assert header.complete
     assert header.count == len(centres) > 50
     assert np.abs(centres[:, 1] - 6.0).max() <= 0.4
     parts: list[np.ndarray] = []
-    for payload, attachment in mapping.received[topics.MAP]:
-        part = decode(attachment, topics.MapHeader)
+    for payload, attachment in mapping.received[MAP]:
+        part = decode(attachment, MapHeader)
         points = np.frombuffer(payload, np.float32).reshape(-1, 3)
         assert part.count == len(points)
         parts = [points] if part.complete else [*parts, points]
@@ -451,7 +468,7 @@ def test_the_map_holds_the_wall_and_its_parts_add_up_to_the_snapshot(mapping: Be
 
 
 def test_it_says_when_the_world_no_longer_fits_the_map(mapping: Bench) -> None:
-    mapping.ask(topics.MAPPING_COMMAND, control("g", 1, True))
+    mapping.ask(MAPPING_COMMAND, control("g", 1, True))
     mapping.run(3.0)
     before = snapshot(mapping)[1]
     mapping.wall = 3.0
@@ -462,14 +479,14 @@ def test_it_says_when_the_world_no_longer_fits_the_map(mapping: Bench) -> None:
 
 
 def test_a_new_goal_after_a_divergence_begins_a_new_map_and_a_repeated_command_does_not(mapping: Bench) -> None:
-    mapping.ask(topics.MAPPING_COMMAND, control("g", 1, True))
+    mapping.ask(MAPPING_COMMAND, control("g", 1, True))
     mapping.run(3.0)
     mapping.wall = 3.0
     mapping.run(2.0)
-    mapping.ask(topics.MAPPING_COMMAND, control("g", 1, True))
+    mapping.ask(MAPPING_COMMAND, control("g", 1, True))
     mapping.run(1.0)
     assert status(mapping).diverged
-    mapping.ask(topics.MAPPING_COMMAND, control("h", 2, True))
+    mapping.ask(MAPPING_COMMAND, control("h", 2, True))
     mapping.run(2.0)
     assert not status(mapping).diverged
     centres = snapshot(mapping)[1]
@@ -478,9 +495,9 @@ def test_a_new_goal_after_a_divergence_begins_a_new_map_and_a_repeated_command_d
 
 
 def test_mapping_obeys_only_the_newest_token(mapping: Bench) -> None:
-    mapping.ask(topics.MAPPING_COMMAND, control("new", 5, True))
-    assert code(mapping.ask(topics.MAPPING_COMMAND, control("old", 3, False))) is ErrorCode.STALE_TOKEN
-    assert isinstance(mapping.ask(topics.MAPPING_COMMAND, control("other", 6, False)), Answered)
+    mapping.ask(MAPPING_COMMAND, control("new", 5, True))
+    assert code(mapping.ask(MAPPING_COMMAND, control("old", 3, False))) is ErrorCode.STALE_TOKEN
+    assert isinstance(mapping.ask(MAPPING_COMMAND, control("other", 6, False)), Answered)
     mapping.run(1.0)
     assert status(mapping).running
     mapping.revoke("new", 5)
@@ -489,28 +506,28 @@ def test_mapping_obeys_only_the_newest_token(mapping: Bench) -> None:
 
 
 def test_a_scan_without_poses_is_not_mapped(mapping: Bench) -> None:
-    mapping.ask(topics.MAPPING_COMMAND, control("g", 1, True))
-    stray = topics.LidarHeader(t0=100.0, t1=100.1, columns=4, beams=4, mount=ZERO)
+    mapping.ask(MAPPING_COMMAND, control("g", 1, True))
+    stray = sensors.LidarHeader(t0=100.0, t1=100.1, columns=4, beams=4, mount=ZERO)
     mapping.blind = True
     mapping.run(1.0)
     scans = status(mapping).scans
-    mapping.bus.advertise(topics.LIDAR).put(np.full(16, 5.0, np.float32).tobytes(), encode(stray))
+    mapping.bus.advertise(sensors.LIDAR).put(np.full(16, 5.0, np.float32).tobytes(), encode(stray))
     mapping.run(1.0)
     assert status(mapping).scans == scans
 
 
 @pytest.mark.parametrize("sensor", [IMU, LIDAR])
 def test_by_navigation_the_map_needs_the_lidar_only(mapping: Bench, sensor: str) -> None:
-    mapping.ask(topics.MAPPING_COMMAND, control("g", 1, True))
+    mapping.ask(MAPPING_COMMAND, control("g", 1, True))
     mapping.run(1.0)
-    report_health(mapping, sensor, topics.SensorStatus.FAILED)
+    report_health(mapping, sensor, sensors.SensorStatus.FAILED)
     mapping.run(0.5)
     scans = status(mapping).scans
     mapping.run(1.0)
     needed = sensor == LIDAR
     assert (status(mapping).scans == scans) is needed
     assert status(mapping).text == ("lidar is FAILED: it does not say why" if needed else "")
-    report_health(mapping, sensor, topics.SensorStatus.OK)
+    report_health(mapping, sensor, sensors.SensorStatus.OK)
     mapping.run(1.0)
     assert status(mapping).scans > scans
     assert status(mapping).text == ""

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from skillwing.onboard.frames.pose_history import PoseHistory
 from skillwing.onboard.sensor_data.directions import depth_directions, lidar_directions
 from skillwing.onboard.sensor_data.scans import BLOCK, DepthPicture, LidarScan
-from skillwing.onboard.topics import DepthHeader, LidarHeader, Navigation
+from skillwing.onboard.topics.navigation import Navigation
+from skillwing.onboard.topics.sensors import DepthHeader, LidarHeader
 from skillwing.services.protocol import ProtocolError, encode
 
 LIDAR = LidarHeader(t0=0.0, t1=0.1, columns=64, beams=8, mount=(0.0, 0.0, -0.42))

@@ -17,7 +17,8 @@ from skillwing.onboard.odometry.odometry import Fix, Odometry
 from skillwing.onboard.odometry.so3 import Floats
 from skillwing.onboard.sensor_data.directions import lidar_directions
 from skillwing.onboard.sensor_data.scans import LidarScan
-from skillwing.onboard.topics import LidarHeader, Navigation
+from skillwing.onboard.topics.navigation import Navigation
+from skillwing.onboard.topics.sensors import LidarHeader
 from skillwing.services.protocol import encode
 
 LOW, HIGH = (-20.0, -20.0, -10.0), (20.0, 20.0, 20.0)

@@ -22,7 +22,7 @@ from skillwing.onboard.odometry.propagation import ImuNoise, Track, predict
 from skillwing.onboard.odometry.registration import Registration
 from skillwing.onboard.odometry.state import ATTITUDE, POSE, SIZE, State
 from skillwing.onboard.odometry.vigil import LEAST_CLOSE
-from skillwing.onboard.topics import ImuHeader
+from skillwing.onboard.topics.sensors import ImuHeader
 from skillwing.services.protocol import ProtocolError, encode
 
 vectors = st.tuples(*[st.floats(-1.8, 1.8)] * 3).map(np.array)

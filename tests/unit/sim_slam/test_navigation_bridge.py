@@ -7,7 +7,7 @@ import numpy as np
 from skillwing.onboard.odometry import so3
 from skillwing.onboard.odometry.bridge import NavigationBridge
 from skillwing.onboard.odometry.state import ATTITUDE, GYRO_BIAS, SIZE, State
-from skillwing.onboard.topics import Navigation
+from skillwing.onboard.topics.navigation import Navigation
 
 
 def solution(t: float, position: tuple[float, float, float], yaw: float) -> Navigation:

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from box_room import BATCH, HALF, LOW, PERIOD, Room
 
-from skillwing.onboard import topics
 from skillwing.onboard.mapping.node import make_mapping
 from skillwing.onboard.sensor_data.names import IMU, LIDAR, ZED
+from skillwing.onboard.topics import common, mapping, navigation, odometry, sensors
 from skillwing.services.bus import Answered, Bus
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import Message, decode, encode
@@ -26,16 +26,16 @@ class Bench:
         self.network = InProcessNetwork()
         self._node = self._start_node()
         self.bus = self.network.bus("bench")
-        self.poses: list[topics.Odometry] = []
-        self.states: list[topics.MappingStatus] = []
+        self.poses: list[odometry.Odometry] = []
+        self.states: list[mapping.MappingStatus] = []
         self.bus.subscribe(
-            topics.SLAM_ODOMETRY, lambda sample: self.poses.append(decode(sample.payload, topics.Odometry))
+            odometry.SLAM_ODOMETRY, lambda sample: self.poses.append(decode(sample.payload, odometry.Odometry))
         )
         self.bus.subscribe(
-            topics.MAPPING_STATUS, lambda sample: self.states.append(decode(sample.payload, topics.MappingStatus))
+            mapping.MAPPING_STATUS, lambda sample: self.states.append(decode(sample.payload, mapping.MappingStatus))
         )
-        self._out = {key: self.bus.advertise(key) for key in (topics.NAVIGATION, topics.LIDAR, topics.IMU)}
-        self._health = {name: self.bus.advertise(topics.health_key(name), events=True) for name in (IMU, LIDAR, ZED)}
+        self._out = {key: self.bus.advertise(key) for key in (navigation.NAVIGATION, sensors.LIDAR, sensors.IMU)}
+        self._health = {name: self.bus.advertise(sensors.health_key(name), events=True) for name in (IMU, LIDAR, ZED)}
         self._every(PERIOD, self._scan)
         self._every(BATCH, self._feel)
 
@@ -50,9 +50,9 @@ class Bench:
         self._node.close()
         self._node = self._start_node()
 
-    def tell_health(self, sensor: str, status: topics.SensorStatus, reason: str = "") -> None:
+    def tell_health(self, sensor: str, status: sensors.SensorStatus, reason: str = "") -> None:
         t = self.bus.now()
-        health = topics.Health(id=f"{sensor} at {t}", t=t, sensor=sensor, status=status, reason=reason)
+        health = sensors.Health(id=f"{sensor} at {t}", t=t, sensor=sensor, status=status, reason=reason)
         self._health[sensor].put(encode(health))
 
     def errors(self) -> list[float]:
@@ -61,15 +61,15 @@ class Bench:
 
     def command(self, goal: str, token: int, run: bool) -> str:
         answers: list[Any] = []
-        message = topics.ControlMapping(goal_id=goal, token=token, run=run)
-        self.bus.ask(topics.MAPPING_COMMAND, encode(message), answers.append)
+        message = mapping.ControlMapping(goal_id=goal, token=token, run=run)
+        self.bus.ask(mapping.MAPPING_COMMAND, encode(message), answers.append)
         assert self.run_until(lambda: bool(answers), 1.0)
         assert isinstance(answers[0], Answered)
-        return decode(answers[0].payload, topics.Done).text
+        return decode(answers[0].payload, common.Done).text
 
     def centres(self) -> np.ndarray:
         answers: list[Any] = []
-        self.bus.ask(topics.MAP_SNAPSHOT, encode(topics.Empty()), answers.append)
+        self.bus.ask(mapping.MAP_SNAPSHOT, encode(common.Empty()), answers.append)
         assert self.run_until(lambda: bool(answers), 1.0)
         return np.frombuffer(answers[0].payload, np.float32).reshape(-1, 3)
 
@@ -81,14 +81,14 @@ class Bench:
 
     def _scan(self) -> None:
         scan = self.room.scan(self.bus.now() - PERIOD, self.bus.now())
-        self._put(topics.LIDAR, scan.header, scan.ranges)
+        self._put(sensors.LIDAR, scan.header, scan.ranges)
 
     def _feel(self) -> None:
         now = self.bus.now()
         felt = self.room.inertial(now - BATCH, now)
         rows = np.column_stack([felt.times - felt.times[0], felt.forces, felt.rates]).astype(np.float32)
-        self._put(topics.IMU, topics.ImuHeader(t0=float(felt.times[0]), count=len(rows)), rows)
-        self._out[topics.NAVIGATION].put(encode(self.room.navigation(now)))
+        self._put(sensors.IMU, sensors.ImuHeader(t0=float(felt.times[0]), count=len(rows)), rows)
+        self._out[navigation.NAVIGATION].put(encode(self.room.navigation(now)))
 
     def _put(self, key: str, header: Message, data: np.ndarray) -> None:
         self._out[key].put(data.tobytes(), encode(header))
@@ -99,7 +99,7 @@ def test_a_map_from_odometry_a_divergence_and_a_new_start() -> None:
     bench.command("first", 1, True)
     assert bench.run_until(lambda: len(bench.poses) >= 20, 6.0)
     pose, status = bench.poses[-1], bench.states[-1]
-    assert pose.tracking is topics.Tracking.GOOD
+    assert pose.tracking is odometry.Tracking.GOOD
     assert pose.position == pytest.approx(tuple(bench.room.position(pose.t)), abs=0.05)
     assert max(pose.position_sigma) < 0.1
     assert (status.pose_source, status.diverged, status.text) == ("LiDAR-inertial odometry", False, "")
@@ -109,7 +109,7 @@ def test_a_map_from_odometry_a_divergence_and_a_new_start() -> None:
 
     bench.room.lidar_bias = 1.0
     assert bench.run_until(lambda: bench.states[-1].diverged, 3.0)
-    assert bench.poses[-1].tracking is topics.Tracking.LOST
+    assert bench.poses[-1].tracking is odometry.Tracking.LOST
     assert bench.states[-1].text
     assert len(bench.centres()) >= len(walls)
     bench.room.lidar_bias = 0.0
@@ -128,7 +128,7 @@ def mapping_in_flight() -> Bench:
     bench = Bench()
     bench.command("first", 1, True)
     bench.run(4.9)
-    assert bench.poses[-1].tracking is topics.Tracking.GOOD
+    assert bench.poses[-1].tracking is odometry.Tracking.GOOD
     assert bench.states[-1].scans > 20
     return bench
 
@@ -148,16 +148,16 @@ def test_what_a_failed_sensor_measures_is_missing_until_it_is_well_again(sensor:
     bench = mapping_in_flight()
     bench.bus.after(0.1, lambda: make_lie(bench.room, sensor))
     bench.run(0.1 + late)
-    bench.tell_health(sensor, topics.SensorStatus.FAILED, "it was frozen")
+    bench.tell_health(sensor, sensors.SensorStatus.FAILED, "it was frozen")
     bench.run(0.05)
     given, voxels = len(bench.poses), len(bench.centres())
     bench.run(0.33 - late)
     assert (len(bench.poses), len(bench.centres())) == (given, voxels)
     make_lie(bench.room, sensor, -1.0)
-    bench.tell_health(sensor, topics.SensorStatus.OK)
+    bench.tell_health(sensor, sensors.SensorStatus.OK)
     bench.run(1.5)
     assert len(bench.poses) >= given + 10
-    assert bench.poses[-1].tracking is topics.Tracking.GOOD
+    assert bench.poses[-1].tracking is odometry.Tracking.GOOD
     assert max(bench.errors()) < 0.05
     assert len(bench.centres()) > voxels
     assert (bench.states[-1].diverged, bench.states[-1].text) == (False, "")
@@ -166,7 +166,7 @@ def test_what_a_failed_sensor_measures_is_missing_until_it_is_well_again(sensor:
 @pytest.mark.parametrize(("sensor", "missing"), [(IMU, "no inertial measurements"), (LIDAR, "no scans")])
 def test_a_sensor_that_stays_failed_ends_the_odometry_and_is_named(sensor: str, missing: str) -> None:
     bench = mapping_in_flight()
-    bench.tell_health(sensor, topics.SensorStatus.FAILED, "it was frozen")
+    bench.tell_health(sensor, sensors.SensorStatus.FAILED, "it was frozen")
     bench.run(0.2)
     assert (bench.states[-1].diverged, bench.states[-1].text) == (False, f"{sensor} is FAILED: it was frozen")
     assert bench.run_until(lambda: bench.states[-1].diverged, 2.5)
@@ -175,7 +175,7 @@ def test_a_sensor_that_stays_failed_ends_the_odometry_and_is_named(sensor: str, 
 
 def test_a_sensor_that_odometry_does_not_ask_may_fail() -> None:
     bench = mapping_in_flight()
-    bench.tell_health(ZED, topics.SensorStatus.FAILED, "it was frozen")
+    bench.tell_health(ZED, sensors.SensorStatus.FAILED, "it was frozen")
     given = len(bench.poses)
     bench.run(1.0)
     assert len(bench.poses) >= given + 9
@@ -184,7 +184,7 @@ def test_a_sensor_that_odometry_does_not_ask_may_fail() -> None:
 
 def test_a_node_that_is_started_again_hears_who_has_failed_meanwhile() -> None:
     bench = Bench()
-    bench.tell_health(IMU, topics.SensorStatus.FAILED, "it was frozen")
+    bench.tell_health(IMU, sensors.SensorStatus.FAILED, "it was frozen")
     bench.restart_node()
     bench.run(3.0)
     assert bench.states[-1].text.startswith("imu is FAILED: it was frozen")

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from skillwing.onboard import topics
 from skillwing.onboard.mapping.node import make_mapping
+from skillwing.onboard.topics import mapping
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import decode, encode
 from skillwing.sim_mujoco.simulator.node import make_sim
@@ -17,9 +17,9 @@ def test_few_points_on_planes_are_no_divergence() -> None:
     network.attach(make_sim({"seed": BAREST, "sensors": ["lidar", "imu", "gnss"]}))
     network.attach(make_mapping({}))
     bus = network.bus("pilot")
-    states: list[topics.MappingStatus] = []
-    bus.subscribe(topics.MAPPING_STATUS, lambda sample: states.append(decode(sample.payload, topics.MappingStatus)))
-    command = topics.ControlMapping(goal_id="map", token=1, run=True)
-    bus.ask(topics.MAPPING_COMMAND, encode(command), lambda answer: None)
+    states: list[mapping.MappingStatus] = []
+    bus.subscribe(mapping.MAPPING_STATUS, lambda sample: states.append(decode(sample.payload, mapping.MappingStatus)))
+    command = mapping.ControlMapping(goal_id="map", token=1, run=True)
+    bus.ask(mapping.MAPPING_COMMAND, encode(command), lambda answer: None)
     assert network.run_until(lambda: bool(states) and states[-1].scans > 20, 6.0)
     assert not any(status.diverged for status in states), states[-1].text

@@ -13,7 +13,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from skillwing.onboard.options import OptionsError
-from skillwing.onboard.topics import LINK_FAULT, LINK_STATUS, Done, LinkStatus, SetLinkFault
+from skillwing.onboard.topics.common import Done
+from skillwing.onboard.topics.faults import LINK_FAULT, SetLinkFault
+from skillwing.onboard.topics.link import LINK_STATUS, LinkStatus
 from skillwing.services.bus import Answer, Refused
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.bus.reading import message_reader

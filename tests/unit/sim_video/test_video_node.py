@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from skillwing.onboard.topics import VIDEO_COMMAND, ControlVideo, Done
+from skillwing.onboard.topics.common import Done
+from skillwing.onboard.topics.video import VIDEO_COMMAND, ControlVideo
 from skillwing.onboard.video.node import make_video
 from skillwing.services.bus import Answer, Answered, Refused
 from skillwing.services.bus.inprocess import InProcessNetwork

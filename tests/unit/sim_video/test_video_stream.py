@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skillwing.onboard.topics import VideoPiece
+from skillwing.onboard.topics.video import VideoPacket
 from skillwing.onboard.video import erasure
 from skillwing.onboard.video.codec import AccessUnit, Decoder, Encoder, Picture, UndecodableError, jpeg
 from skillwing.onboard.video.pieces import LARGEST, Assembly, cut
@@ -101,9 +101,9 @@ def test_a_jpeg_is_one(film: list[Picture]) -> None:
     assert jpeg(film[0])[:3] == b"\xff\xd8\xff"
 
 
-def sent(sizes: list[int], keyframes: set[int]) -> list[tuple[VideoPiece, bytes]]:
+def sent(sizes: list[int], keyframes: set[int]) -> list[tuple[VideoPacket, bytes]]:
     """The pieces of pictures of these sizes, a tenth of a second apart; each is filled with its number."""
-    pieces: list[tuple[VideoPiece, bytes]] = []
+    pieces: list[tuple[VideoPacket, bytes]] = []
     for frame, size in enumerate(sizes):
         unit = AccessUnit(bytes([frame % 256]) * size, frame in keyframes)
         pieces += cut(unit, "goal", frame, len(pieces), 0.1 * frame)
@@ -166,7 +166,7 @@ def test_pieces_that_do_not_belong_together_make_nothing_up(story: list[tuple[in
     """Whatever arrives under one number: a picture is made of pieces that say the same of it, and of its size."""
     assembly = Assembly()
     for part, parts, parity, size in story:
-        header = VideoPiece(
+        header = VideoPacket(
             t=0.0, stream="", sequence=0, frame=1, part=part, parts=parts, size=size, keyframe=True, parity=parity
         )
         whole = assembly.add(header, b"x")

@@ -140,7 +140,7 @@ def _navigation(context: MissionContext, route: Route, options: MappingOptions) 
 
 
 def _by_camera(context: MissionContext, route: Route, options: MappingOptions) -> Behaviour:
-    """Nose first, looking ahead with the depth camera."""
+    """YawMode first, looking ahead with the depth camera."""
     fly_leg = SkillAction(
         "goto_straight",
         context,
@@ -158,7 +158,7 @@ def _by_camera(context: MissionContext, route: Route, options: MappingOptions) -
 
 
 def _by_lidar(context: MissionContext, route: Route, options: MappingOptions) -> Behaviour:
-    """Nose across the motion, so that the LiDAR's ring looks along it."""
+    """YawMode across the motion, so that the LiDAR's ring looks along it."""
     heading = {"heading": route.crab}
     fly_leg = SkillAction(
         "goto",

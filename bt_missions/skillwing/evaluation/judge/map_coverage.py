@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from skillwing.evaluation.judge.coverage import Judge
 from skillwing.evaluation.judge.flight_log import SavedMap
-from skillwing.onboard.topics import Vector3
+from skillwing.onboard.topics.common import Vector3
 from skillwing.services.telemetry.report import Coverage
 from skillwing.sim_mujoco.world.world import World
 

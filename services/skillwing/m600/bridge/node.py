@@ -18,19 +18,10 @@ from skillwing.m600.bridge.extern_levels import ExternLevels, Level
 from skillwing.m600.bridge.link_level import SILENCE, LinkLevel, LinkState
 from skillwing.m600.bridge.telemetry import Telemetry
 from skillwing.m600.latest import Latest
-from skillwing.onboard.topics import (
-    AUTHORITY,
-    BATTERY,
-    FLIGHT,
-    HEALTH,
-    LINK_STATUS,
-    Battery,
-    FlightState,
-    Health,
-    LinkStatus,
-    Revoked,
-    SensorStatus,
-)
+from skillwing.onboard.topics.flight import BATTERY, FLIGHT, Battery, FlightState
+from skillwing.onboard.topics.guidance import AUTHORITY, Revoked
+from skillwing.onboard.topics.link import LINK_STATUS, LinkStatus
+from skillwing.onboard.topics.sensors import HEALTH, Health, SensorStatus
 from skillwing.services.bus import Answer, Bus, Refused, Sample
 from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.options import required

@@ -10,23 +10,13 @@ from typing import Any
 
 from skillwing.dsl.model import Skillset
 from skillwing.m600.latest import Latest, M
-from skillwing.onboard.topics import (
-    BATTERY,
-    LINK_STATUS,
-    MAP,
-    MAPPING_STATUS,
-    NAVIGATION,
-    OBSTACLE_STATUS,
-    VIDEO_STATUS,
-    Battery,
-    LinkStatus,
-    MapHeader,
-    MappingStatus,
-    Navigation,
-    ObstacleStatus,
-    Vector3,
-    VideoStatus,
-)
+from skillwing.onboard.topics.common import Vector3
+from skillwing.onboard.topics.flight import BATTERY, Battery
+from skillwing.onboard.topics.link import LINK_STATUS, LinkStatus
+from skillwing.onboard.topics.mapping import MAP, MAPPING_STATUS, MapHeader, MappingStatus
+from skillwing.onboard.topics.navigation import NAVIGATION, Navigation
+from skillwing.onboard.topics.obstacles import OBSTACLE_STATUS, ObstacleStatus
+from skillwing.onboard.topics.video import VIDEO_STATUS, VideoStatus
 from skillwing.services.bus import Bus, Sample
 from skillwing.services.protocol import DataSample, Keys, ProtocolError, decode, encode
 

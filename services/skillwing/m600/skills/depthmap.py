@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from skillwing.m600.latest import Latest
 from skillwing.m600.skills.switch import Switch
-from skillwing.onboard.topics import (
+from skillwing.onboard.topics.obstacles import (
     OBSTACLE_COMMAND,
     OBSTACLE_STATUS,
     ObstacleSource,

@@ -8,7 +8,7 @@ from typing import Any
 
 from skillwing.m600.command import Command
 from skillwing.m600.latest import Latest
-from skillwing.onboard.topics import (
+from skillwing.onboard.topics.guidance import (
     GUIDANCE_COMMAND,
     GUIDANCE_STATUS,
     AxisStatus,

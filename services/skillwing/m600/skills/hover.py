@@ -5,7 +5,7 @@ from __future__ import annotations
 from skillwing.m600.generated.managers import AbstractHoverManager
 from skillwing.m600.generated.types import HoverFeedback, HoverInputs
 from skillwing.m600.skills.guidance_client import Axis, GuidanceClient
-from skillwing.onboard.topics import AxisStatus, Hold, MotionState
+from skillwing.onboard.topics.guidance import AxisStatus, Hold, MotionState
 from skillwing.services.bus import Handle
 from skillwing.services.managers.skill_manager import Goal
 from skillwing.services.protocol import Terminal

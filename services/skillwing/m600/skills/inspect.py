@@ -5,7 +5,7 @@ from __future__ import annotations
 from skillwing.m600.generated.managers import AbstractInspectManager
 from skillwing.m600.generated.types import InspectFeedback, InspectInputs
 from skillwing.m600.skills.motion import MotionManager, point
-from skillwing.onboard.topics import Orbit
+from skillwing.onboard.topics.guidance import Orbit
 from skillwing.services.managers.skill_manager import Goal
 
 

@@ -11,19 +11,10 @@ from skillwing.m600.latest import Latest
 from skillwing.m600.skills.guidance_client import Axis, GuidanceClient
 from skillwing.m600.skills.headway import Headway
 from skillwing.m600.skills.whereabouts import Whereabouts
-from skillwing.onboard.topics import (
-    FLIGHT,
-    LANDING_PLACE,
-    AxisStatus,
-    Empty,
-    FlightState,
-    FlyTo,
-    Land,
-    LandingPlace,
-    MotionState,
-    Nose,
-    Vector3,
-)
+from skillwing.onboard.topics.common import Empty, Vector3
+from skillwing.onboard.topics.flight import FLIGHT, FlightState
+from skillwing.onboard.topics.guidance import AxisStatus, FlyTo, Land, MotionState, YawMode
+from skillwing.onboard.topics.obstacles import LANDING_PLACE, LandingPlace
 from skillwing.services.bus import Answer, Answered
 from skillwing.services.managers.skill_manager import Goal
 from skillwing.services.protocol import ProtocolError, RecordKind, Terminal, decode, encode
@@ -113,7 +104,7 @@ class LandManager(AbstractLandManager):
     def _go_aside(self, goal: Goal[LandInputs], place: Vector3) -> None:
         self._stage = Stage.GOING_ASIDE
         self._asides += 1
-        aside = FlyTo(target=place, speed=ASIDE, nose=Nose.FREE)
+        aside = FlyTo(target=place, speed=ASIDE, nose=YawMode.FREE)
         self.guidance.fly(goal, aside, on_refused=lambda _: self._stay(goal))
 
     def _stay(self, goal: Goal[LandInputs]) -> None:

@@ -7,7 +7,7 @@ from skillwing.m600.generated.types import LidarMappingFeedback, LidarMappingInp
 from skillwing.m600.keys import KEYS
 from skillwing.m600.latest import Latest
 from skillwing.m600.skills.switch import Switch
-from skillwing.onboard.topics import MAPPING_COMMAND, MAPPING_STATUS, ControlMapping, MappingStatus
+from skillwing.onboard.topics.mapping import MAPPING_COMMAND, MAPPING_STATUS, ControlMapping, MappingStatus
 from skillwing.services.bus import Handle
 from skillwing.services.managers.skill_manager import Goal
 from skillwing.services.protocol import RecordKind, Terminal

@@ -8,7 +8,8 @@ from skillwing.m600.generated.types import Position
 from skillwing.m600.geofence import Geofence
 from skillwing.m600.skills.guidance_client import Axis, GuidanceClient
 from skillwing.m600.skills.whereabouts import Whereabouts
-from skillwing.onboard.topics import AxisStatus, FlyTo, MotionState, Nose, Vector3
+from skillwing.onboard.topics.common import Vector3
+from skillwing.onboard.topics.guidance import AxisStatus, FlyTo, MotionState, YawMode
 from skillwing.services.managers.hooks import F, I, O
 from skillwing.services.managers.skill_manager import Goal, SkillHooks
 from skillwing.services.protocol import Terminal
@@ -23,7 +24,7 @@ class MotionManager(SkillHooks[I, O, F]):
         self.whereabouts = Whereabouts(self)
         self.fence = Geofence(self.bus)
 
-    def fly_to(self, goal: Goal[I], target: Vector3, speed: float, nose: Nose) -> None:
+    def fly_to(self, goal: Goal[I], target: Vector3, speed: float, nose: YawMode) -> None:
         """Fly to a point (ENU, m) at most at `speed` (m/s)."""
         self.whereabouts.follow()
         self.guidance.fly(goal, FlyTo(target=target, speed=speed, nose=nose))

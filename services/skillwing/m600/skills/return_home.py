@@ -8,7 +8,8 @@ from skillwing.m600.generated.managers import AbstractReturnHomeManager
 from skillwing.m600.generated.types import ReturnHomeFeedback, ReturnHomeInputs
 from skillwing.m600.geofence import HOME
 from skillwing.m600.skills.motion import MotionManager
-from skillwing.onboard.topics import Nose, Vector3
+from skillwing.onboard.topics.common import Vector3
+from skillwing.onboard.topics.guidance import YawMode
 from skillwing.services.managers.skill_manager import Goal
 
 CLIMB = 3.0
@@ -38,7 +39,7 @@ class ReturnHomeManager(MotionManager[ReturnHomeInputs, None, ReturnHomeFeedback
     def arrived(self, goal: Goal[ReturnHomeInputs]) -> None:
         if self._climbing:
             self._climbing = False
-            self.fly_to(goal, self.fence.nearest_inside((*HOME, self._height)), goal.inputs.speed, Nose.IN_VIEW)
+            self.fly_to(goal, self.fence.nearest_inside((*HOME, self._height)), goal.inputs.speed, YawMode.IN_VIEW)
         else:
             self.terminated_ARRIVED(goal.id)
 
@@ -58,11 +59,13 @@ class ReturnHomeManager(MotionManager[ReturnHomeInputs, None, ReturnHomeFeedback
             self._climb(goal, position, max(position[2], goal.inputs.height))
         else:
             self._climbing, self._height = False, position[2]
-            self.fly_to(goal, self.fence.nearest_inside((*HOME, self._height)), goal.inputs.speed, Nose.FREE)
+            self.fly_to(goal, self.fence.nearest_inside((*HOME, self._height)), goal.inputs.speed, YawMode.FREE)
 
     def _climb(self, goal: Goal[ReturnHomeInputs], position: Vector3, height: float) -> None:
         self._climbing, self._height = True, height
-        self.fly_to(goal, self.fence.nearest_inside((position[0], position[1], height)), goal.inputs.speed, Nose.FREE)
+        self.fly_to(
+            goal, self.fence.nearest_inside((position[0], position[1], height)), goal.inputs.speed, YawMode.FREE
+        )
 
 
 def _from_home(position: Vector3) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from skillwing.m600.generated.managers import AbstractRotateHeadManager
 from skillwing.m600.generated.types import RotateHeadFeedback, RotateHeadInputs
 from skillwing.m600.skills.guidance_client import Axis, GuidanceClient
-from skillwing.onboard.topics import AxisStatus, MotionState, Turn
+from skillwing.onboard.topics.guidance import AxisStatus, MotionState, Turn
 from skillwing.services.managers.skill_manager import Goal
 from skillwing.services.protocol import Terminal
 

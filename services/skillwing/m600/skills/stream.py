@@ -8,7 +8,7 @@ from skillwing.m600.keys import KEYS
 from skillwing.m600.latest import Latest
 from skillwing.m600.skills.shortfall import Shortfall
 from skillwing.m600.skills.switch import Switch
-from skillwing.onboard.topics import (
+from skillwing.onboard.topics.video import (
     VIDEO_COMMAND,
     VIDEO_ENCODER,
     VIDEO_STATUS,

@@ -10,7 +10,8 @@ from skillwing.m600.geofence import HOME, Geofence
 from skillwing.m600.skills.guidance_client import Axis, GuidanceClient
 from skillwing.m600.skills.headway import Headway
 from skillwing.m600.skills.whereabouts import Whereabouts
-from skillwing.onboard.topics import AxisStatus, MotionState, TakeOff, Vector3
+from skillwing.onboard.topics.common import Vector3
+from skillwing.onboard.topics.guidance import AxisStatus, MotionState, TakeOff
 from skillwing.services.managers.skill_manager import Goal
 from skillwing.services.protocol import Terminal
 

@@ -6,7 +6,8 @@ from collections.abc import Callable
 from typing import Any
 
 from skillwing.m600.latest import Latest
-from skillwing.onboard.topics import NAVIGATION, Navigation, Vector3
+from skillwing.onboard.topics.common import Vector3
+from skillwing.onboard.topics.navigation import NAVIGATION, Navigation
 from skillwing.services.bus import Handle
 from skillwing.services.managers.skill_manager import Goal, SkillHooks
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from skillwing.onboard.frames.motion import Motion
 from skillwing.onboard.frames.poses import interpolate, rotations
-from skillwing.onboard.topics import Navigation
+from skillwing.onboard.topics.navigation import Navigation
 
 SPAN = 1.0
 """How long poses are remembered [s]."""

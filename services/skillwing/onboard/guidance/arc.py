@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from skillwing.onboard.frames.vectors import Vector
 from skillwing.onboard.guidance.heading_control import TURN_RATE
 from skillwing.onboard.guidance.trajectory import Profile, braking, trapezoid
-from skillwing.onboard.topics import Orbit
+from skillwing.onboard.topics.guidance import Orbit
 
 MAX_CENTRIPETAL = 1.0
 """Acceleration towards the centre: with the tangential one it leaves the autopilot room against gusts [m/s2]."""

@@ -16,7 +16,8 @@ from skillwing.onboard.guidance.heading_control import HeadingControl
 from skillwing.onboard.guidance.limits import MAX_SPEED, Limits
 from skillwing.onboard.guidance.lookout import Lookout, View, stopping_distance
 from skillwing.onboard.guidance.trajectory import Segment, straight
-from skillwing.onboard.topics import FlyTo, Land, Motion, MotionState, Navigation, Nose, Orbit, TakeOff
+from skillwing.onboard.topics.guidance import FlyTo, Land, Motion, MotionState, Orbit, TakeOff, YawMode
+from skillwing.onboard.topics.navigation import Navigation
 
 Path: TypeAlias = Segment | Arc
 Leg: TypeAlias = FlyTo | Round
@@ -211,7 +212,7 @@ class BodyMotion:
         heading = self._nose(leg, here, navigation)
         self._across = None
         if heading is not None and isinstance(leg, FlyTo):
-            self._across = leg.nose is Nose.IN_VIEW and self._lookout.looks_across
+            self._across = leg.nose is YawMode.IN_VIEW and self._lookout.looks_across
         self._lookout.begin(t, across=self._across)
         self.axis.remaining = self._left(leg, here, t) + self._later
         if heading is not None:
@@ -227,10 +228,10 @@ class BodyMotion:
         if isinstance(leg, Round):
             return leg.bearing(here) + math.pi
         way = subtract(leg.target, here)
-        if leg.nose is Nose.FREE or math.hypot(way[0], way[1]) <= 0.5:
+        if leg.nose is YawMode.FREE or math.hypot(way[0], way[1]) <= 0.5:
             return None
         track = math.atan2(way[1], way[0])
-        if leg.nose is Nose.ALONG_TRACK or not self._lookout.looks_across:
+        if leg.nose is YawMode.ALONG_TRACK or not self._lookout.looks_across:
             return track
         sides = (track - math.pi / 2, track + math.pi / 2)
         return min(sides, key=lambda side: abs(wrap(side - navigation.heading)))
@@ -392,6 +393,6 @@ def _legs(motion: Motion, here: Vector) -> list[Leg]:
             return [motion]
         case Orbit():
             left = Round.of(motion)
-            return [FlyTo(target=left.entry(here, motion.height), speed=motion.speed, nose=Nose.IN_VIEW), left]
+            return [FlyTo(target=left.entry(here, motion.height), speed=motion.speed, nose=YawMode.IN_VIEW), left]
         case _:
             return []

@@ -18,26 +18,24 @@ from skillwing.onboard.guidance.limits import Limits
 from skillwing.onboard.guidance.lookout import Lookout
 from skillwing.onboard.guidance.solitude import LAND_AFTER, Solitude
 from skillwing.onboard.sensor_data.names import RANGE
-from skillwing.onboard.topics import (
-    AutopilotSetpoint,
-    FlightState,
+from skillwing.onboard.topics.flight import AutopilotSetpoint, FlightState
+from skillwing.onboard.topics.guidance import (
     FlyTo,
     GuidanceCommand,
     GuidanceStatus,
-    Health,
     Land,
     Motion,
     MotionState,
-    Navigation,
-    Nose,
-    ObstacleStatus,
     Orbit,
     Revoked,
-    SensorStatus,
     Stop,
     TakeOff,
     Turn,
+    YawMode,
 )
+from skillwing.onboard.topics.navigation import Navigation
+from skillwing.onboard.topics.obstacles import ObstacleStatus
+from skillwing.onboard.topics.sensors import Health, SensorStatus
 from skillwing.services.protocol import ErrorCode
 
 _LEAST_RADIUS = 2.0
@@ -211,7 +209,7 @@ class GuidanceCore:
         match motion:
             case Turn():
                 return (self._heading.axis,)
-            case FlyTo(nose=Nose.ALONG_TRACK | Nose.IN_VIEW) | Orbit():
+            case FlyTo(nose=YawMode.ALONG_TRACK | YawMode.IN_VIEW) | Orbit():
                 return self._body.axis, self._heading.axis
             case _:
                 return (self._body.axis,)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from skillwing.onboard.axis import Axis
 from skillwing.onboard.frames.vectors import clamp, wrap
-from skillwing.onboard.topics import MotionState
+from skillwing.onboard.topics.guidance import MotionState
 
 TURN_RATE = 0.6
 """[rad/s]"""

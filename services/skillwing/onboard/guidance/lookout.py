@@ -9,7 +9,7 @@ from skillwing.onboard.axis import RefusedError
 from skillwing.onboard.extent import TIP_RADIUS
 from skillwing.onboard.frames.vectors import Vector
 from skillwing.onboard.guidance.trajectory import BRAKING
-from skillwing.onboard.topics import ObstacleSource, ObstacleStatus
+from skillwing.onboard.topics.obstacles import ObstacleSource, ObstacleStatus
 from skillwing.services.protocol import ErrorCode
 
 MARGIN = TIP_RADIUS + 1.2

@@ -7,7 +7,6 @@ from typing import Final, Protocol
 
 import numpy as np
 
-from skillwing.onboard import topics
 from skillwing.onboard.frames.pose_history import PoseHistory
 from skillwing.onboard.frames.vectors import Vector
 from skillwing.onboard.mapping.mapper import REACH
@@ -19,11 +18,14 @@ from skillwing.onboard.odometry.so3 import Floats
 from skillwing.onboard.odometry.state import ATTITUDE
 from skillwing.onboard.sensor_data.names import IMU, LIDAR
 from skillwing.onboard.sensor_data.scans import LidarScan, PlacedPoints
+from skillwing.onboard.topics import common
+from skillwing.onboard.topics import odometry as odometry_topics
+from skillwing.onboard.topics.navigation import Navigation
 
 _TRACKING: Final = {
-    Phase.TRACKING: topics.Tracking.GOOD,
-    Phase.DOUBTING: topics.Tracking.DOUBTING,
-    Phase.LOST: topics.Tracking.LOST,
+    Phase.TRACKING: odometry_topics.Tracking.GOOD,
+    Phase.DOUBTING: odometry_topics.Tracking.DOUBTING,
+    Phase.LOST: odometry_topics.Tracking.LOST,
 }
 
 
@@ -32,7 +34,7 @@ class Placement:
     """A scan put into the world. `points` is None if it must not be mapped; `odometry` is what there is to publish."""
 
     points: PlacedPoints | None
-    odometry: topics.Odometry | None
+    odometry: odometry_topics.Odometry | None
 
 
 class Localiser(Protocol):
@@ -57,7 +59,7 @@ class Localiser(Protocol):
         """Forget everything, and begin anew."""
         ...
 
-    def navigation(self, navigation: topics.Navigation) -> Placement | None: ...
+    def navigation(self, navigation: Navigation) -> Placement | None: ...
     def imu(self, batch: Inertial) -> Placement | None: ...
     def scan(self, scan: LidarScan) -> Placement | None: ...
     def check(self, t: float) -> None:
@@ -79,7 +81,7 @@ class ByNavigation:
         self._poses = PoseHistory()
         self._waiting: LidarScan | None = None
 
-    def navigation(self, navigation: topics.Navigation) -> Placement | None:
+    def navigation(self, navigation: Navigation) -> Placement | None:
         self._poses.add(navigation)
         return self._place()
 
@@ -129,7 +131,7 @@ class ByOdometry:
     def restart(self) -> None:
         self._odometry.restart()
 
-    def navigation(self, navigation: topics.Navigation) -> Placement | None:
+    def navigation(self, navigation: Navigation) -> Placement | None:
         self._odometry.navigation(navigation)
         return None
 
@@ -147,10 +149,10 @@ class ByOdometry:
             return None
         return Placement(fix.placed(REACH) if fix.believed else None, self._message(fix))
 
-    def _message(self, fix: Fix) -> topics.Odometry:
+    def _message(self, fix: Fix) -> odometry_topics.Odometry:
         odometry, state = self._odometry, fix.levelled
         assert odometry.begun_at is not None
-        return topics.Odometry(
+        return odometry_topics.Odometry(
             t=fix.t,
             since=odometry.begun_at,
             position=_vector(state.position),
@@ -164,7 +166,7 @@ class ByOdometry:
         )
 
 
-def _vector(values: Floats) -> topics.Vector3:
+def _vector(values: Floats) -> common.Vector3:
     """Three numbers as a message has them, which refuses what is out of all bounds."""
-    x, y, z = np.clip(values, -topics.LARGEST_COMPONENT, topics.LARGEST_COMPONENT).tolist()
+    x, y, z = np.clip(values, -common.LARGEST_COMPONENT, common.LARGEST_COMPONENT).tolist()
     return x, y, z

@@ -13,7 +13,6 @@ from typing import Any, TypeVar
 import msgspec
 import numpy as np
 
-from skillwing.onboard import topics
 from skillwing.onboard.axis import Axis
 from skillwing.onboard.frames.vectors import Vector, add, subtract
 from skillwing.onboard.geofence import COURTYARD_BOUNDS, Box
@@ -26,6 +25,8 @@ from skillwing.onboard.odometry.inertial import Inertial
 from skillwing.onboard.options import OptionsError, read_options
 from skillwing.onboard.sensor_data.names import IMU, LIDAR
 from skillwing.onboard.sensor_data.scans import LidarScan
+from skillwing.onboard.topics import common, guidance, mapping, odometry, sensors
+from skillwing.onboard.topics.navigation import NAVIGATION, Navigation
 from skillwing.services.bus import Bus, Publisher, Request
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.protocol import encode
@@ -65,19 +66,19 @@ class MappingNode:
 
     def attach(self, bus: Bus) -> None:
         self._bus = bus
-        self._status = bus.advertise(topics.MAPPING_STATUS)
-        self._map = bus.advertise(topics.MAP)
-        self._odometry = bus.advertise(topics.SLAM_ODOMETRY)
-        bus.subscribe(topics.NAVIGATION, message_reader(topics.Navigation, self._on_navigation))
+        self._status = bus.advertise(mapping.MAPPING_STATUS)
+        self._map = bus.advertise(mapping.MAP)
+        self._odometry = bus.advertise(odometry.SLAM_ODOMETRY)
+        bus.subscribe(NAVIGATION, message_reader(Navigation, self._on_navigation))
         inertial = self._unless_failed(IMU, self._localiser.imu)
         scans = self._unless_failed(LIDAR, self._localiser.scan)
-        bus.subscribe(topics.IMU, stream_reader(Inertial.decode, inertial))
-        bus.subscribe(topics.LIDAR, stream_reader(LidarScan.decode, scans), latest_only=True)
+        bus.subscribe(sensors.IMU, stream_reader(Inertial.decode, inertial))
+        bus.subscribe(sensors.LIDAR, stream_reader(LidarScan.decode, scans), latest_only=True)
         for sensor in self._localiser.sensors:
-            bus.subscribe(topics.health_key(sensor), message_reader(topics.Health, self._on_health), events=True)
-        bus.subscribe(topics.AUTHORITY, message_reader(topics.Revoked, self._on_revoked), events=True)
-        bus.serve(topics.MAPPING_COMMAND, answer_with(topics.ControlMapping, self._on_command))
-        bus.serve(topics.MAP_SNAPSHOT, self._on_snapshot)
+            bus.subscribe(sensors.health_key(sensor), message_reader(sensors.Health, self._on_health), events=True)
+        bus.subscribe(guidance.AUTHORITY, message_reader(guidance.Revoked, self._on_revoked), events=True)
+        bus.serve(mapping.MAPPING_COMMAND, answer_with(mapping.ControlMapping, self._on_command))
+        bus.serve(mapping.MAP_SNAPSHOT, self._on_snapshot)
         bus.every(STATUS_PERIOD, self._publish_status)
         bus.every(MAP_PERIOD, self._publish_map)
 
@@ -86,7 +87,7 @@ class MappingNode:
 
     # --- who controls it -------------------------------------------------------------------------------------
 
-    def _on_command(self, command: topics.ControlMapping) -> str:
+    def _on_command(self, command: mapping.ControlMapping) -> str:
         holder = self._holder
         holder.require_fresh(command.goal_id, command.token)
         if command.run:
@@ -96,7 +97,7 @@ class MappingNode:
             return "stopped; the map is kept"
         return "this goal does not hold the map; nothing to stop"
 
-    def _start(self, command: topics.ControlMapping) -> str:
+    def _start(self, command: mapping.ControlMapping) -> str:
         """A new goal after a divergence begins a new odometry and a new map; a repeated command changes nothing."""
         holder = self._holder
         is_new = holder.goal != command.goal_id
@@ -112,7 +113,7 @@ class MappingNode:
     def _diverged(self) -> bool:
         return self._mapper.diverged or bool(self._localiser.lost)
 
-    def _on_revoked(self, revoked: topics.Revoked) -> None:
+    def _on_revoked(self, revoked: guidance.Revoked) -> None:
         if self._holder.revoke(revoked.goal_id, revoked.token):
             self._release()
 
@@ -122,7 +123,7 @@ class MappingNode:
 
     # --- what it maps ----------------------------------------------------------------------------------------
 
-    def _on_navigation(self, navigation: topics.Navigation) -> None:
+    def _on_navigation(self, navigation: Navigation) -> None:
         self._take(self._localiser.navigation(navigation))
 
     def _unless_failed(self, sensor: str, place: Callable[[S], Placement | None]) -> Callable[[S], None]:
@@ -134,8 +135,8 @@ class MappingNode:
 
         return on_measurement
 
-    def _on_health(self, health: topics.Health) -> None:
-        if health.status is topics.SensorStatus.FAILED:
+    def _on_health(self, health: sensors.Health) -> None:
+        if health.status is sensors.SensorStatus.FAILED:
             self._failed[health.sensor] = f"{health.sensor} is FAILED: {health.reason or 'it does not say why'}"
         else:
             self._failed.pop(health.sensor, None)
@@ -155,7 +156,7 @@ class MappingNode:
         assert self._status is not None
         mapper, localiser = self._mapper, self._localiser
         localiser.check(self._bus.now())
-        status = topics.MappingStatus(
+        status = mapping.MappingStatus(
             t=self._bus.now(),
             running=mapper.running,
             diverged=self._diverged,
@@ -183,13 +184,13 @@ class MappingNode:
         self._map.put(*self._encoded(self._published if complete else change.appeared, complete=complete))
 
     def _on_snapshot(self, request: Request) -> None:
-        if read_question(request, topics.Empty) is not None:
+        if read_question(request, common.Empty) is not None:
             request.reply(*self._encoded(self._mapper.grid.occupied(), complete=True))
 
     def _encoded(self, voxels: Voxels, *, complete: bool) -> tuple[bytes, bytes]:
         assert self._bus is not None
         grid = self._mapper.grid
-        header = topics.MapHeader(t=self._bus.now(), voxel_size=grid.size, count=len(voxels), complete=complete)
+        header = mapping.MapHeader(t=self._bus.now(), voxel_size=grid.size, count=len(voxels), complete=complete)
         return grid.centres(voxels).tobytes(), encode(header)
 
 
@@ -200,8 +201,8 @@ class MappingOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     Without corners the box is the `site` and what can be seen from there, without a site either the courtyard.
     """
 
-    low: topics.Vector3 | None = None
-    high: topics.Vector3 | None = None
+    low: common.Vector3 | None = None
+    high: common.Vector3 | None = None
     site: SiteOptions | None = None
     voxel_size: float = 0.4
     poses: Poses | None = None

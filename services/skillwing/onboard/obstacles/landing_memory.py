@@ -17,7 +17,8 @@ from skillwing.onboard.frames.vectors import Vector
 from skillwing.onboard.obstacles.free_space import TUBE_RADIUS, Sighting
 from skillwing.onboard.obstacles.landing_place import SURROUNDINGS
 from skillwing.onboard.obstacles.local_map import AGREEING, LocalMap
-from skillwing.onboard.topics import Navigation, ObstacleSource
+from skillwing.onboard.topics.navigation import Navigation
+from skillwing.onboard.topics.obstacles import ObstacleSource
 
 Points = NDArray[np.float64]
 Mask = NDArray[np.bool_]

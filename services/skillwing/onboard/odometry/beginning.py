@@ -18,7 +18,7 @@ from skillwing.onboard.odometry.state import (
     G,
     State,
 )
-from skillwing.onboard.topics import Navigation
+from skillwing.onboard.topics.navigation import Navigation
 
 STANDING = 2.0
 """So long a drone that stands still is listened to before odometry begins [s]."""

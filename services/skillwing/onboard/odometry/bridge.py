@@ -14,7 +14,7 @@ import numpy as np
 from skillwing.onboard.odometry import so3
 from skillwing.onboard.odometry.so3 import Floats
 from skillwing.onboard.odometry.state import ATTITUDE, POSITION, VELOCITY, State
-from skillwing.onboard.topics import Navigation
+from skillwing.onboard.topics.navigation import Navigation
 
 VALID: Final = 0.2
 """A solution tells the movement at moments that are so far from it at most [s]."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from skillwing.onboard.odometry.so3 import Floats
-from skillwing.onboard.topics import ImuHeader
+from skillwing.onboard.topics.sensors import ImuHeader
 from skillwing.services.protocol import ProtocolError, decode
 
 _COLUMNS = 7

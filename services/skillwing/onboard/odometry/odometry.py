@@ -21,7 +21,7 @@ from skillwing.onboard.odometry.so3 import Floats
 from skillwing.onboard.odometry.state import GRAVITY, POSITION, SIZE, G, State
 from skillwing.onboard.odometry.vigil import Vigil
 from skillwing.onboard.sensor_data.scans import LidarScan, PlacedPoints
-from skillwing.onboard.topics import Navigation
+from skillwing.onboard.topics.navigation import Navigation
 
 REACH: Final = 60.0
 """Returns from farther away are not used [m]."""

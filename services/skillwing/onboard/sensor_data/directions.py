@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skillwing.onboard.frames.vectors import Vector
-from skillwing.onboard.topics import DepthHeader
+from skillwing.onboard.topics.sensors import DepthHeader
 
 RANGE_MOUNT: Final[Vector] = (0.0, 0.0, -0.42)
 """Where the range-finder sits on the drone; it looks along the body's -z [m]."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from skillwing.onboard.frames.pose_history import PoseHistory
 from skillwing.onboard.sensor_data.directions import depth_directions, lidar_directions
-from skillwing.onboard.topics import DepthHeader, LidarHeader
+from skillwing.onboard.topics.sensors import DepthHeader, LidarHeader
 from skillwing.services.protocol import ProtocolError, decode
 
 Points = NDArray[np.float32]

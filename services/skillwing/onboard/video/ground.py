@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from skillwing.onboard import topics
 from skillwing.onboard.options import OptionsError
+from skillwing.onboard.topics import video
 from skillwing.onboard.video.codec import Decoder, Picture, UndecodableError, jpeg
 from skillwing.onboard.video.pieces import Received
 from skillwing.onboard.video.receiver import Receiver
@@ -44,20 +44,20 @@ class GroundNode:
 
     def attach(self, bus: Bus) -> None:
         self._bus = bus
-        self._report = bus.advertise(topics.VIDEO_REPORT)
-        self._screen = bus.advertise(topics.VIDEO_SHOWN)
-        bus.subscribe(topics.CAMERA, stream_reader(topics.CameraHeader, self._on_original))
-        bus.subscribe(topics.VIDEO_RECEIVED, stream_reader(topics.VideoPiece, self._on_piece))
+        self._report = bus.advertise(video.VIDEO_REPORT)
+        self._screen = bus.advertise(video.VIDEO_SHOWN)
+        bus.subscribe(video.CAMERA, stream_reader(video.CameraHeader, self._on_original))
+        bus.subscribe(video.VIDEO_RECEIVED, stream_reader(video.VideoPacket, self._on_piece))
 
     def detach(self) -> None:
         """The drone notices by itself that reports have ended."""
 
-    def _on_original(self, header: topics.CameraHeader, payload: bytes) -> None:
+    def _on_original(self, header: video.CameraHeader, payload: bytes) -> None:
         self._originals[header.t] = (header.height, header.width, 3), payload
         if len(self._originals) > REMEMBERED:
             del self._originals[next(iter(self._originals))]
 
-    def _on_piece(self, header: topics.VideoPiece, data: bytes) -> None:
+    def _on_piece(self, header: video.VideoPacket, data: bytes) -> None:
         assert self._bus is not None
         now = self._heard_at = self._bus.now()
         if self._reporting is None:
@@ -83,7 +83,7 @@ class GroundNode:
         if now - self._drawn_at >= PICTURE_PERIOD:
             self._drawn_at = now
             height, width = picture.shape[:2]
-            self._screen.put(jpeg(picture), encode(topics.VideoShown(t=whole.t, width=width, height=height)))
+            self._screen.put(jpeg(picture), encode(video.VideoShown(t=whole.t, width=width, height=height)))
 
     def _quality(self, now: float, taken: float, picture: Picture) -> float | None:
         original = self._originals.get(taken)

@@ -7,10 +7,10 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from skillwing.onboard import topics
 from skillwing.onboard.axis import Axis, RefusedError
 from skillwing.onboard.messaging import answer_with
 from skillwing.onboard.options import read_options
+from skillwing.onboard.topics import guidance, link, video
 from skillwing.onboard.video.codec import Encoder
 from skillwing.onboard.video.pieces import cut
 from skillwing.onboard.video.rate_control import HIGHEST_FPS, RateController
@@ -55,17 +55,17 @@ class VideoNode:
 
     def attach(self, bus: Bus) -> None:
         self._bus = bus
-        self._sent = bus.advertise(topics.VIDEO_SENT)
-        self._status = bus.advertise(topics.VIDEO_ENCODER)
-        bus.subscribe(topics.AUTHORITY, message_reader(topics.Revoked, self._on_revoked), events=True)
-        bus.serve(topics.VIDEO_COMMAND, answer_with(topics.ControlVideo, self._on_command))
+        self._sent = bus.advertise(video.VIDEO_SENT)
+        self._status = bus.advertise(video.VIDEO_ENCODER)
+        bus.subscribe(guidance.AUTHORITY, message_reader(guidance.Revoked, self._on_revoked), events=True)
+        bus.serve(video.VIDEO_COMMAND, answer_with(video.ControlVideo, self._on_command))
 
     def detach(self) -> None:
         """The camera notices by itself that nobody asks for pictures any more."""
 
     # --- who controls it -------------------------------------------------------------------------------------
 
-    def _on_command(self, command: topics.ControlVideo) -> str:
+    def _on_command(self, command: video.ControlVideo) -> str:
         holder = self._holder
         holder.require_fresh(command.goal_id, command.token)
         if command.run:
@@ -77,11 +77,11 @@ class VideoNode:
             return "stopped"
         return "this goal does not hold the video; nothing to stop"
 
-    def _on_revoked(self, revoked: topics.Revoked) -> None:
+    def _on_revoked(self, revoked: guidance.Revoked) -> None:
         if self._holder.revoke(revoked.goal_id, revoked.token):
             self._stop()
 
-    def _start(self, command: topics.ControlVideo) -> str:
+    def _start(self, command: video.ControlVideo) -> str:
         assert self._bus is not None
         if self._stream is not None and self._stream.goal == command.goal_id:
             return "streaming"
@@ -90,9 +90,9 @@ class VideoNode:
         self._stream = Stream(command.goal_id, command.min_fps, command.min_quality)
         bus = self._bus
         self._running = [
-            bus.subscribe(topics.CAMERA, stream_reader(topics.CameraHeader, self._on_picture), latest_only=True),
-            bus.subscribe(topics.LINK_STATUS, message_reader(topics.LinkStatus, self._on_link), latest_only=True),
-            bus.subscribe(topics.VIDEO_STATUS, message_reader(topics.VideoStatus, self._on_report), latest_only=True),
+            bus.subscribe(video.CAMERA, stream_reader(video.CameraHeader, self._on_picture), latest_only=True),
+            bus.subscribe(link.LINK_STATUS, message_reader(link.LinkStatus, self._on_link), latest_only=True),
+            bus.subscribe(video.VIDEO_STATUS, message_reader(video.VideoStatus, self._on_report), latest_only=True),
             bus.every(RENEWAL, self._ask_for_pictures),
             bus.every(STATUS_PERIOD, self._publish_status),
         ]
@@ -108,12 +108,12 @@ class VideoNode:
     def _ask_for_pictures(self) -> None:
         assert self._bus is not None
         if self._stream is not None:
-            wanted = topics.ControlCamera(fps=self._stream.control.rates.fps, seconds=LEASE, tilt=self._tilt)
-            self._bus.ask(topics.CAMERA_COMMAND, encode(wanted), lambda answer: None)
+            wanted = video.ControlCamera(fps=self._stream.control.rates.fps, seconds=LEASE, tilt=self._tilt)
+            self._bus.ask(video.CAMERA_COMMAND, encode(wanted), lambda answer: None)
 
     # --- what it sends ---------------------------------------------------------------------------------------
 
-    def _on_picture(self, header: topics.CameraHeader, payload: bytes) -> None:
+    def _on_picture(self, header: video.CameraHeader, payload: bytes) -> None:
         stream = self._stream
         if stream is None or self._queued > CLOGGED:
             return
@@ -133,13 +133,13 @@ class VideoNode:
             stream.sequence += 1
         stream.frame += 1
 
-    def _on_link(self, status: topics.LinkStatus) -> None:
+    def _on_link(self, status: link.LinkStatus) -> None:
         assert self._bus is not None
         self._queued = status.queued
         if self._stream is not None:
             self._stream.control.link(self._bus.now(), status)
 
-    def _on_report(self, status: topics.VideoStatus) -> None:
+    def _on_report(self, status: video.VideoStatus) -> None:
         assert self._bus is not None
         stream = self._stream
         if stream is None or status.stream != stream.goal:
@@ -156,7 +156,7 @@ class VideoNode:
         stream = self._stream
         if stream is not None:
             rates = stream.control.rates
-            status = topics.EncoderStatus(
+            status = video.EncoderStatus(
                 t=self._bus.now(),
                 stream=stream.goal,
                 bitrate=rates.bitrate,
@@ -166,7 +166,7 @@ class VideoNode:
             self._status.put(encode(status))
 
 
-def _require_possible(command: topics.ControlVideo) -> None:
+def _require_possible(command: video.ControlVideo) -> None:
     """Raise RefusedError for demands that no link can meet."""
     if not 0.0 < command.min_fps <= HIGHEST_FPS or not 0.0 <= command.min_quality <= 1.0:
         raise RefusedError(

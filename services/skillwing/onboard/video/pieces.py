@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from skillwing.onboard.topics import VideoPiece
+from skillwing.onboard.topics.video import VideoPacket
 from skillwing.onboard.video import erasure
 from skillwing.onboard.video.codec import AccessUnit
 
@@ -26,7 +26,7 @@ def _length(size: int, parts: int) -> int:
 
 def cut(
     unit: AccessUnit, stream: str, frame: int, sequence: int, t: float, *, parity: int = 0
-) -> Iterator[tuple[VideoPiece, bytes]]:
+) -> Iterator[tuple[VideoPacket, bytes]]:
     """The pieces of picture number `frame`, taken at `t`, and so many of parity, or as many as the code allows; the
     first one gets this `sequence` number."""
     size = len(unit.data)
@@ -35,7 +35,7 @@ def cut(
     pieces = [unit.data[part * length : (part + 1) * length] for part in range(parts)]
     parity = max(0, min(parity, erasure.ELEMENTS - parts))
     for part, data in enumerate((*pieces, *erasure.parity(pieces, parity, length))):
-        header = VideoPiece(
+        header = VideoPacket(
             t=t,
             stream=stream,
             sequence=sequence + part,
@@ -68,7 +68,7 @@ class Assembly:
     _pieces: dict[int, bytes] = field(default_factory=dict)
     _complete: bool = False
 
-    def add(self, piece: VideoPiece, data: bytes) -> Received | None:
+    def add(self, piece: VideoPacket, data: bytes) -> Received | None:
         """The access unit that this piece completes, if it does."""
         shape = piece.parts, piece.parity, piece.size
         if piece.frame != self._frame:
@@ -83,7 +83,7 @@ class Assembly:
         return Received(piece.frame, piece.t, AccessUnit(b"".join(parts)[: piece.size], piece.keyframe))
 
 
-def _possible(piece: VideoPiece, data: bytes) -> bool:
+def _possible(piece: VideoPacket, data: bytes) -> bool:
     """Whether `cut` may have made this piece, as far as can be seen from it alone."""
     last = piece.parts + piece.parity
     return (

@@ -13,7 +13,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from skillwing.onboard.topics import LinkStatus, VideoStatus
+from skillwing.onboard.topics.link import LinkStatus
+from skillwing.onboard.topics.video import VideoStatus
 from skillwing.onboard.video.codec import FASTEST_RATE, SLOWEST_RATE
 from skillwing.onboard.video.pieces import parts_of
 from skillwing.onboard.video.protection import LOSSY, parity_against

@@ -5,7 +5,7 @@ from __future__ import annotations
 import statistics
 from collections import deque
 
-from skillwing.onboard.topics import VideoPiece, VideoStatus
+from skillwing.onboard.topics.video import VideoPacket, VideoStatus
 from skillwing.onboard.video.pieces import Assembly, Received
 
 WINDOW = 1.0
@@ -33,7 +33,7 @@ class Receiver:
         self._shown: deque[tuple[float, float]] = deque()
         self._quality: float | None = None
 
-    def piece(self, t: float, header: VideoPiece, data: bytes) -> Received | None:
+    def piece(self, t: float, header: VideoPacket, data: bytes) -> Received | None:
         """A piece arrived at `t`. The access unit that is to be decoded now, if this piece makes one."""
         if header.stream != self.stream:
             self._begin(header.stream)

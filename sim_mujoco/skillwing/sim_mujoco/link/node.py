@@ -9,11 +9,13 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from skillwing.onboard import topics
 from skillwing.onboard.axis import RefusedError
 from skillwing.onboard.messaging import answer_with
 from skillwing.onboard.options import OptionsError, read_options
-from skillwing.onboard.topics import Vector3
+from skillwing.onboard.topics import link, video
+from skillwing.onboard.topics.common import Vector3
+from skillwing.onboard.topics.faults import LINK_FAULT, SetLinkFault
+from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Bus, Publisher, Sample
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.protocol import ErrorCode, encode
@@ -51,23 +53,23 @@ class LinkNode:
     def attach(self, bus: Bus) -> None:
         self._bus = bus
         self._ends = (
-            (self._down, bus.advertise(topics.VIDEO_RECEIVED)),
-            (self._up, bus.advertise(topics.VIDEO_STATUS)),
+            (self._down, bus.advertise(video.VIDEO_RECEIVED)),
+            (self._up, bus.advertise(video.VIDEO_STATUS)),
         )
-        self._status = bus.advertise(topics.LINK_STATUS)
-        bus.subscribe(topics.TRUTH, message_reader(topics.Truth, self._on_truth), latest_only=True)
-        bus.subscribe(topics.VIDEO_SENT, lambda sample: self._carry(self._down, sample))
-        bus.subscribe(topics.VIDEO_REPORT, lambda sample: self._carry(self._up, sample))
-        bus.serve(topics.LINK_FAULT, answer_with(topics.SetLinkFault, self._set_fault))
+        self._status = bus.advertise(link.LINK_STATUS)
+        bus.subscribe(TRUTH, message_reader(Truth, self._on_truth), latest_only=True)
+        bus.subscribe(video.VIDEO_SENT, lambda sample: self._carry(self._down, sample))
+        bus.subscribe(video.VIDEO_REPORT, lambda sample: self._carry(self._up, sample))
+        bus.serve(LINK_FAULT, answer_with(SetLinkFault, self._set_fault))
         bus.every(STATUS_PERIOD, self._publish_status)
 
     def detach(self) -> None:
         """What is under way is lost, as with a modem that is switched off."""
 
-    def _on_truth(self, truth: topics.Truth) -> None:
+    def _on_truth(self, truth: Truth) -> None:
         self._position = truth.position
 
-    def _set_fault(self, wanted: topics.SetLinkFault) -> str:
+    def _set_fault(self, wanted: SetLinkFault) -> str:
         assert self._bus is not None
         try:
             self._radio.switch(self._bus.now(), wanted.kind, wanted.on, wanted.magnitude)
@@ -118,7 +120,7 @@ class LinkNode:
         self._told_at = now
         while self._sent and self._sent[0][0] <= now - _AVERAGED:
             self._sent.popleft()
-        status = topics.LinkStatus(
+        status = link.LinkStatus(
             t=now,
             bandwidth=conditions.bandwidth,
             latency=conditions.latency,

@@ -14,7 +14,7 @@ from typing import Annotated, Literal, TypeAlias
 import msgspec
 
 from skillwing.onboard.frames.vectors import Vector
-from skillwing.onboard.topics import Megabits
+from skillwing.onboard.topics.faults import Megabits
 from skillwing.sim_mujoco.sensors.corruptors import Fault, UnknownFaultError, check_no_magnitude
 from skillwing.sim_mujoco.sensors.fault_schedule import FaultSchedule, Seconds
 from skillwing.sim_mujoco.sensors.zones import Zone

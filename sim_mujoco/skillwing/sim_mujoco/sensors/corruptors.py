@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skillwing.onboard.frames.vectors import Vector
-from skillwing.onboard.topics import LARGEST_COMPONENT
+from skillwing.onboard.topics.common import LARGEST_COMPONENT
 from skillwing.sim_mujoco.sensors.zones import Zone
 
 Data = NDArray[np.float32]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from skillwing.onboard.sensor_data.names import GNSS, IMU, LIDAR, RANGE, ZED
-from skillwing.onboard.topics import LARGEST_COMPONENT
+from skillwing.onboard.topics.common import LARGEST_COMPONENT
 from skillwing.sim_mujoco.sensors import depth_camera, gnss, lidar
 from skillwing.sim_mujoco.sensors.channel import Channel
 from skillwing.sim_mujoco.sensors.corruptors import ONE, Corruption, Data

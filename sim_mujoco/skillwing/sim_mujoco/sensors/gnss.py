@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from skillwing.onboard.frames.motion import Motion
 from skillwing.onboard.frames.vectors import heading_of
-from skillwing.onboard.topics import LARGEST_COMPONENT
+from skillwing.onboard.topics.common import LARGEST_COMPONENT
 
 PERIOD, DELAY = 0.1, 0.1
 FARTHEST = 10_000.0

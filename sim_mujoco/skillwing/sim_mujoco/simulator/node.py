@@ -8,17 +8,20 @@ from typing import Annotated, Any
 import msgspec
 import numpy as np
 
-from skillwing.onboard import topics
 from skillwing.onboard.axis import RefusedError
 from skillwing.onboard.frames.vectors import heading_of, to_body
 from skillwing.onboard.geofence import FenceOptions
 from skillwing.onboard.messaging import answer_with, reply_with
 from skillwing.onboard.options import OptionsError, read_options
 from skillwing.onboard.sensor_data.names import GNSS, IMU, LIDAR, RANGE
+from skillwing.onboard.topics import common, flight, navigation, odometry, video
+from skillwing.onboard.topics import sensors as sensor_topics
+from skillwing.onboard.topics.faults import FAULT, FAULTS, Faults, FaultState, SetFault
+from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Bus, Publisher
 from skillwing.services.bus.clock import TickRule
 from skillwing.services.bus.reading import message_reader
-from skillwing.services.protocol import ClockTick, ErrorCode, Message, encode
+from skillwing.services.protocol import CLOCK_KEY, ClockTick, ErrorCode, Message, encode
 from skillwing.sim_mujoco.autopilot.autopilot import Limits, Setpoint
 from skillwing.sim_mujoco.autopilot.failsafes import CRITICAL_CHARGE
 from skillwing.sim_mujoco.camera.camera import camera_header
@@ -62,7 +65,7 @@ class SimNode:
         self._factor = factor
         self._tick_rule = TickRule(factor)
         self._epoch = 0.0
-        self._flight: topics.FlightState | None = None
+        self._flight: flight.FlightState | None = None
         self._flight_cadence, self._truth_cadence = Cadence(0.1), Cadence(0.05)
         self._battery_cadence = Cadence(1.0)
         self._health_count = 0
@@ -71,19 +74,26 @@ class SimNode:
     def attach(self, bus: Bus) -> None:
         self._bus = bus
         self._epoch = bus.now()
-        streams = (topics.CLOCK, topics.NAVIGATION, topics.BATTERY, topics.RANGE, topics.IMU, topics.LIDAR)
-        for key in (*streams, topics.GNSS, topics.ZED_DEPTH, topics.CAMERA, topics.TRUTH, topics.FLIGHT):
+        streams = (
+            CLOCK_KEY,
+            navigation.NAVIGATION,
+            flight.BATTERY,
+            sensor_topics.RANGE,
+            sensor_topics.IMU,
+            sensor_topics.LIDAR,
+        )
+        for key in (*streams, sensor_topics.GNSS, sensor_topics.ZED_DEPTH, video.CAMERA, TRUTH, flight.FLIGHT):
             self._out[key] = bus.advertise(key)
-        for key in map(topics.health_key, SENSORS):
+        for key in map(sensor_topics.health_key, SENSORS):
             self._out[key] = bus.advertise(key, events=True)
         # A setpoint that cannot be read is no setpoint: then the failsafe decides.
-        setpoints = message_reader(topics.AutopilotSetpoint, self._on_setpoint)
-        bus.subscribe(topics.AUTOPILOT_SETPOINT, setpoints, latest_only=True)
-        bus.subscribe(topics.SLAM_ODOMETRY, message_reader(topics.Odometry, self._on_odometry))
-        bus.serve(topics.FAULT, answer_with(topics.SetFault, self._set_fault))
-        bus.serve(topics.CAMERA_COMMAND, answer_with(topics.ControlCamera, self._control_camera))
-        bus.serve(topics.FAULTS, reply_with(topics.Empty, self._faults))
-        bus.serve(topics.PILOT, answer_with(topics.SetPilot, self._set_pilot))
+        setpoints = message_reader(flight.AutopilotSetpoint, self._on_setpoint)
+        bus.subscribe(flight.AUTOPILOT_SETPOINT, setpoints, latest_only=True)
+        bus.subscribe(odometry.SLAM_ODOMETRY, message_reader(odometry.Odometry, self._on_odometry))
+        bus.serve(FAULT, answer_with(SetFault, self._set_fault))
+        bus.serve(video.CAMERA_COMMAND, answer_with(video.ControlCamera, self._control_camera))
+        bus.serve(FAULTS, reply_with(common.Empty, self._faults))
+        bus.serve(flight.PILOT, answer_with(flight.SetPilot, self._set_pilot))
         bus.every(SLICE, self._advance)
 
     def detach(self) -> None:
@@ -95,7 +105,7 @@ class SimNode:
         happened = self._sim.advance(self._sim.t + SLICE)
         t = self._sim.t
         if self._tick_rule.due(t, self._bus.wall()):
-            self._put(topics.CLOCK, ClockTick(t=self._epoch + t, factor=self._factor))
+            self._put(CLOCK_KEY, ClockTick(t=self._epoch + t, factor=self._factor))
         for sensor, change in happened.health:
             self._publish_health(sensor, change)
         for measurement in happened.measurements:
@@ -105,8 +115,8 @@ class SimNode:
         if self._battery_cadence.due(t):
             battery = self._sim.battery
             self._put(
-                topics.BATTERY,
-                topics.Battery(t=self._epoch + t, percent=battery.percent, voltage=battery.voltage),
+                flight.BATTERY,
+                flight.Battery(t=self._epoch + t, percent=battery.percent, voltage=battery.voltage),
             )
         if self._truth_cadence.due(t):
             self._publish_truth(t)
@@ -114,12 +124,12 @@ class SimNode:
         for solution in happened.solutions:
             self._publish_navigation(solution)
         if self._factor <= 0.0:
-            self._put(topics.CLOCK, ClockTick(t=self._epoch + t, factor=self._factor, complete=True))
+            self._put(CLOCK_KEY, ClockTick(t=self._epoch + t, factor=self._factor, complete=True))
 
     def _publish_navigation(self, solution: Solution) -> None:
         self._put(
-            topics.NAVIGATION,
-            topics.Navigation(
+            navigation.NAVIGATION,
+            navigation.Navigation(
                 t=self._epoch + solution.t,
                 position=solution.position,
                 velocity=solution.velocity,
@@ -136,41 +146,41 @@ class SimNode:
         start, end, data = self._epoch + measurement.start, self._epoch + measurement.end, measurement.data
         if measurement.sensor == RANGE:
             distance = float(data[0])
-            self._put(topics.RANGE, topics.Range(t=end, distance=distance if distance != 0.0 else None))
+            self._put(sensor_topics.RANGE, sensor_topics.Range(t=end, distance=distance if distance != 0.0 else None))
         elif measurement.sensor == IMU:
             times = np.linspace(0.0, end - start, len(data), endpoint=False, dtype=np.float32)
             rows = np.column_stack([times, data])
-            self._put_array(topics.IMU, rows, topics.ImuHeader(t0=start, count=len(rows)))
+            self._put_array(sensor_topics.IMU, rows, sensor_topics.ImuHeader(t0=start, count=len(rows)))
         elif measurement.sensor == GNSS:
-            self._put(topics.GNSS, _fix_message(end, data))
+            self._put(sensor_topics.GNSS, _fix_message(end, data))
         elif measurement.sensor == LIDAR:
             columns, beams = data.shape
-            header = topics.LidarHeader(t0=start, t1=end, columns=columns, beams=beams, mount=lidar.LIDAR_MOUNT)
-            self._put_array(topics.LIDAR, data, header)
+            header = sensor_topics.LidarHeader(t0=start, t1=end, columns=columns, beams=beams, mount=lidar.LIDAR_MOUNT)
+            self._put_array(sensor_topics.LIDAR, data, header)
         else:
-            self._put_array(topics.ZED_DEPTH, _millimetres(data), depth_header(end))
+            self._put_array(sensor_topics.ZED_DEPTH, _millimetres(data), depth_header(end))
 
     def _publish_picture(self, t: float) -> None:
         shot = self._sim.camera.take(t, self._sim.motion)
         if shot is not None:
-            self._put_array(topics.CAMERA, shot.picture, camera_header(self._epoch + shot.t, shot.tilt))
+            self._put_array(video.CAMERA, shot.picture, camera_header(self._epoch + shot.t, shot.tilt))
 
     def _publish_health(self, sensor: str, change: Change) -> None:
         self._health_count += 1
         active = self._sim.active_faults(sensor)
-        health = topics.Health(
+        health = sensor_topics.Health(
             id=f"{self.name}/health-{self._health_count}",
             t=self._epoch + change.t,
             sensor=sensor,
-            status=topics.SensorStatus(change.condition.value),
+            status=sensor_topics.SensorStatus(change.condition.value),
             reason=change.reason,
             cause=f"fault/{sensor}/{active[0]}" if active else None,
         )
-        self._put(topics.health_key(sensor), health)
+        self._put(sensor_topics.health_key(sensor), health)
 
     def _publish_flight(self, t: float) -> None:
         autopilot = self._sim.autopilot
-        state = topics.FlightState(
+        state = flight.FlightState(
             t=self._epoch + t,
             on_ground=autopilot.on_ground,
             rotors_on=self._sim.rotors_on,
@@ -182,12 +192,12 @@ class SimNode:
         )
         due = self._flight_cadence.due(t)
         if due or self._flight is None or _differs(state, self._flight):
-            self._put(topics.FLIGHT, state)
+            self._put(flight.FLIGHT, state)
         self._flight = state
 
     def _publish_truth(self, t: float) -> None:
         motion = self._sim.motion
-        truth = topics.Truth(
+        truth = Truth(
             t=self._epoch + t,
             position=motion.position,
             quaternion=motion.quaternion,
@@ -196,7 +206,7 @@ class SimNode:
             clearance=self._sim.clearance,
             inside_fence=self._sim.world.geofence.contains(motion.position),
         )
-        self._put(topics.TRUTH, truth)
+        self._put(TRUTH, truth)
 
     def _put(self, key: str, message: Message) -> None:
         self._out[key].put(encode(message))
@@ -206,14 +216,14 @@ class SimNode:
 
     # --- what others want ------------------------------------------------------------------------------------
 
-    def _on_setpoint(self, wanted: topics.AutopilotSetpoint) -> None:
+    def _on_setpoint(self, wanted: flight.AutopilotSetpoint) -> None:
         setpoint = Setpoint(wanted.position, wanted.velocity, wanted.heading, wanted.rotors, wanted.acceleration)
         self._sim.command(setpoint, wanted.t - self._epoch)
 
-    def _on_odometry(self, told: topics.Odometry) -> None:
+    def _on_odometry(self, told: odometry.Odometry) -> None:
         self._sim.odometry(odometry_report(told, self._epoch))
 
-    def _set_fault(self, wanted: topics.SetFault) -> str:
+    def _set_fault(self, wanted: SetFault) -> str:
         try:
             self._sim.set_fault(wanted.sensor, wanted.kind, wanted.on, wanted.magnitude)
         except UnknownFaultError as error:
@@ -222,49 +232,47 @@ class SimNode:
             raise RefusedError(ErrorCode.BAD_REQUEST, str(error), error.advice) from error
         return f"{wanted.kind} of {wanted.sensor} is {'on' if wanted.on else 'off'}"
 
-    def _control_camera(self, wanted: topics.ControlCamera) -> str:
+    def _control_camera(self, wanted: video.ControlCamera) -> str:
         self._sim.camera.want(self._sim.t, wanted.fps, wanted.seconds, wanted.tilt)
         return f"pictures for {wanted.seconds:g} s"
 
-    def _faults(self, _: topics.Empty) -> topics.Faults:
-        return topics.Faults(
+    def _faults(self, _: common.Empty) -> Faults:
+        return Faults(
             of=tuple(
-                topics.FaultState(
-                    name=name, kinds=kinds, active=self._sim.active_faults(name), status=self._status(name)
-                )
+                FaultState(name=name, kinds=kinds, active=self._sim.active_faults(name), status=self._status(name))
                 for name, kinds in self._sim.fallible.items()
             )
         )
 
-    def _status(self, name: str) -> topics.SensorStatus | None:
+    def _status(self, name: str) -> sensor_topics.SensorStatus | None:
         condition = self._sim.condition(name)
-        return None if condition is None else topics.SensorStatus(condition.value)
+        return None if condition is None else sensor_topics.SensorStatus(condition.value)
 
-    def _set_pilot(self, wanted: topics.SetPilot) -> str:
+    def _set_pilot(self, wanted: flight.SetPilot) -> str:
         self._sim.autopilot.authority = wanted.authority
         return "the computer has the authority" if wanted.authority else "the safety pilot has the authority"
 
 
-def odometry_report(told: topics.Odometry, epoch: float = 0.0) -> OdometryReport:
+def odometry_report(told: odometry.Odometry, epoch: float = 0.0) -> OdometryReport:
     """What navigation makes of odometry's message, with times since `epoch`."""
     return OdometryReport(
         told.t - epoch,
         told.since - epoch,
         to_body(told.quaternion, told.velocity),
-        told.tracking is topics.Tracking.GOOD,
+        told.tracking is odometry.Tracking.GOOD,
     )
 
 
-def _fix_message(t: float, data: np.ndarray) -> topics.Gnss:
+def _fix_message(t: float, data: np.ndarray) -> sensor_topics.Gnss:
     x, y, z, vx, vy, vz, heading = data.tolist()
-    return topics.Gnss(t=t, position=(x, y, z), velocity=(vx, vy, vz), heading=heading)
+    return sensor_topics.Gnss(t=t, position=(x, y, z), velocity=(vx, vy, vz), heading=heading)
 
 
 def _millimetres(depth: np.ndarray) -> np.ndarray:
     return np.clip(np.rint(depth * 1000.0), 0, np.iinfo(np.uint16).max).astype(np.uint16)
 
 
-def _differs(one: topics.FlightState, other: topics.FlightState) -> bool:
+def _differs(one: flight.FlightState, other: flight.FlightState) -> bool:
     """Whether anything but the time has changed."""
     names = ("on_ground", "rotors_on", "home_valid", "authority", "failsafe", "follows", "holds_heading")
     return any(getattr(one, name) != getattr(other, name) for name in names)
