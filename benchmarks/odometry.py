@@ -36,9 +36,9 @@ from skillwing.onboard.mapping.localiser import ByNavigation
 from skillwing.onboard.mapping.mapper import REACH, Mapper
 from skillwing.onboard.mapping.node import MappingOptions
 from skillwing.onboard.mapping.occupancy import OccupancyGrid
+from skillwing.onboard.odometry.divergence_monitor import FEWEST_MATCHES, LARGEST_SURPRISE, LEAST_CLOSE
 from skillwing.onboard.odometry.gicp import MissingLibraryError
 from skillwing.onboard.odometry.odometry import Fix, Odometry, Phase
-from skillwing.onboard.odometry.vigil import FEWEST_MATCHES, LARGEST_SURPRISE, LEAST_CLOSE
 from skillwing.sim_mujoco.sensors.channel import Measurement
 from skillwing.sim_mujoco.sensors.corruptors import make_corruptor
 

@@ -14,8 +14,8 @@ from performance_page import machine, spread, spread_said, table
 from recorded_flight import moments
 from workers import workers
 
+from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.motion import Motion
-from skillwing.onboard.geofence import Box
 from skillwing.onboard.mapping.mapper import REACH, Mapper
 from skillwing.onboard.mapping.node import MISFITS, MappingOptions
 from skillwing.onboard.mapping.occupancy import OccupancyGrid

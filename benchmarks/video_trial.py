@@ -14,8 +14,8 @@ import numpy as np
 from skillwing.m600.bridge.node import RobotBridge
 from skillwing.m600.robot import ROBOT
 from skillwing.m600.skills.stream import StreamManager
+from skillwing.onboard.commands.service import answer_with
 from skillwing.onboard.frames.motion import Motion
-from skillwing.onboard.messaging import answer_with
 from skillwing.onboard.topics import video
 from skillwing.onboard.topics.link import LINK_STATUS, LinkStatus
 from skillwing.onboard.topics.truth import TRUTH, Truth

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from skillwing.m600.commands import FALLIBLE, KINDS, Handover, fault, pilot
+from skillwing.m600.operator_commands import FALLIBLE, KINDS, Handover, fault, pilot
 from skillwing.m600.robot import ROBOT, functional_layer
 from skillwing.services.commands.exit_codes import NO_SYSTEM, USAGE, exit_code_of
 from skillwing.services.errors import InvalidOptionError, SkillwingError

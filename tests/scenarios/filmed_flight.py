@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from skillwing.onboard.axis import RefusedError
-from skillwing.onboard.messaging import answer_with
+from skillwing.onboard.commands.authority import RefusedError
+from skillwing.onboard.commands.service import answer_with
 from skillwing.onboard.topics import common, video
 from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Bus

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from skillwing.m600.command import sentences
+from skillwing.m600.functional_layer_client import sentences
 from skillwing.services.errors import InvalidOptionError
 from skillwing.sim_mujoco.scenario import ScenarioError, read_scenario
 from skillwing.sim_mujoco.world.kinds import make_site

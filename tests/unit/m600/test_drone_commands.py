@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from skillwing.dsl.model import UnknownNameError
-from skillwing.m600 import commands
+from skillwing.m600 import operator_commands as commands
 from skillwing.onboard.topics.common import Done
 from skillwing.onboard.topics.faults import FAULT, FAULTS, LINK_FAULT, Faults, FaultState, SetFault, SetLinkFault
 from skillwing.services.errors import InvalidOptionError, RefusedError, SkillwingError, UnansweredError

@@ -7,7 +7,7 @@ from drone import Drone
 from m600_layer import FENCE
 
 from skillwing.m600.skills.return_home import ReturnHomeManager
-from skillwing.onboard.geofence import Box
+from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.topics.guidance import FlyTo, YawMode
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from skillwing.onboard.geofence import Box
+from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.guidance.limits import Limits
 from skillwing.onboard.guidance.node import make_guidance
 from skillwing.onboard.mapping.node import MappingOptions

@@ -11,9 +11,9 @@ from flight_rig import WORLD, Rig, airborne
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skillwing.onboard.axis import RefusedError
+from skillwing.onboard.commands.authority import RefusedError
+from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.vectors import to_body
-from skillwing.onboard.geofence import Box
 from skillwing.onboard.topics.guidance import FlyTo, Land, MotionState, TakeOff, Turn, YawMode
 from skillwing.sim_mujoco.autopilot.autopilot import Autopilot, Estimate, Limits, Mode, Setpoint
 from skillwing.sim_mujoco.autopilot.descent import sink_speed

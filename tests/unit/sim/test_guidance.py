@@ -8,12 +8,12 @@ from dataclasses import replace
 import pytest
 from flight_rig import WORLD, Rig, airborne
 
-from skillwing.onboard.axis import RefusedError
+from skillwing.onboard.commands.authority import RefusedError
 from skillwing.onboard.frames.vectors import heading_of, wrap
 from skillwing.onboard.guidance import solitude
 from skillwing.onboard.guidance.body_motion import TOUCHDOWN_SPEED
 from skillwing.onboard.guidance.core import GuidanceCore
-from skillwing.onboard.guidance.lookout import fastest
+from skillwing.onboard.guidance.path_monitor import fastest
 from skillwing.onboard.guidance.solitude import LAND_AFTER
 from skillwing.onboard.topics.guidance import (
     FlyTo,

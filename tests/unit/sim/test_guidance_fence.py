@@ -13,9 +13,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec import structs
 
-from skillwing.onboard.axis import RefusedError
+from skillwing.onboard.commands.authority import RefusedError
+from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.vectors import Vector
-from skillwing.onboard.geofence import Box
 from skillwing.onboard.guidance.core import GuidanceCore
 from skillwing.onboard.guidance.limits import HIGHEST, LOWEST, Limits
 from skillwing.onboard.topics.flight import FlightState

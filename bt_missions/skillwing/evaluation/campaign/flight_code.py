@@ -39,7 +39,7 @@ FLIES_NOTHING = (
     "evaluation/campaign/page.py",
     "evaluation/campaign/recordings.py",
     "evaluation/campaign/telling.py",
-    "m600/commands.py",
+    "m600/operator_commands.py",
     "evaluation/dashboard",
     "evaluation/demo",
     "evaluation/judge/flight_map.py",

@@ -13,8 +13,8 @@ from typing import Any
 
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
-from skillwing.m600.bridge.battery_level import BatteryLevel
 from skillwing.m600.bridge.extern_levels import ExternLevels, Level
+from skillwing.m600.bridge.levels import BatteryLevel
 from skillwing.m600.bridge.link_level import SILENCE, LinkLevel, LinkState
 from skillwing.m600.bridge.telemetry import Telemetry
 from skillwing.m600.latest import Latest

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from enum import StrEnum
 from typing import Any
 
-from skillwing.m600.command import Command
+from skillwing.m600.functional_layer_client import Command
 from skillwing.m600.latest import Latest
 from skillwing.onboard.topics.guidance import (
     GUIDANCE_COMMAND,

@@ -10,7 +10,7 @@ from skillwing.m600.keys import KEYS
 from skillwing.m600.latest import Latest
 from skillwing.m600.skills.guidance_client import Axis, GuidanceClient
 from skillwing.m600.skills.headway import Headway
-from skillwing.m600.skills.whereabouts import Whereabouts
+from skillwing.m600.skills.position_tracker import Whereabouts
 from skillwing.onboard.topics.common import Empty, Vector3
 from skillwing.onboard.topics.flight import FLIGHT, FlightState
 from skillwing.onboard.topics.guidance import AxisStatus, FlyTo, Land, MotionState, YawMode

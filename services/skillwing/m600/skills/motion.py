@@ -7,7 +7,7 @@ from abc import abstractmethod
 from skillwing.m600.generated.types import Position
 from skillwing.m600.geofence import Geofence
 from skillwing.m600.skills.guidance_client import Axis, GuidanceClient
-from skillwing.m600.skills.whereabouts import Whereabouts
+from skillwing.m600.skills.position_tracker import Whereabouts
 from skillwing.onboard.topics.common import Vector3
 from skillwing.onboard.topics.guidance import AxisStatus, FlyTo, MotionState, YawMode
 from skillwing.services.managers.hooks import F, I, O

@@ -6,8 +6,8 @@ from skillwing.m600.generated.managers import AbstractStreamManager
 from skillwing.m600.generated.types import StreamFeedback, StreamInputs
 from skillwing.m600.keys import KEYS
 from skillwing.m600.latest import Latest
-from skillwing.m600.skills.shortfall import Shortfall
 from skillwing.m600.skills.switch import Switch
+from skillwing.m600.skills.timers import Shortfall
 from skillwing.onboard.topics.video import (
     VIDEO_COMMAND,
     VIDEO_ENCODER,

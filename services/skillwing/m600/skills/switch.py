@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from skillwing.m600.command import Command
+from skillwing.m600.functional_layer_client import Command
 from skillwing.services.managers.skill_manager import Goal, SkillHooks
 from skillwing.services.protocol import Message
 

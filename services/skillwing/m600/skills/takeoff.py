@@ -9,7 +9,7 @@ from skillwing.m600.generated.types import TakeoffFeedback, TakeoffInputs
 from skillwing.m600.geofence import HOME, Geofence
 from skillwing.m600.skills.guidance_client import Axis, GuidanceClient
 from skillwing.m600.skills.headway import Headway
-from skillwing.m600.skills.whereabouts import Whereabouts
+from skillwing.m600.skills.position_tracker import Whereabouts
 from skillwing.onboard.topics.common import Vector3
 from skillwing.onboard.topics.guidance import AxisStatus, MotionState, TakeOff
 from skillwing.services.managers.skill_manager import Goal

@@ -9,12 +9,12 @@ from __future__ import annotations
 import math
 from typing import TypeAlias
 
-from skillwing.onboard.axis import Axis
+from skillwing.onboard.commands.authority import Axis
 from skillwing.onboard.frames.vectors import Vector, norm, subtract, wrap
 from skillwing.onboard.guidance.arc import Arc, Round
 from skillwing.onboard.guidance.heading_control import HeadingControl
 from skillwing.onboard.guidance.limits import MAX_SPEED, Limits
-from skillwing.onboard.guidance.lookout import Lookout, View, stopping_distance
+from skillwing.onboard.guidance.path_monitor import Lookout, View, stopping_distance
 from skillwing.onboard.guidance.trajectory import Segment, straight
 from skillwing.onboard.topics.guidance import FlyTo, Land, Motion, MotionState, Orbit, TakeOff, YawMode
 from skillwing.onboard.topics.navigation import Navigation

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import math
 
-from skillwing.onboard.axis import Axis, RefusedError
+from skillwing.onboard.commands.authority import Axis, RefusedError
+from skillwing.onboard.frames.extent import COURTYARD_FENCE, Box
 from skillwing.onboard.frames.vectors import Vector
-from skillwing.onboard.geofence import COURTYARD_FENCE, Box
 from skillwing.onboard.guidance.arc import rim
 from skillwing.onboard.guidance.body_motion import BodyMotion
 from skillwing.onboard.guidance.heading_control import HeadingControl
 from skillwing.onboard.guidance.limits import Limits
-from skillwing.onboard.guidance.lookout import Lookout
+from skillwing.onboard.guidance.path_monitor import Lookout
 from skillwing.onboard.guidance.solitude import LAND_AFTER, Solitude
 from skillwing.onboard.sensor_data.names import RANGE
 from skillwing.onboard.topics.flight import AutopilotSetpoint, FlightState

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from skillwing.onboard.axis import Axis
+from skillwing.onboard.commands.authority import Axis
 from skillwing.onboard.frames.vectors import clamp, wrap
 from skillwing.onboard.topics.guidance import MotionState
 

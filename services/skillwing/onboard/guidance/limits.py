@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from skillwing.onboard.axis import RefusedError
+from skillwing.onboard.commands.authority import RefusedError
+from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.vectors import Vector, clamp
-from skillwing.onboard.geofence import Box
 from skillwing.services.protocol import ErrorCode
 
 LOWEST, HIGHEST = 1.0, 120.0

@@ -7,9 +7,9 @@ from typing import Any, TypeVar
 
 import msgspec
 
-from skillwing.onboard.geofence import COURTYARD_FENCE, Box, FenceOptions
+from skillwing.onboard.commands.service import answer_with
+from skillwing.onboard.frames.extent import COURTYARD_FENCE, Box, FenceOptions
 from skillwing.onboard.guidance.core import GuidanceCore
-from skillwing.onboard.messaging import answer_with
 from skillwing.onboard.options import read_options
 from skillwing.onboard.sensor_data.names import RANGE
 from skillwing.onboard.topics import flight, guidance, obstacles, sensors

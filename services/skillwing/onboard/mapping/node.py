@@ -13,13 +13,13 @@ from typing import Any, TypeVar
 import msgspec
 import numpy as np
 
-from skillwing.onboard.axis import Axis
+from skillwing.onboard.commands.authority import Axis
+from skillwing.onboard.commands.service import answer_with, read_question, stream_reader
+from skillwing.onboard.frames.extent import COURTYARD_BOUNDS, Box
 from skillwing.onboard.frames.vectors import Vector, add, subtract
-from skillwing.onboard.geofence import COURTYARD_BOUNDS, Box
 from skillwing.onboard.mapping.localiser import ByNavigation, ByOdometry, Localiser, Placement
 from skillwing.onboard.mapping.mapper import Mapper
 from skillwing.onboard.mapping.occupancy import OccupancyGrid, Voxels, grid_shape
-from skillwing.onboard.messaging import answer_with, read_question, stream_reader
 from skillwing.onboard.odometry.gicp import MissingLibraryError, gicp_matcher
 from skillwing.onboard.odometry.inertial import Inertial
 from skillwing.onboard.options import OptionsError, read_options

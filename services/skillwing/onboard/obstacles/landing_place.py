@@ -15,8 +15,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
+from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.vectors import Vector, clamp
-from skillwing.onboard.geofence import Box
 from skillwing.onboard.obstacles.free_space import TUBE_RADIUS, free_distance
 from skillwing.onboard.obstacles.local_map import LocalMap
 

@@ -9,11 +9,11 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from skillwing.onboard.axis import Axis
+from skillwing.onboard.commands.authority import Axis
+from skillwing.onboard.commands.service import answer_with, reply_with, stream_reader
+from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.pose_history import PoseHistory
 from skillwing.onboard.frames.vectors import add, to_world
-from skillwing.onboard.geofence import Box
-from skillwing.onboard.messaging import answer_with, reply_with, stream_reader
 from skillwing.onboard.obstacles.free_space import STALE, FreeSpace, Sighting
 from skillwing.onboard.obstacles.landing_memory import LandingMemory
 from skillwing.onboard.obstacles.landing_place import ANYWHERE, Below

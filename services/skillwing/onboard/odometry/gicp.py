@@ -17,13 +17,13 @@ from typing import Any, Final
 import numpy as np
 
 from skillwing.onboard.odometry.deskew import StillScan
+from skillwing.onboard.odometry.divergence_monitor import Judge
 from skillwing.onboard.odometry.filter import Evidence, update
 from skillwing.onboard.odometry.matching import MakeMatcher, Match, unchanged
 from skillwing.onboard.odometry.propagation import Prediction
 from skillwing.onboard.odometry.registration import Agreement
 from skillwing.onboard.odometry.so3 import Floats
 from skillwing.onboard.odometry.state import ATTITUDE, POSE, POSITION, State
-from skillwing.onboard.odometry.vigil import Judge
 
 VOXEL: Final = 0.35
 """Side of the voxels of the map [m]."""

@@ -10,11 +10,11 @@ import numpy as np
 
 from skillwing.onboard.frames.vectors import Vector
 from skillwing.onboard.odometry.deskew import StillScan, thinned
+from skillwing.onboard.odometry.divergence_monitor import Judge, Judgement
 from skillwing.onboard.odometry.filter import Posterior, update
 from skillwing.onboard.odometry.plane_map import PlaneMap
 from skillwing.onboard.odometry.propagation import Prediction
 from skillwing.onboard.odometry.registration import Agreement, Registration
-from skillwing.onboard.odometry.vigil import Judge, Judgement
 
 VOXEL = 1.0
 """Side of the voxels that hold a plane each [m]."""

@@ -10,16 +10,16 @@ from typing import Final
 import numpy as np
 
 from skillwing.onboard.frames.vectors import Vector
-from skillwing.onboard.odometry.beginning import Beginning
-from skillwing.onboard.odometry.bridge import NavigationBridge
 from skillwing.onboard.odometry.deskew import StillScan, deskew
+from skillwing.onboard.odometry.divergence_monitor import Vigil
 from skillwing.onboard.odometry.inertial import Inertial, InertialMemory
+from skillwing.onboard.odometry.initialisation import Beginning
 from skillwing.onboard.odometry.matching import MakeMatcher, PlaneMatcher
+from skillwing.onboard.odometry.navigation_bridge import NavigationBridge
 from skillwing.onboard.odometry.propagation import ImuNoise, predict
 from skillwing.onboard.odometry.registration import Agreement
 from skillwing.onboard.odometry.so3 import Floats
 from skillwing.onboard.odometry.state import GRAVITY, POSITION, SIZE, G, State
-from skillwing.onboard.odometry.vigil import Vigil
 from skillwing.onboard.sensor_data.scans import LidarScan, PlacedPoints
 from skillwing.onboard.topics.navigation import Navigation
 

@@ -14,7 +14,7 @@ import numpy as np
 from skillwing.onboard.options import OptionsError
 from skillwing.onboard.topics import video
 from skillwing.onboard.video.codec import Decoder, Picture, UndecodableError, jpeg
-from skillwing.onboard.video.pieces import Received
+from skillwing.onboard.video.packets import Received
 from skillwing.onboard.video.receiver import Receiver
 from skillwing.onboard.video.similarity import similarity
 from skillwing.services.bus import Bus, Handle

@@ -7,12 +7,12 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from skillwing.onboard.axis import Axis, RefusedError
-from skillwing.onboard.messaging import answer_with
+from skillwing.onboard.commands.authority import Axis, RefusedError
+from skillwing.onboard.commands.service import answer_with
 from skillwing.onboard.options import read_options
 from skillwing.onboard.topics import guidance, link, video
 from skillwing.onboard.video.codec import Encoder
-from skillwing.onboard.video.pieces import cut
+from skillwing.onboard.video.packets import cut
 from skillwing.onboard.video.rate_control import HIGHEST_FPS, RateController
 from skillwing.services.bus import Bus, Handle
 from skillwing.services.bus.reading import message_reader, stream_reader

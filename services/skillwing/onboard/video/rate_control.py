@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from skillwing.onboard.topics.link import LinkStatus
 from skillwing.onboard.topics.video import VideoStatus
 from skillwing.onboard.video.codec import FASTEST_RATE, SLOWEST_RATE
-from skillwing.onboard.video.pieces import parts_of
+from skillwing.onboard.video.packets import parts_of
 from skillwing.onboard.video.protection import LOSSY, parity_against
 
 USUAL_FPS, HIGHEST_FPS = 15.0, 30.0

@@ -6,7 +6,7 @@ import statistics
 from collections import deque
 
 from skillwing.onboard.topics.video import VideoPacket, VideoStatus
-from skillwing.onboard.video.pieces import Assembly, Received
+from skillwing.onboard.video.packets import Assembly, Received
 
 WINDOW = 1.0
 """Figures are those of the last second."""

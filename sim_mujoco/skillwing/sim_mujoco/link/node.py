@@ -9,8 +9,8 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from skillwing.onboard.axis import RefusedError
-from skillwing.onboard.messaging import answer_with
+from skillwing.onboard.commands.authority import RefusedError
+from skillwing.onboard.commands.service import answer_with
 from skillwing.onboard.options import OptionsError, read_options
 from skillwing.onboard.topics import link, video
 from skillwing.onboard.topics.common import Vector3

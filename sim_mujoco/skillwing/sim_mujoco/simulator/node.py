@@ -8,10 +8,10 @@ from typing import Annotated, Any
 import msgspec
 import numpy as np
 
-from skillwing.onboard.axis import RefusedError
+from skillwing.onboard.commands.authority import RefusedError
+from skillwing.onboard.commands.service import answer_with, reply_with
+from skillwing.onboard.frames.extent import FenceOptions
 from skillwing.onboard.frames.vectors import heading_of, to_body
-from skillwing.onboard.geofence import FenceOptions
-from skillwing.onboard.messaging import answer_with, reply_with
 from skillwing.onboard.options import OptionsError, read_options
 from skillwing.onboard.sensor_data.names import GNSS, IMU, LIDAR, RANGE
 from skillwing.onboard.topics import common, flight, navigation, odometry, video

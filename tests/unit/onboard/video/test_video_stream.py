@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from skillwing.onboard.topics.video import VideoPacket
 from skillwing.onboard.video import erasure
 from skillwing.onboard.video.codec import AccessUnit, Decoder, Encoder, Picture, UndecodableError, jpeg
-from skillwing.onboard.video.pieces import LARGEST, Assembly, cut
+from skillwing.onboard.video.packets import LARGEST, Assembly, cut
 from skillwing.onboard.video.receiver import Receiver
 from skillwing.onboard.video.similarity import similarity
 

@@ -8,12 +8,12 @@ import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
-from skillwing.m600.skills.shortfall import Shortfall
+from skillwing.m600.skills.timers import Shortfall
 from skillwing.onboard.topics.faults import FASTEST_LINK
 from skillwing.onboard.topics.link import LinkStatus
 from skillwing.onboard.topics.video import VideoStatus
 from skillwing.onboard.video.codec import FASTEST_RATE
-from skillwing.onboard.video.pieces import parts_of
+from skillwing.onboard.video.packets import parts_of
 from skillwing.onboard.video.protection import HIGHEST_LOSS, LOSSY, MOST_PARITY, RISK, parity_against, risk
 from skillwing.onboard.video.rate_control import (
     ENOUGH_FPS,

@@ -6,7 +6,7 @@ import logging
 from collections.abc import Callable
 from typing import TypeVar
 
-from skillwing.onboard.axis import RefusedError
+from skillwing.onboard.commands.authority import RefusedError
 from skillwing.onboard.topics.common import Done, Empty
 from skillwing.services.bus import Request, Sample
 from skillwing.services.protocol import ErrorCode, ErrorReply, Message, ProtocolError, decode, encode

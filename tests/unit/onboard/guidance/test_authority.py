@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from skillwing.onboard.axis import REMEMBERED, Axis, RefusedError
+from skillwing.onboard.commands.authority import REMEMBERED, Axis, RefusedError
 
 
 def test_a_revoked_goal_is_refused_and_others_are_not() -> None:

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from skillwing.dsl.model import UnknownNameError
-from skillwing.m600.command import sentences
+from skillwing.m600.functional_layer_client import sentences
 from skillwing.onboard.topics.common import LARGEST_COMPONENT, Done, Empty
 from skillwing.onboard.topics.faults import (
     FASTEST_LINK,

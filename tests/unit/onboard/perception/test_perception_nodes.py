@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 import numpy as np
 import pytest
 
-from skillwing.onboard.geofence import Box
+from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.mapping.node import MISFITS, make_mapping
 from skillwing.onboard.obstacles.landing_memory import READINGS, SURE
 from skillwing.onboard.obstacles.node import make_obstacles

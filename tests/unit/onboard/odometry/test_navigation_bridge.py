@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from skillwing.onboard.odometry import so3
-from skillwing.onboard.odometry.bridge import NavigationBridge
+from skillwing.onboard.odometry.navigation_bridge import NavigationBridge
 from skillwing.onboard.odometry.state import ATTITUDE, GYRO_BIAS, SIZE, State
 from skillwing.onboard.topics.navigation import Navigation
 

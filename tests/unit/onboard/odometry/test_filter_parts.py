@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from skillwing.onboard.odometry import so3
 from skillwing.onboard.odometry.deskew import deskew, thinned
+from skillwing.onboard.odometry.divergence_monitor import LEAST_CLOSE
 from skillwing.onboard.odometry.filter import Evidence, update
 from skillwing.onboard.odometry.inertial import Inertial, InertialMemory
 from skillwing.onboard.odometry.keyframes import Keyframes
@@ -21,7 +22,6 @@ from skillwing.onboard.odometry.plane_map import LATELY, PlaneMap
 from skillwing.onboard.odometry.propagation import ImuNoise, Track, predict
 from skillwing.onboard.odometry.registration import Registration
 from skillwing.onboard.odometry.state import ATTITUDE, POSE, SIZE, State
-from skillwing.onboard.odometry.vigil import LEAST_CLOSE
 from skillwing.onboard.topics.sensors import ImuHeader
 from skillwing.services.protocol import ProtocolError, encode
 

@@ -6,10 +6,17 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
+from skillwing.onboard.odometry.divergence_monitor import (
+    FEWEST_MATCHES,
+    LARGEST_SURPRISE,
+    LEAST_CLOSE,
+    REMEMBERED,
+    Judge,
+    Judgement,
+)
 from skillwing.onboard.odometry.filter import Posterior
 from skillwing.onboard.odometry.registration import Agreement
 from skillwing.onboard.odometry.state import SIZE, State
-from skillwing.onboard.odometry.vigil import FEWEST_MATCHES, LARGEST_SURPRISE, LEAST_CLOSE, REMEMBERED, Judge, Judgement
 
 SOUND = Agreement(1000, 900, 895)
 COVARIANCE = np.diag(np.linspace(0.01, 1.0, SIZE + 12))

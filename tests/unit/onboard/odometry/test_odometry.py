@@ -9,8 +9,8 @@ import pytest
 from box_room import BATCH, HIGH, IMU_RATE, LOW, STANDING, Room
 
 from skillwing.onboard.odometry import so3
+from skillwing.onboard.odometry.divergence_monitor import DOUBTS
 from skillwing.onboard.odometry.odometry import HUNGRY_SCANS, KEPT, PATIENCE, Odometry, Phase
-from skillwing.onboard.odometry.vigil import DOUBTS
 
 
 def make_odometry() -> Odometry:

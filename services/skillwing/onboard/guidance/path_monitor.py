@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from enum import Enum, auto
 
-from skillwing.onboard.axis import RefusedError
+from skillwing.onboard.commands.authority import RefusedError
 from skillwing.onboard.extent import TIP_RADIUS
 from skillwing.onboard.frames.vectors import Vector
 from skillwing.onboard.guidance.trajectory import BRAKING

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from msgspec.structs import replace as replaced
 
 from skillwing.onboard.extent import TIP_RADIUS
-from skillwing.onboard.guidance.lookout import (
+from skillwing.onboard.guidance.path_monitor import (
     CRAWL,
     GONE,
     LATENCY,
