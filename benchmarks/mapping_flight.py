@@ -10,8 +10,7 @@ import dataclasses
 import math
 from collections.abc import Callable, Iterable, Iterator
 
-from skillwing.onboard.frames.motion import Motion
-from skillwing.onboard.frames.vectors import heading_of
+from skillwing.onboard.frames.vectors import Motion, heading_of
 from skillwing.onboard.guidance.core import GuidanceCore
 from skillwing.onboard.topics.flight import FlightState
 from skillwing.onboard.topics.guidance import FlyTo, GuidanceCommand, MotionState, TakeOff, Turn, YawMode

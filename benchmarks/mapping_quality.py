@@ -26,9 +26,8 @@ from numpy.typing import NDArray
 from performance_page import machine, spread, table, tell
 
 from skillwing.evaluation.judge.coverage import Coverage, Judge
-from skillwing.onboard.frames.motion import Motion
 from skillwing.onboard.frames.pose_history import PoseHistory
-from skillwing.onboard.frames.vectors import Vector, wrap
+from skillwing.onboard.frames.vectors import Motion, Vector, wrap
 from skillwing.onboard.mapping.mapper import REACH, Mapper
 from skillwing.onboard.mapping.occupancy import OccupancyGrid
 from skillwing.onboard.obstacles.free_space import FreeSpace, Sighting

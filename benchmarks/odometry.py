@@ -31,7 +31,7 @@ from recorded_flight import flights
 from workers import workers
 
 from skillwing.evaluation.judge.coverage import Judge
-from skillwing.onboard.frames.motion import Motion
+from skillwing.onboard.frames.vectors import Motion
 from skillwing.onboard.mapping.localiser import ByNavigation
 from skillwing.onboard.mapping.mapper import REACH, Mapper
 from skillwing.onboard.mapping.node import MappingOptions

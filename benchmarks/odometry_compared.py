@@ -15,7 +15,7 @@ from recorded_flight import moments
 from workers import workers
 
 from skillwing.onboard.frames.extent import Box
-from skillwing.onboard.frames.motion import Motion
+from skillwing.onboard.frames.vectors import Motion
 from skillwing.onboard.mapping.mapper import REACH, Mapper
 from skillwing.onboard.mapping.node import MISFITS, MappingOptions
 from skillwing.onboard.mapping.occupancy import OccupancyGrid

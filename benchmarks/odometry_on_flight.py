@@ -7,8 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from skillwing.onboard.frames.motion import Motion
-from skillwing.onboard.frames.vectors import add, subtract
+from skillwing.onboard.frames.vectors import Motion, add, subtract
 from skillwing.onboard.mapping.node import BEYOND, MappingOptions
 from skillwing.onboard.odometry import so3
 from skillwing.onboard.odometry.inertial import Inertial

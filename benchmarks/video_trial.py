@@ -15,7 +15,7 @@ from skillwing.m600.bridge.node import RobotBridge
 from skillwing.m600.robot import ROBOT
 from skillwing.m600.skills.stream import StreamManager
 from skillwing.onboard.commands.service import answer_with
-from skillwing.onboard.frames.motion import Motion
+from skillwing.onboard.frames.vectors import Motion
 from skillwing.onboard.topics import video
 from skillwing.onboard.topics.link import LINK_STATUS, LinkStatus
 from skillwing.onboard.topics.truth import TRUTH, Truth

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from skillwing.onboard.commands.authority import RefusedError
-from skillwing.onboard.commands.service import answer_with
+from skillwing.onboard.commands.service import CommandRefusedError, answer_with
 from skillwing.onboard.topics import common, video
 from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Bus
@@ -54,7 +53,7 @@ class FilmedFlight:
 
     def _control(self, wanted: video.ControlCamera) -> str:
         if self.blind:
-            raise RefusedError(ErrorCode.INTERNAL, "the lens cap is on", "take it off")
+            raise CommandRefusedError(ErrorCode.INTERNAL, "the lens cap is on", "take it off")
         filming = self._bus.now() <= self._until
         self._fps, self._until = wanted.fps, self._bus.now() + wanted.seconds
         if not filming:

@@ -10,7 +10,7 @@ from skillwing.evaluation.campaign.plan import FlightPlan
 from skillwing.evaluation.campaign.result import End
 from skillwing.evaluation.campaign.witness import HELD_FOR, Witness
 from skillwing.m600.robot import ROBOT
-from skillwing.onboard.extent import TIP_RADIUS
+from skillwing.onboard.frames.extent import TIP_RADIUS
 from skillwing.onboard.topics.flight import FLIGHT, FlightState
 from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus.inprocess import InProcessNetwork

@@ -1,4 +1,4 @@
-"""Commands to the functional layer that get there, or whose failure becomes known."""
+"""Commands of skill managers to the functional layer, repeated until a reply."""
 
 from __future__ import annotations
 
@@ -11,57 +11,52 @@ from skillwing.services.protocol import Message, encode
 ATTEMPTS = 6
 
 
-def _nothing() -> None:
-    pass
+class SentCommand:
+    """Handle of a command under way."""
 
-
-def _ignore(_sentence: str) -> None:
-    pass
-
-
-class Command:
-    """One command on its way, repeated while nobody answers, as a receiver may: it knows a repeated one by its goal.
-
-    Exactly one of `on_taken()`, `on_refused(sentence)` and `on_silence()` is called, or none of them after `cancel`.
-    """
-
-    def __init__(
-        self,
-        bus: Bus,
-        key: str,
-        message: Message,
-        *,
-        on_taken: Callable[[], None] = _nothing,
-        on_refused: Callable[[str], None] = _ignore,
-        on_silence: Callable[[], None] = _nothing,
-    ) -> None:
-        self._on_taken, self._on_refused, self._on_silence = on_taken, on_refused, on_silence
-        self._cancelled = False
-        ask_until_answered(
-            bus, key, encode(message), self._answered, keep_asking=self._keep_asking, on_silence=self._unanswered
-        )
+    def __init__(self) -> None:
+        self.cancelled = False
 
     def cancel(self) -> None:
-        """Ask no more and report nothing. What is already under way may still be executed."""
-        self._cancelled = True
+        """Stop repeating it, and report nothing. A node may still execute what it has received."""
+        self.cancelled = True
 
-    def _keep_asking(self, silences: int) -> bool:
-        return not self._cancelled and silences < ATTEMPTS
 
-    def _answered(self, answer: Answered | Refused) -> None:
-        if self._cancelled:
+def send_command(
+    bus: Bus,
+    key: str,
+    message: Message,
+    *,
+    on_accepted: Callable[[], None] = lambda: None,
+    on_refused: Callable[[str], None] = lambda _sentence: None,
+    on_silence: Callable[[], None] = lambda: None,
+) -> SentCommand:
+    """Send a command, and repeat it while there is no reply; the node recognises a repetition by its goal.
+
+    Calls exactly one of `on_accepted()`, `on_refused(sentence)` and `on_silence()`, and none after `cancel`.
+    """
+    sent = SentCommand()
+
+    def answered(answer: Answered | Refused) -> None:
+        if sent.cancelled:
             return
         match answer:
             case Answered():
-                self._on_taken()
+                on_accepted()
             case Refused(error):
-                self._on_refused(sentences(error.message, error.help))
+                on_refused(sentences(error.message, error.help))
 
-    def _unanswered(self) -> None:
-        if not self._cancelled:
-            self._on_silence()
+    def unanswered() -> None:
+        if not sent.cancelled:
+            on_silence()
+
+    def keep_asking(silences: int) -> bool:
+        return not sent.cancelled and silences < ATTEMPTS
+
+    ask_until_answered(bus, key, encode(message), answered, keep_asking=keep_asking, on_silence=unanswered)
+    return sent
 
 
 def sentences(*texts: str) -> str:
-    """Texts of any origin as sentences, one after the other: capital first, full stop last."""
+    """Texts as sentences, one after the other: capital first, full stop last."""
     return " ".join(f"{text[0].upper()}{text[1:].rstrip('.')}." for text in texts if text)

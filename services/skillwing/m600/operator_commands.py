@@ -1,4 +1,4 @@
-"""The M600's own commands."""
+"""Commands of the M600's operator: faults of the simulated drone, and its safety pilot."""
 
 from __future__ import annotations
 
@@ -23,28 +23,40 @@ from skillwing.onboard.topics.faults import (
 from skillwing.onboard.topics.flight import PILOT, SetPilot
 from skillwing.onboard.topics.link import LINK_STATUS, LinkStatus
 from skillwing.services.bus.reading import message_reader
-from skillwing.services.commands.completion import one_of
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.commands.output import make_console, print_json, print_table
 from skillwing.services.errors import InvalidOptionError, RefusedError, SkillwingError, UnansweredError
 from skillwing.services.protocol import ErrorCode, M, Message
 
 LINK = "link"
-FALLIBLE = ("zed", "lidar", "imu", "range", "gnss", "camera", LINK, *(f"rotor/{number}" for number in range(1, 7)))
-LINK_KINDS = ("narrow", "cut")
-KINDS = ("blackout", "freeze", "noise", "bias", "dropout", "slow", "stopped", "weak", *LINK_KINDS)
-"""What the simulator's own lists hold, for who asks while it does not run."""
+LINK_KINDS = ("cut", "narrow")
 LINK_PATIENCE = 3.0
-"""Wall time in seconds for the radio link, which tells of itself once a second."""
-_USUAL_KIND = {"rotor": "stopped", LINK: "cut"}
-"""What fails in another way than by a blackout, unless somebody says how."""
+"""Longest wait for the status of the radio link, published once a second, in wall time [s]."""
 
 
 class Handover(StrEnum):
-    """What the safety pilot does with the authority over the drone."""
+    """Handover of the authority over the drone by the safety pilot."""
 
     TAKE = "take"
     GIVE = "give"
+
+
+def _complete_name(ctx: typer.Context, incomplete: str) -> list[str]:
+    return [each.name for each in _completed_states(ctx) if each.name.startswith(incomplete)]
+
+
+def _complete_kind(ctx: typer.Context, incomplete: str) -> list[str]:
+    kinds = dict.fromkeys(kind for state in _completed_states(ctx) for kind in state.kinds)
+    return [kind for kind in kinds if kind.startswith(incomplete)]
+
+
+def _completed_states(ctx: typer.Context) -> list[FaultState]:
+    """All that can fail of the running system; nothing without one."""
+    try:
+        with connect(ctx.params.get("robot")) as system:
+            return [*_vehicle_faults(system), FaultState(name=LINK, kinds=LINK_KINDS)]
+    except (SkillwingError, OSError):
+        return []
 
 
 def fault(
@@ -52,8 +64,8 @@ def fault(
         str | None,
         typer.Argument(
             metavar="NAME",
-            help="One of zed, lidar, imu, range, gnss, camera, link, and the rotors: rotor/1 to rotor/6.",
-            autocompletion=one_of(lambda: FALLIBLE),
+            help="A sensor, a rotor such as rotor/1, or link. See all with --list.",
+            autocompletion=_complete_name,
         ),
     ] = None,
     kind: Annotated[
@@ -61,8 +73,8 @@ def fault(
         typer.Option(
             "--kind",
             metavar="KIND",
-            help="A blackout, freeze, noise, bias, dropout, slow. Rotors: stopped, weak. Link: cut, narrow.",
-            autocompletion=one_of(lambda: KINDS),
+            help="A kind of fault that NAME can have; by default the first one in the list.",
+            autocompletion=_complete_kind,
         ),
     ] = None,
     off: Annotated[bool, typer.Option("--off", help="End the fault instead; without --kind, all that it has.")] = False,
@@ -70,20 +82,18 @@ def fault(
         float | None,
         typer.Option("--magnitude", metavar="X", help="How badly, in the fault's own unit; it has a default."),
     ] = None,
-    tell: Annotated[bool, typer.Option("--list", help="Show what can fail, and what does.")] = False,
+    tell: Annotated[bool, typer.Option("--list", help="Show all that can fail, and the active faults.")] = False,
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Make a sensor, a rotor or the radio link of the simulated drone fail, or work again; show what fails."""
+    """Make a sensor, a rotor or the radio link of the simulated drone fail, or work again; list faults."""
     if tell:
         if sensor is not None or kind is not None or off or magnitude is not None:
             raise InvalidOptionError("list", "--list shows all that can fail. Leave out what else you gave.")
-        _tell_faults(robot, as_json)
+        _list_faults(robot, as_json)
         return
     if sensor is None:
         raise InvalidOptionError("name", "Name what is to fail, or give --list to see what can.")
-    if sensor not in FALLIBLE:
-        raise UnknownNameError("sensor, rotor or link", sensor, FALLIBLE)
     if off and magnitude is not None:
         raise InvalidOptionError("magnitude", "A fault that ends has no magnitude. Leave out --magnitude, or --off.")
     least, most = (0.0, FASTEST_LINK) if sensor == LINK else (-LARGEST_COMPONENT, LARGEST_COMPONENT)
@@ -91,10 +101,11 @@ def fault(
         bounds = f"from {least:,.0f} to {most:,.0f}"
         raise InvalidOptionError("magnitude", f"A magnitude is a number {bounds}, not {magnitude:,.12g}.")
     with connect(robot) as system:
+        state = _link_state(system, ask=off) if sensor == LINK else _vehicle_state(system, sensor)
         if off:
-            outcome = _end_faults(system, sensor, kind)
+            outcome = _end_faults(system, state, kind)
         else:
-            kind = kind or _USUAL_KIND.get(sensor.partition("/")[0], "blackout")
+            kind = kind or state.kinds[0]
             outcome = {"kind": kind, "text": _switch(system, sensor, kind, on=True, magnitude=magnitude)}
     if as_json:
         print_json({"sensor": sensor, "on": not off, **outcome})
@@ -102,31 +113,35 @@ def fault(
         typer.echo(outcome["text"])
 
 
-def _end_faults(system: System, sensor: str, kind: str | None) -> dict[str, Any]:
-    """End a kind of fault, or without one all that `sensor` has: which they were, and sentences about it.
+def _end_faults(system: System, state: FaultState, kind: str | None) -> dict[str, Any]:
+    """End a kind of fault, or all without one; return the kinds that ended, and sentences.
 
-    Raises UnknownNameError for a kind that it cannot have.
+    Raises UnknownNameError for a kind that the part cannot have.
     """
-    state = _state_of(system, sensor)
     if kind is not None and kind not in state.kinds:
-        raise UnknownNameError(f"fault of {sensor}", kind, state.kinds)
+        raise UnknownNameError(f"fault of {state.name}", kind, state.kinds)
     ended = [each for each in state.active if kind in (None, each)]
-    told = [_switch(system, sensor, each, on=False) for each in ended]
+    texts = [_switch(system, state.name, each, on=False) for each in ended]
     if not ended:
-        told = [f"No fault of {sensor} was on." if kind is None else sentences(f"{kind} of {sensor} was not on")]
-    return {"kind": kind, "ended": ended, "text": " ".join(told)}
+        name = state.name
+        texts = [f"No fault of {name} was on." if kind is None else sentences(f"{kind} of {name} was not on")]
+    return {"kind": kind, "ended": ended, "text": " ".join(texts)}
 
 
-def _state_of(system: System, name: str) -> FaultState:
-    """What can fail of one of the FALLIBLE, and what does. A link that is not heard may have any fault."""
-    if name == LINK:
-        return next(iter(_link_faults(system)), FaultState(name=LINK, kinds=LINK_KINDS, active=LINK_KINDS))
-    told = _ask_simulator(system, "fault", FAULTS, Empty(), Faults).of
-    return next((each for each in told if each.name == name), FaultState(name=name, kinds=()))
+def _vehicle_faults(system: System) -> tuple[FaultState, ...]:
+    return _ask_simulator(system, "fault", FAULTS, Empty(), Faults).of
+
+
+def _vehicle_state(system: System, name: str) -> FaultState:
+    """Fault state of a sensor or rotor. Raises UnknownNameError with the known names."""
+    states = {each.name: each for each in _vehicle_faults(system)}
+    if name not in states:
+        raise UnknownNameError("sensor, rotor or link", name, (*states, LINK))
+    return states[name]
 
 
 def _switch(system: System, sensor: str, kind: str, *, on: bool, magnitude: float | None = None) -> str:
-    """Switch one fault; sentences that tell of it. Raises InvalidOptionError for what the drone cannot have."""
+    """Switch one fault; return sentences about it. Raises InvalidOptionError for a fault that the part cannot have."""
     key, switch = FAULT, SetFault(sensor=sensor, kind=kind, on=on, magnitude=magnitude)
     if sensor == LINK:
         key, switch = LINK_FAULT, SetLinkFault(kind=kind, on=on, magnitude=magnitude)
@@ -142,21 +157,26 @@ def _switch(system: System, sensor: str, kind: str, *, on: bool, magnitude: floa
                 raise
 
 
-def _tell_faults(robot: str | None, as_json: bool) -> None:
+def _list_faults(robot: str | None, as_json: bool) -> None:
     with connect(robot) as system:
-        told = [*_ask_simulator(system, "fault", FAULTS, Empty(), Faults).of, *_link_faults(system)]
+        states = [*_vehicle_faults(system), *_link_faults(system)]
     if as_json:
-        print_json(told)
+        print_json(states)
         return
     rows = [
         (each.name, "" if each.status is None else each.status.value, ", ".join(each.active), ", ".join(each.kinds))
-        for each in told
+        for each in states
     ]
     print_table(make_console(), ("NAME", "SAYS OF ITSELF", "FAILS NOW BY", "CAN FAIL BY"), rows)
 
 
+def _link_state(system: System, *, ask: bool) -> FaultState:
+    """Fault state of the radio link; a link that is not asked, or does not answer, may have any fault."""
+    return next(iter(_link_faults(system) if ask else ()), FaultState(name=LINK, kinds=LINK_KINDS, active=LINK_KINDS))
+
+
 def _link_faults(system: System) -> list[FaultState]:
-    """What the radio link says of itself, if there is one."""
+    """Fault state that the radio link publishes, if there is one."""
     heard: list[LinkStatus] = []
     listening = system.bus.subscribe(LINK_STATUS, message_reader(LinkStatus, heard.append), latest_only=True)
     system.bus.run_until(lambda: bool(heard), LINK_PATIENCE)
@@ -171,7 +191,7 @@ def pilot(
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Be the simulated drone's safety pilot: take the authority over it, or give it to the computer."""
+    """Act as the simulated drone's safety pilot: take the authority over it, or give it to the computer."""
     authority = handover is Handover.GIVE
     with connect(robot) as system:
         done = _ask_simulator(system, "pilot", PILOT, SetPilot(authority=authority), Done)
@@ -182,7 +202,7 @@ def pilot(
 
 
 def _ask_simulator(system: System, command: str, key: str, message: Message, reply: type[M]) -> M:
-    """Ask the simulated drone; raises SkillwingError where the system has none, as that of another robot."""
+    """Ask the simulated drone. Raises SkillwingError if the system has none."""
     try:
         return system.ask(key, message, reply)
     except UnansweredError as error:

@@ -17,6 +17,12 @@ from skillwing.onboard.topics.faults import FAULT, FAULTS, LINK_FAULT, Faults, F
 from skillwing.services.errors import InvalidOptionError, RefusedError, SkillwingError, UnansweredError
 from skillwing.services.protocol import ErrorCode, Message
 
+SENSOR_KINDS = ("blackout", "freeze", "noise")
+OTHERS = (
+    FaultState(name="camera", kinds=SENSOR_KINDS),
+    *(FaultState(name=f"rotor/{number}", kinds=("stopped", "weak")) for number in range(1, 7)),
+)
+
 
 class Sprayer:
     """A connection to a robot that has no simulator."""
@@ -51,7 +57,7 @@ class Recorded:
 
     def ask(self, key: str, message: Message, reply: object) -> Message:
         if key == FAULTS:
-            return Faults(of=(FaultState(name="zed", kinds=("blackout", "freeze", "noise"), active=self.active),))
+            return Faults(of=(FaultState(name="zed", kinds=SENSOR_KINDS, active=self.active), *OTHERS))
         self.asked.append((key, message))
         if self.refusal is not None:
             raise self.refusal
@@ -137,7 +143,7 @@ def test_what_the_drone_cannot_have_is_a_mistake_of_who_asked(drone: Recorded) -
 
 @pytest.mark.parametrize("name", ["zde", "rotor", "lnik"])
 def test_a_wrong_name_is_answered_with_all_that_can_fail(name: str, drone: Recorded) -> None:
-    with pytest.raises(UnknownNameError, match=r"did you mean `(zed|rotor/\d|link)`\? .*`zed`.*`link`.*`rotor/6`\.$"):
+    with pytest.raises(UnknownNameError, match=r"did you mean `(zed|rotor/\d|link)`\? .*`zed`.*`rotor/6`.*`link`\.$"):
         commands.fault(name)
     assert not drone.asked
 

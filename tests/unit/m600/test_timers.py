@@ -5,27 +5,27 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skillwing.m600.skills.headway import Headway
+from skillwing.m600.skills.timers import StallDetector
 
 
 def test_standing_still_is_stalled_after_the_patience() -> None:
-    headway = Headway(10.0, 2.0, patience=5.0)
-    assert not headway.stalled(14.9, 2.0)
-    assert headway.stalled(15.0, 2.0)
+    detector = StallDetector(10.0, 2.0, patience=5.0)
+    assert not detector.stalled(14.9, 2.0)
+    assert detector.stalled(15.0, 2.0)
 
 
 def test_slow_creeping_counts() -> None:
-    headway = Headway(0.0, 0.0, patience=5.0, least=0.1)
-    assert not any(headway.stalled(t, 0.03 * t) for t in range(60))
+    detector = StallDetector(0.0, 0.0, patience=5.0, least=0.1)
+    assert not any(detector.stalled(t, 0.03 * t) for t in range(60))
 
 
 def test_oscillation_is_no_headway() -> None:
-    headway = Headway(0.0, 0.0, patience=5.0, least=0.1)
-    assert [headway.stalled(t, 0.09 * (t % 2)) for t in range(8)] == [False] * 5 + [True] * 3
+    detector = StallDetector(0.0, 0.0, patience=5.0, least=0.1)
+    assert [detector.stalled(t, 0.09 * (t % 2)) for t in range(8)] == [False] * 5 + [True] * 3
 
 
 @given(st.lists(st.floats(-50, 50), min_size=1, max_size=60))
 def test_never_stalled_before_the_patience_and_always_after_it_without_growth(values: list[float]) -> None:
-    headway = Headway(0.0, 50.0, patience=5.0)
+    detector = StallDetector(0.0, 50.0, patience=5.0)
     for t, value in enumerate(values):
-        assert headway.stalled(float(t), value) == (t >= 5.0)
+        assert detector.stalled(float(t), value) == (t >= 5.0)

@@ -8,10 +8,10 @@ from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.guidance.limits import Limits
 from skillwing.onboard.guidance.node import make_guidance
 from skillwing.onboard.mapping.node import MappingOptions
-from skillwing.onboard.options import OptionsError, read_options
 from skillwing.onboard.topics import guidance
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.bus.reading import message_reader
+from skillwing.services.options import OptionsError, read_options
 from skillwing.sim_mujoco.link.node import make_link
 from skillwing.sim_mujoco.world.kinds import KINDS, make_site
 

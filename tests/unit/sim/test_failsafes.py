@@ -11,7 +11,7 @@ from flight_rig import WORLD, Rig, airborne
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skillwing.onboard.commands.authority import RefusedError
+from skillwing.onboard.commands.service import CommandRefusedError
 from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.vectors import to_body
 from skillwing.onboard.topics.guidance import FlyTo, Land, MotionState, TakeOff, Turn, YawMode
@@ -224,7 +224,7 @@ def test_a_critical_battery_lands_the_drone_whatever_guidance_wants() -> None:
     assert rig.status.body.state is MotionState.ABORTED
     assert "battery critical" in rig.status.body.text
     assert rig.sim.autopilot.failsafe == "battery critical: staying on the ground"
-    with pytest.raises(RefusedError, match="battery critical"):
+    with pytest.raises(CommandRefusedError, match="battery critical"):
         rig.command("again", TakeOff(height=4.0, speed=1.0))
 
 

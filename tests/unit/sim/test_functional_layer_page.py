@@ -18,8 +18,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner
 
-from skillwing.m600.bridge.levels import CRITICAL_BELOW, HYSTERESIS, LOW_BELOW
-from skillwing.m600.bridge.link_level import DEGRADED_BELOW, LOST_BELOW, SILENCE
+from skillwing.m600.bridge.levels import CRITICAL_BELOW, DEGRADED_BELOW, HYSTERESIS, LOST_BELOW, LOW_BELOW, SILENCE
 from skillwing.m600.bridge.node import FLIGHT_SILENCE, RESEND_PERIOD
 from skillwing.m600.robot import ROBOT
 from skillwing.m600.skills import depthmap, guidance_client, lidar_mapping, stream, takeoff

@@ -8,13 +8,12 @@ from dataclasses import replace
 import pytest
 from flight_rig import WORLD, Rig, airborne
 
-from skillwing.onboard.commands.authority import RefusedError
+from skillwing.onboard.commands.service import CommandRefusedError
 from skillwing.onboard.frames.vectors import heading_of, wrap
 from skillwing.onboard.guidance import solitude
 from skillwing.onboard.guidance.body_motion import TOUCHDOWN_SPEED
-from skillwing.onboard.guidance.core import GuidanceCore
+from skillwing.onboard.guidance.core import LAND_AFTER, GuidanceCore
 from skillwing.onboard.guidance.path_monitor import fastest
-from skillwing.onboard.guidance.solitude import LAND_AFTER
 from skillwing.onboard.topics.guidance import (
     FlyTo,
     GuidanceStatus,
@@ -38,7 +37,7 @@ EAST = FlyTo(target=(12.0, 0.0, 4.0), speed=2.0, nose=YawMode.ALONG_TRACK)
 
 
 def refused(rig: Rig, goal: str, motion: Motion, token: int | None = None) -> ErrorCode:
-    with pytest.raises(RefusedError) as caught:
+    with pytest.raises(CommandRefusedError) as caught:
         rig.command(goal, motion, token)
     assert caught.value.reply.message
     assert caught.value.reply.help
@@ -321,7 +320,7 @@ def test_a_way_too_steep_for_the_camera_is_refused(height: float, motion: Motion
     rig = airborne(height)
     rig.obstacles = sees()
     rig.fly(0.1)
-    with pytest.raises(RefusedError, match=r"the way is \d\d degrees steep, and .* 20 at most") as caught:
+    with pytest.raises(CommandRefusedError, match=r"the way is \d\d degrees steep, and .* 20 at most") as caught:
         rig.command("steep", motion)
     assert caught.value.reply.code is ErrorCode.NOT_ALLOWED
     assert caught.value.reply.help is not None

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec import structs
 
-from skillwing.onboard.commands.authority import RefusedError
+from skillwing.onboard.commands.service import CommandRefusedError
 from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.vectors import Vector
 from skillwing.onboard.guidance.core import GuidanceCore
@@ -119,7 +119,7 @@ class Drone:
             goal = f"goal-{self._token}"
         try:
             self.core.command(GuidanceCommand(goal_id=goal, token=self._token, motion=motion), self.t)
-        except RefusedError:
+        except CommandRefusedError:
             return
         if not isinstance(motion, Turn | Stop):
             self.landing = isinstance(motion, Land)

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from skillwing.onboard.guidance.node import make_guidance
-from skillwing.onboard.options import OptionsError
 from skillwing.onboard.sensor_data.names import GNSS
 from skillwing.onboard.topics import guidance, sensors
 from skillwing.onboard.topics.faults import FAULT, FAULTS, SetFault
@@ -29,6 +28,7 @@ from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Answer, Answered, Bus, Refused, Sample
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.bus.reading import message_reader
+from skillwing.services.options import OptionsError
 from skillwing.services.protocol import CLOCK_KEY, ErrorCode, Message, decode, encode
 from skillwing.sim_mujoco.camera.feed import CAMERA
 from skillwing.sim_mujoco.physics.rotor_faults import ROTOR_NAMES

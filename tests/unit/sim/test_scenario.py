@@ -12,7 +12,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from skillwing.onboard.options import OptionsError
+from skillwing.services.options import OptionsError
 from skillwing.sim_mujoco.scenario import Scenario, ScenarioError, read_scenario
 from skillwing.sim_mujoco.scenario_slips import slips
 from skillwing.sim_mujoco.sensors.corruptors import KINDS, Fault, MagnitudeError, UnknownFaultError

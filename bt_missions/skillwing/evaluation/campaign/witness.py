@@ -10,7 +10,7 @@ import numpy as np
 from skillwing.evaluation.campaign.price import PriceMeter
 from skillwing.evaluation.campaign.result import End
 from skillwing.evaluation.judge.flight_log import SavedMap
-from skillwing.onboard.extent import TIP_RADIUS
+from skillwing.onboard.frames.extent import TIP_RADIUS
 from skillwing.onboard.topics.common import Empty
 from skillwing.onboard.topics.flight import FLIGHT, FlightState
 from skillwing.onboard.topics.mapping import MAP_SNAPSHOT, MAPPING_STATUS, MapHeader, MappingStatus

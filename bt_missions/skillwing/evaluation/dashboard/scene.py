@@ -27,12 +27,12 @@ from skillwing.evaluation.dashboard.geometry import (
     world_points,
 )
 from skillwing.evaluation.dashboard.voxel_pieces import VoxelPieces
-from skillwing.onboard.options import read_options
 from skillwing.onboard.sensor_data.directions import depth_directions, lidar_directions
 from skillwing.onboard.topics import common, flight, guidance, mapping, navigation, obstacles, sensors, video
 from skillwing.onboard.topics.link import LINK_STATUS, LinkStatus
 from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader, stream_reader
+from skillwing.services.options import read_options
 from skillwing.services.protocol import Keys, Message, MissionStatus, Record, RecordKind
 from skillwing.services.telemetry import palette
 from skillwing.services.telemetry.mission_view import MissionPanels, at

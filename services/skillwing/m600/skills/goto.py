@@ -12,7 +12,7 @@ from skillwing.services.managers.skill_manager import Goal
 
 
 class GotoManager(MotionManager[GotoInputs, GotoOutputs, GotoFeedback], AbstractGotoManager):
-    """Flies to a point and leaves the heading to whoever holds it."""
+    """Flight to a point; another skill may command the heading."""
 
     def validate(self, goal: Goal[GotoInputs]) -> str | None:
         return self.fence.refusal(point(goal.inputs.target))

@@ -14,7 +14,7 @@ from skillwing.services.managers.skill_manager import Goal
 class GotoStraightManager(
     MotionManager[GotoStraightInputs, GotoStraightOutputs, GotoStraightFeedback], AbstractGotoStraightManager
 ):
-    """Flies to a point with the nose, hence the camera, along the track."""
+    """Flight to a point with the nose, and so the camera, along the track."""
 
     def validate(self, goal: Goal[GotoStraightInputs]) -> str | None:
         return self.fence.refusal(point(goal.inputs.target))

@@ -12,7 +12,7 @@ from skillwing.services.protocol import Terminal
 
 
 class HoverManager(AbstractHoverManager):
-    """Holds the position for a while of robot time."""
+    """Holding of the position for a duration of robot time."""
 
     def setup(self) -> None:
         self.guidance = GuidanceClient(self, Axis.BODY, self._on_guidance)

@@ -10,9 +10,9 @@ from skillwing.services.managers.skill_manager import Goal
 
 
 class InspectManager(MotionManager[InspectInputs, None, InspectFeedback], AbstractInspectManager):
-    """Flies to the circle and around it, with the nose, hence the camera, on its centre.
+    """Flight to the circle and around it, with the nose, and so the camera, to its centre.
 
-    With a depth map from the LiDAR the way around is watched: its ring looks along the circle's tangent.
+    With a depth map from the LiDAR the way is monitored: the LiDAR's ring looks along the circle's tangent.
     """
 
     def validate(self, goal: Goal[InspectInputs]) -> str | None:

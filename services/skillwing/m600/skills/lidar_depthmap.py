@@ -12,7 +12,7 @@ from skillwing.services.managers.skill_manager import Goal
 class LidarDepthmapManager(
     DepthmapManager[LidarDepthmapInputs, None, LidarDepthmapFeedback], AbstractLidarDepthmapManager
 ):
-    """The depth map from the LiDAR, whose ring sees only sideways."""
+    """Depth map from the LiDAR, whose ring sees only sideways."""
 
     source = ObstacleSource.LIDAR
 

@@ -14,13 +14,13 @@ from skillwing.services.protocol import RecordKind, Terminal
 from skillwing.services.timeline import Timeline
 
 PATIENCE = 4.0
-"""Without a status for this long the mapping node is gone [s]."""
+"""Time without a status after which the goal fails [s]."""
 UNDER_WAY = 1.0
-"""Until so long after the node was switched on, a status may still be one from before [s]."""
+"""Time after switching the node on in which a status may still be an old one [s]."""
 
 
 class LidarMappingManager(AbstractLidarMappingManager):
-    """Has the mapping node fuse LiDAR scans into its map until the skill ends. The map outlives the goal."""
+    """Mapping by the mapping node until the skill ends. The map outlives the goal."""
 
     def setup(self) -> None:
         self.mapping = Switch(self, MAPPING_COMMAND, _control, node="mapping node")

@@ -11,7 +11,7 @@ from skillwing.services.protocol import Terminal
 
 
 class LockHeadManager(AbstractLockHeadManager):
-    """Turns the nose to a heading and holds it there until it is interrupted."""
+    """Turn to a heading, which is held until an interruption."""
 
     def setup(self) -> None:
         self.guidance = GuidanceClient(self, Axis.HEADING, self._on_guidance)

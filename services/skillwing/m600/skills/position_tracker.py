@@ -1,4 +1,4 @@
-"""Where the drone is, for the manager of a skill that flies."""
+"""The drone's position, for the manager of a skill that flies."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from skillwing.services.bus import Handle
 from skillwing.services.managers.skill_manager import Goal, SkillHooks
 
 PATIENCE = 2.0
-"""A drone that does not know where it is for so long does not start to fly [s]."""
+"""Longest wait for a first position before the goal fails [s]."""
 
 
-class Whereabouts:
-    """Follows navigation while a goal flies: fifty solutions a second are too many for a manager that waits."""
+class PositionTracker:
+    """Subscriber to navigation while a goal flies: 50 solutions a second are too many for a manager that waits."""
 
     def __init__(self, hooks: SkillHooks[Any, Any, Any]) -> None:
         self._hooks = hooks
@@ -40,7 +40,7 @@ class Whereabouts:
         self._navigation.follow()
 
     def rest(self) -> None:
-        """The goal is over. Idempotent."""
+        """Unsubscribe at the end of a goal. Idempotent."""
         self._navigation.rest()
         self._on_known = None
         if self._watchdog is not None:

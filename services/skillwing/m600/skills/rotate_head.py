@@ -11,7 +11,7 @@ from skillwing.services.protocol import Terminal
 
 
 class RotateHeadManager(AbstractRotateHeadManager):
-    """Turns the nose to a heading while another skill may move the body."""
+    """Turn to a heading, while another skill may move the body."""
 
     def setup(self) -> None:
         self.guidance = GuidanceClient(self, Axis.HEADING, self._on_guidance)

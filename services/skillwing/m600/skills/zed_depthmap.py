@@ -10,7 +10,7 @@ from skillwing.services.managers.skill_manager import Goal
 
 
 class ZedDepthmapManager(DepthmapManager[ZedDepthmapInputs, None, ZedDepthmapFeedback], AbstractZedDepthmapManager):
-    """The depth map from the camera in front."""
+    """Depth map from the front camera."""
 
     source = ObstacleSource.ZED
 

@@ -1,24 +1,20 @@
-"""Who commands an axis, and whose commands no longer count: holders, fencing tokens, revocations."""
+"""Command authority over a part of the drone: its holder, fencing tokens and revocations."""
 
 from __future__ import annotations
 
+from skillwing.onboard.commands.service import CommandRefusedError
 from skillwing.onboard.topics.guidance import AxisStatus, MotionState
-from skillwing.services.protocol import ErrorCode, ErrorReply
+from skillwing.services.protocol import ErrorCode
 
 REMEMBERED = 100
-"""Revocations that an axis keeps while nobody takes it."""
+"""Most revocations kept while no goal takes the authority."""
 
 
-class RefusedError(Exception):
-    """A command was not taken; `reply` says why and what to do."""
+class CommandAuthority:
+    """Authority over one part, such as the body axes, the heading, the map or the video.
 
-    def __init__(self, code: ErrorCode, message: str, advice: str, known: tuple[str, ...] = ()) -> None:
-        super().__init__(message)
-        self.reply = ErrorReply(code=code, message=message, help=advice, known=known)
-
-
-class Axis:
-    """The body axes or the heading: its holder, and how far the holder's motion has come."""
+    It has the goal that holds the part, and for the two axes the state of that goal's motion.
+    """
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -30,15 +26,15 @@ class Axis:
         self._revoked: dict[str, int] = {}
 
     def require_fresh(self, goal: str, token: int) -> None:
-        """Raise RefusedError if a command of this goal with this token no longer counts."""
+        """Raise CommandRefusedError for a token that is older than the newest one, or revoked."""
         if token < self._newest:
-            raise RefusedError(
+            raise CommandRefusedError(
                 ErrorCode.STALE_TOKEN,
                 f"token {token} is older than {self._newest}, the newest one seen for the {self.name}",
                 "ask the resource manager for a new grant",
             )
         if token <= self._revoked.get(goal, -1):
-            raise RefusedError(
+            raise CommandRefusedError(
                 ErrorCode.STALE_TOKEN,
                 f"the authority of goal {goal} over the {self.name} was revoked",
                 "start a new goal",
@@ -47,11 +43,11 @@ class Axis:
     def take(self, goal: str, token: int) -> None:
         """Make `goal` the holder."""
         self.goal, self._newest = goal, max(token, self._newest)
-        # What is older than the newest token is stale by that alone.
+        # Revocations of older tokens are no longer needed: such tokens are stale anyway.
         self._revoked = {other: last for other, last in self._revoked.items() if last >= self._newest}
 
     def revoke(self, goal: str, token: int) -> bool:
-        """Commands of this goal up to this token no longer count. True if the goal holds the axis."""
+        """Refuse commands of this goal up to this token from now on. Return True if the goal is the holder."""
         if token >= self._newest:
             self._revoked[goal] = max(token, self._revoked.pop(goal, -1))
         if len(self._revoked) > REMEMBERED:

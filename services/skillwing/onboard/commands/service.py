@@ -1,42 +1,32 @@
-"""How a node reads publications and answers queries: from bytes to messages, from errors to typed refusals."""
+"""Services for commands and questions: bytes become messages, refusals become typed error replies."""
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable
 from typing import TypeVar
 
-from skillwing.onboard.commands.authority import RefusedError
 from skillwing.onboard.topics.common import Done, Empty
-from skillwing.services.bus import Request, Sample
+from skillwing.services.bus import Request
 from skillwing.services.protocol import ErrorCode, ErrorReply, Message, ProtocolError, decode, encode
 
 M = TypeVar("M", bound=Message)
-S = TypeVar("S")
-_log = logging.getLogger(__name__)
 
 
-def stream_reader(read: Callable[[bytes, bytes], S], use: Callable[[S], object]) -> Callable[[Sample], None]:
-    """A subscriber for payloads with attachments; `read` makes something of the two or raises ProtocolError."""
+class CommandRefusedError(Exception):
+    """A command that a node refuses; `reply` holds the reason and advice."""
 
-    def on_sample(sample: Sample) -> None:
-        try:
-            value = read(sample.payload, sample.attachment)
-        except ProtocolError as error:
-            _log.warning("dropped a publication on %s: %s", sample.key, error)
-            return
-        use(value)
-
-    return on_sample
+    def __init__(self, code: ErrorCode, message: str, advice: str, known: tuple[str, ...] = ()) -> None:
+        super().__init__(message)
+        self.reply = ErrorReply(code=code, message=message, help=advice, known=known)
 
 
 def answer_with(kind: type[M], act: Callable[[M], str]) -> Callable[[Request], None]:
-    """A service for commands of a kind. `act` says in words what was done, or raises RefusedError."""
+    """A service for commands of a kind. `act` returns a sentence about the command, or raises CommandRefusedError."""
     return reply_with(kind, lambda wanted: Done(text=act(wanted)))
 
 
 def reply_with(kind: type[M], make: Callable[[M], Message]) -> Callable[[Request], None]:
-    """A service for questions of a kind. `make` makes the reply, or raises RefusedError."""
+    """A service for questions of a kind. `make` makes the reply, or raises CommandRefusedError."""
 
     def on_request(request: Request) -> None:
         wanted = read_question(request, kind)
@@ -44,7 +34,7 @@ def reply_with(kind: type[M], make: Callable[[M], Message]) -> Callable[[Request
             return
         try:
             reply = make(wanted)
-        except RefusedError as error:
+        except CommandRefusedError as error:
             request.refuse(error.reply)
         else:
             request.reply(encode(reply))
@@ -53,7 +43,7 @@ def reply_with(kind: type[M], make: Callable[[M], Message]) -> Callable[[Request
 
 
 def read_question(request: Request, kind: type[M]) -> M | None:
-    """What is asked. None where it cannot be read: then the request has been refused."""
+    """The decoded question; None if it is malformed, after refusing the request."""
     try:
         return decode(request.payload, kind)
     except ProtocolError as error:

@@ -1,13 +1,17 @@
-"""Where the drone may be."""
+"""Extents: boxes in the world frame, and the radius of the drone."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 import msgspec
 
 from skillwing.onboard.frames.vectors import Vector
 from skillwing.onboard.topics.common import Vector3
+
+TIP_RADIUS: Final = 0.84
+"""Radius of a sphere around the drone's centre that holds the whole drone, up to the tips of its blades [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,7 +22,7 @@ class Box:
     high: Vector
 
     def contains(self, point: Vector, margin: float = 0.0) -> bool:
-        """Whether the point lies inside, or outside by no more than `margin`."""
+        """Test for a point inside, or outside by at most `margin`."""
         return all(low - margin <= x <= high + margin for low, x, high in zip(self.low, point, self.high, strict=True))
 
 

@@ -10,12 +10,12 @@ import msgspec
 from skillwing.onboard.commands.service import answer_with
 from skillwing.onboard.frames.extent import COURTYARD_FENCE, Box, FenceOptions
 from skillwing.onboard.guidance.core import GuidanceCore
-from skillwing.onboard.options import read_options
 from skillwing.onboard.sensor_data.names import RANGE
 from skillwing.onboard.topics import flight, guidance, obstacles, sensors
 from skillwing.onboard.topics.navigation import NAVIGATION, Navigation
 from skillwing.services.bus import Bus, Publisher
 from skillwing.services.bus.reading import message_reader
+from skillwing.services.options import read_options
 from skillwing.services.protocol import Message, encode
 from skillwing.sim_mujoco.world.chosen import SiteOptions
 
@@ -24,8 +24,11 @@ STATUS_PERIOD = 0.05
 
 
 class GuidanceNode:
-    """Shell around a `GuidanceCore`. It is clocked by navigation: without it there are no setpoints, and the
-    autopilot's failsafe takes over."""
+    """Shell around a `GuidanceCore`, clocked by navigation.
+
+    A command is answered at once, but yields no setpoint before the next navigation message (50 Hz). Without navigation
+    there are no setpoints, and the autopilot's failsafe takes over.
+    """
 
     name = "guidance"
     owns_clock = False
@@ -51,14 +54,14 @@ class GuidanceNode:
         revoke = message_reader(guidance.Revoked, lambda revoked: core.revoke(revoked, bus.now()))
         bus.subscribe(guidance.AUTHORITY, revoke, events=True)
         targets = core.targets
-        # Held, for what nobody holds is taken back, and whoever comes later has to hear it.
+        # Kept in a field: the bus withdraws a publisher without a reference, and late subscribers need this message.
         self._geofence = bus.advertise(guidance.GEOFENCE, events=True)
         self._geofence.put(encode(guidance.Geofence(low=targets.low, high=targets.high)))
         bus.serve(guidance.GUIDANCE_COMMAND, answer_with(guidance.GuidanceCommand, self._on_command))
         bus.every(STATUS_PERIOD, self._publish_status)
 
     def detach(self) -> None:
-        """The autopilot notices by itself that setpoints have ended."""
+        """Nothing to release: the autopilot detects the end of setpoints by itself."""
 
     def _follow(self, key: str, kind: type[M], use: Callable[[M], object]) -> None:
         assert self._bus is not None

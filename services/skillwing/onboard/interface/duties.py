@@ -11,10 +11,10 @@ from skillwing.onboard.guidance.body_motion import (
     PATIENCE,
     TOUCHDOWN_SPEED,
 )
+from skillwing.onboard.guidance.core import LAND_AFTER as ALONE
 from skillwing.onboard.guidance.heading_control import ALIGNED, TURN_RATE
 from skillwing.onboard.guidance.limits import FENCE_MARGIN, HIGHEST, LOWEST, MAX_SPEED
 from skillwing.onboard.guidance.path_monitor import MARGIN, STALE
-from skillwing.onboard.guidance.solitude import LAND_AFTER as ALONE
 from skillwing.onboard.guidance.trajectory import ACCELERATION, BRAKING
 from skillwing.sim_mujoco.autopilot.failsafes import LAND_AFTER, SETPOINT_TIMEOUT
 

@@ -13,8 +13,8 @@ from typing import Any, TypeVar
 import msgspec
 import numpy as np
 
-from skillwing.onboard.commands.authority import Axis
-from skillwing.onboard.commands.service import answer_with, read_question, stream_reader
+from skillwing.onboard.commands.authority import CommandAuthority
+from skillwing.onboard.commands.service import answer_with, read_question
 from skillwing.onboard.frames.extent import COURTYARD_BOUNDS, Box
 from skillwing.onboard.frames.vectors import Vector, add, subtract
 from skillwing.onboard.mapping.localiser import ByNavigation, ByOdometry, Localiser, Placement
@@ -22,13 +22,13 @@ from skillwing.onboard.mapping.mapper import Mapper
 from skillwing.onboard.mapping.occupancy import OccupancyGrid, Voxels, grid_shape
 from skillwing.onboard.odometry.gicp import MissingLibraryError, gicp_matcher
 from skillwing.onboard.odometry.inertial import Inertial
-from skillwing.onboard.options import OptionsError, read_options
 from skillwing.onboard.sensor_data.names import IMU, LIDAR
-from skillwing.onboard.sensor_data.scans import LidarScan
+from skillwing.onboard.sensor_data.scans import LidarScan, measurement_reader
 from skillwing.onboard.topics import common, guidance, mapping, odometry, sensors
 from skillwing.onboard.topics.navigation import NAVIGATION, Navigation
 from skillwing.services.bus import Bus, Publisher, Request
 from skillwing.services.bus.reading import message_reader
+from skillwing.services.options import OptionsError, read_options
 from skillwing.services.protocol import encode
 from skillwing.sim_mujoco.scenario import Poses, ScenarioError, read_scenario
 from skillwing.sim_mujoco.world.chosen import SiteOptions
@@ -50,7 +50,7 @@ class MappingNode:
 
     def __init__(self, mapper: Mapper, localiser: Localiser) -> None:
         self._mapper, self._localiser = mapper, localiser
-        self._holder = Axis("map")
+        self._holder = CommandAuthority("map")
         self._failed: dict[str, str] = {}
         """Sensors that do not believe themselves, and in what words they say so."""
         self._published: Voxels = np.empty(0, dtype=np.int64)
@@ -72,8 +72,8 @@ class MappingNode:
         bus.subscribe(NAVIGATION, message_reader(Navigation, self._on_navigation))
         inertial = self._unless_failed(IMU, self._localiser.imu)
         scans = self._unless_failed(LIDAR, self._localiser.scan)
-        bus.subscribe(sensors.IMU, stream_reader(Inertial.decode, inertial))
-        bus.subscribe(sensors.LIDAR, stream_reader(LidarScan.decode, scans), latest_only=True)
+        bus.subscribe(sensors.IMU, measurement_reader(Inertial.decode, inertial))
+        bus.subscribe(sensors.LIDAR, measurement_reader(LidarScan.decode, scans), latest_only=True)
         for sensor in self._localiser.sensors:
             bus.subscribe(sensors.health_key(sensor), message_reader(sensors.Health, self._on_health), events=True)
         bus.subscribe(guidance.AUTHORITY, message_reader(guidance.Revoked, self._on_revoked), events=True)

@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.onboard.extent import TIP_RADIUS
+from skillwing.onboard.frames.extent import TIP_RADIUS
 from skillwing.onboard.frames.vectors import Vector
 from skillwing.onboard.obstacles.local_map import LocalMap
 from skillwing.onboard.obstacles.views import View

@@ -9,8 +9,8 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from skillwing.onboard.commands.authority import Axis
-from skillwing.onboard.commands.service import answer_with, reply_with, stream_reader
+from skillwing.onboard.commands.authority import CommandAuthority
+from skillwing.onboard.commands.service import answer_with, reply_with
 from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.pose_history import PoseHistory
 from skillwing.onboard.frames.vectors import add, to_world
@@ -18,16 +18,16 @@ from skillwing.onboard.obstacles.free_space import STALE, FreeSpace, Sighting
 from skillwing.onboard.obstacles.landing_memory import LandingMemory
 from skillwing.onboard.obstacles.landing_place import ANYWHERE, Below
 from skillwing.onboard.obstacles.views import view_of
-from skillwing.onboard.options import OptionsError
 from skillwing.onboard.sensor_data.directions import RANGE_MOUNT
 from skillwing.onboard.sensor_data.names import LIDAR, RANGE, ZED
-from skillwing.onboard.sensor_data.scans import DepthPicture, LidarScan
+from skillwing.onboard.sensor_data.scans import DepthPicture, LidarScan, measurement_reader
 from skillwing.onboard.topics import common, obstacles, sensors
 from skillwing.onboard.topics.guidance import AUTHORITY, GEOFENCE, GUIDANCE_STATUS, Geofence, GuidanceStatus, Revoked
 from skillwing.onboard.topics.navigation import NAVIGATION, Navigation
 from skillwing.onboard.topics.obstacles import ObstacleSource
 from skillwing.services.bus import Bus, Handle, Publisher
 from skillwing.services.bus.reading import message_reader
+from skillwing.services.options import OptionsError
 from skillwing.services.protocol import encode
 
 PERIOD = 0.1
@@ -42,7 +42,7 @@ class ObstaclesNode:
 
     def __init__(self) -> None:
         self._source = ObstacleSource.NONE
-        self._holder = Axis("obstacle source")
+        self._holder = CommandAuthority("obstacle source")
         self._space = FreeSpace()
         self._ground = LandingMemory()
         self._poses = PoseHistory()
@@ -115,7 +115,7 @@ class ObstaclesNode:
     def _follow(self, sensor: ObstacleSource) -> Handle:
         assert self._bus is not None
         key, read, _ = _SENSORS[sensor]
-        reader = stream_reader(read, lambda measurement: self._on_measurement(sensor, measurement))
+        reader = measurement_reader(read, lambda measurement: self._on_measurement(sensor, measurement))
         return self._bus.subscribe(key, reader, latest_only=True)
 
     def _on_navigation(self, navigation: Navigation) -> None:

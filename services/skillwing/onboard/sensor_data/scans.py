@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import logging
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from typing import TypeVar
 
 import msgspec
 import numpy as np
@@ -12,13 +15,30 @@ from numpy.typing import NDArray
 from skillwing.onboard.frames.pose_history import PoseHistory
 from skillwing.onboard.sensor_data.directions import depth_directions, lidar_directions
 from skillwing.onboard.topics.sensors import DepthHeader, LidarHeader
+from skillwing.services.bus import Sample
 from skillwing.services.protocol import ProtocolError, decode
 
 Points = NDArray[np.float32]
+S = TypeVar("S")
+_log = logging.getLogger(__name__)
 OWN_BODY = 0.9
 """What is nearer to the drone's centre than this is the drone itself [m]."""
 BLOCK = 4
 """Side of the blocks of pixels of which one point is made."""
+
+
+def measurement_reader(read: Callable[[bytes, bytes], S], use: Callable[[S], object]) -> Callable[[Sample], None]:
+    """A subscriber for payloads with attachments; `read` decodes the two, or raises ProtocolError."""
+
+    def on_sample(sample: Sample) -> None:
+        try:
+            value = read(sample.payload, sample.attachment)
+        except ProtocolError as error:
+            _log.warning("dropped a publication on %s: %s", sample.key, error)
+            return
+        use(value)
+
+    return on_sample
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from skillwing.onboard.options import OptionsError
 from skillwing.onboard.topics import video
 from skillwing.onboard.video.codec import Decoder, Picture, UndecodableError, jpeg
 from skillwing.onboard.video.packets import Received
@@ -19,6 +18,7 @@ from skillwing.onboard.video.receiver import Receiver
 from skillwing.onboard.video.similarity import similarity
 from skillwing.services.bus import Bus, Handle
 from skillwing.services.bus.reading import stream_reader
+from skillwing.services.options import OptionsError
 from skillwing.services.protocol import encode
 
 REPORT_PERIOD, QUALITY_PERIOD, PICTURE_PERIOD = 0.25, 0.2, 0.25

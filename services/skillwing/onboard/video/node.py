@@ -7,15 +7,15 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from skillwing.onboard.commands.authority import Axis, RefusedError
-from skillwing.onboard.commands.service import answer_with
-from skillwing.onboard.options import read_options
+from skillwing.onboard.commands.authority import CommandAuthority
+from skillwing.onboard.commands.service import CommandRefusedError, answer_with
 from skillwing.onboard.topics import guidance, link, video
 from skillwing.onboard.video.codec import Encoder
 from skillwing.onboard.video.packets import cut
 from skillwing.onboard.video.rate_control import HIGHEST_FPS, RateController
 from skillwing.services.bus import Bus, Handle
 from skillwing.services.bus.reading import message_reader, stream_reader
+from skillwing.services.options import read_options
 from skillwing.services.protocol import ErrorCode, encode
 
 STATUS_PERIOD = 0.5
@@ -47,7 +47,7 @@ class VideoNode:
 
     def __init__(self, tilt: float = 0.0) -> None:
         self._tilt = tilt
-        self._holder = Axis("video")
+        self._holder = CommandAuthority("video")
         self._stream: Stream | None = None
         self._queued = 0.0
         self._running: list[Handle] = []
@@ -167,9 +167,9 @@ class VideoNode:
 
 
 def _require_possible(command: video.ControlVideo) -> None:
-    """Raise RefusedError for demands that no link can meet."""
+    """Raise CommandRefusedError for demands that no link can meet."""
     if not 0.0 < command.min_fps <= HIGHEST_FPS or not 0.0 <= command.min_quality <= 1.0:
-        raise RefusedError(
+        raise CommandRefusedError(
             ErrorCode.BAD_REQUEST,
             f"{command.min_fps:g} pictures a second of quality {command.min_quality:g} cannot be had",
             f"ask for up to {HIGHEST_FPS:g} a second, and a quality between 0 and 1",

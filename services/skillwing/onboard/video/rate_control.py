@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from skillwing.onboard.topics.link import LinkStatus
 from skillwing.onboard.topics.video import VideoStatus
 from skillwing.onboard.video.codec import FASTEST_RATE, SLOWEST_RATE
+from skillwing.onboard.video.erasure import LOSSY, parity_against
 from skillwing.onboard.video.packets import parts_of
-from skillwing.onboard.video.protection import LOSSY, parity_against
 
 USUAL_FPS, HIGHEST_FPS = 15.0, 30.0
 SPARE_FPS = 1.2

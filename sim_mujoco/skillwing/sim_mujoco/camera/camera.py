@@ -7,9 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.onboard.frames.motion import Motion
-from skillwing.onboard.frames.poses import rotations
-from skillwing.onboard.frames.vectors import add, to_world
+from skillwing.onboard.frames.pose_history import rotations
+from skillwing.onboard.frames.vectors import Motion, add, to_world
 from skillwing.onboard.topics.video import CameraHeader
 from skillwing.sim_mujoco.camera.appearance import SUN, Appearance
 from skillwing.sim_mujoco.camera.sparse import Faces, Floats, Pixels, trace

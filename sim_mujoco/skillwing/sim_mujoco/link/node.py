@@ -9,15 +9,14 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from skillwing.onboard.commands.authority import RefusedError
-from skillwing.onboard.commands.service import answer_with
-from skillwing.onboard.options import OptionsError, read_options
+from skillwing.onboard.commands.service import CommandRefusedError, answer_with
 from skillwing.onboard.topics import link, video
 from skillwing.onboard.topics.common import Vector3
 from skillwing.onboard.topics.faults import LINK_FAULT, SetLinkFault
 from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Bus, Publisher, Sample
 from skillwing.services.bus.reading import message_reader
+from skillwing.services.options import OptionsError, read_options
 from skillwing.services.protocol import ErrorCode, encode
 from skillwing.sim_mujoco.link.pipe import Packet, Pipe
 from skillwing.sim_mujoco.link.radio import Conditions, Radio, RadioOptions, RadioZone
@@ -74,9 +73,9 @@ class LinkNode:
         try:
             self._radio.switch(self._bus.now(), wanted.kind, wanted.on, wanted.magnitude)
         except UnknownFaultError as error:
-            raise RefusedError(ErrorCode.UNKNOWN_NAME, str(error), "choose a known kind", error.known) from error
+            raise CommandRefusedError(ErrorCode.UNKNOWN_NAME, str(error), "choose a known kind", error.known) from error
         except MagnitudeError as error:
-            raise RefusedError(ErrorCode.BAD_REQUEST, str(error), error.advice) from error
+            raise CommandRefusedError(ErrorCode.BAD_REQUEST, str(error), error.advice) from error
         self._publish_status()
         return f"{wanted.kind} of the link is {'on' if wanted.on else 'off'}"
 

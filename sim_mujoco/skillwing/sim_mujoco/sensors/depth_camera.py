@@ -13,8 +13,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.onboard.frames.motion import Motion
-from skillwing.onboard.frames.vectors import Vector, add, axes, to_world
+from skillwing.onboard.frames.vectors import Motion, Vector, add, axes, to_world
 from skillwing.onboard.sensor_data.directions import DEPTH_NOISE, depth_directions
 from skillwing.onboard.topics.sensors import DepthHeader
 from skillwing.sim_mujoco.sensors.infill import Infill, Pixels

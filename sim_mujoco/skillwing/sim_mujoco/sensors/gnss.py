@@ -14,8 +14,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.onboard.frames.motion import Motion
-from skillwing.onboard.frames.vectors import heading_of
+from skillwing.onboard.frames.vectors import Motion, heading_of
 from skillwing.onboard.topics.common import LARGEST_COMPONENT
 
 PERIOD, DELAY = 0.1, 0.1

@@ -7,8 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.onboard.frames.motion import Motion
-from skillwing.onboard.frames.vectors import add, to_world
+from skillwing.onboard.frames.vectors import Motion, add, to_world
 from skillwing.onboard.sensor_data.directions import RANGE_MOUNT
 from skillwing.sim_mujoco.sensors.rays import RayScene
 

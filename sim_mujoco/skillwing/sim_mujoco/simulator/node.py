@@ -8,11 +8,9 @@ from typing import Annotated, Any
 import msgspec
 import numpy as np
 
-from skillwing.onboard.commands.authority import RefusedError
-from skillwing.onboard.commands.service import answer_with, reply_with
+from skillwing.onboard.commands.service import CommandRefusedError, answer_with, reply_with
 from skillwing.onboard.frames.extent import FenceOptions
 from skillwing.onboard.frames.vectors import heading_of, to_body
-from skillwing.onboard.options import OptionsError, read_options
 from skillwing.onboard.sensor_data.names import GNSS, IMU, LIDAR, RANGE
 from skillwing.onboard.topics import common, flight, navigation, odometry, video
 from skillwing.onboard.topics import sensors as sensor_topics
@@ -21,6 +19,7 @@ from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Bus, Publisher
 from skillwing.services.bus.clock import TickRule
 from skillwing.services.bus.reading import message_reader
+from skillwing.services.options import OptionsError, read_options
 from skillwing.services.protocol import CLOCK_KEY, ClockTick, ErrorCode, Message, encode
 from skillwing.sim_mujoco.autopilot.autopilot import Limits, Setpoint
 from skillwing.sim_mujoco.autopilot.failsafes import CRITICAL_CHARGE
@@ -227,9 +226,9 @@ class SimNode:
         try:
             self._sim.set_fault(wanted.sensor, wanted.kind, wanted.on, wanted.magnitude)
         except UnknownFaultError as error:
-            raise RefusedError(ErrorCode.UNKNOWN_NAME, str(error), "choose a known name", error.known) from error
+            raise CommandRefusedError(ErrorCode.UNKNOWN_NAME, str(error), "choose a known name", error.known) from error
         except MagnitudeError as error:
-            raise RefusedError(ErrorCode.BAD_REQUEST, str(error), error.advice) from error
+            raise CommandRefusedError(ErrorCode.BAD_REQUEST, str(error), error.advice) from error
         return f"{wanted.kind} of {wanted.sensor} is {'on' if wanted.on else 'off'}"
 
     def _control_camera(self, wanted: video.ControlCamera) -> str:

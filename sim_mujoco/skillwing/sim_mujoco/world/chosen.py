@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import msgspec
 
-from skillwing.onboard.options import OptionsError
+from skillwing.services.options import OptionsError
 from skillwing.sim_mujoco.world.site import Site
 
 

@@ -13,7 +13,7 @@ from skillwing.onboard.mapping.node import make_mapping
 from skillwing.onboard.odometry import so3
 from skillwing.onboard.odometry.gicp import MissingLibraryError, gicp_matcher
 from skillwing.onboard.odometry.odometry import Odometry, Phase
-from skillwing.onboard.options import OptionsError
+from skillwing.services.options import OptionsError
 from skillwing.sim_mujoco.scenario import ScenarioError, read_scenario
 
 BOX = {"low": list(LOW), "high": list(HIGH)}

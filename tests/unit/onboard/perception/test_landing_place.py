@@ -10,8 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from skillwing.onboard.extent import TIP_RADIUS
-from skillwing.onboard.frames.extent import Box
+from skillwing.onboard.frames.extent import TIP_RADIUS, Box
 from skillwing.onboard.obstacles.free_space import TUBE_RADIUS
 from skillwing.onboard.obstacles.landing_place import REACH, ROOM, SURROUNDINGS, Below
 from skillwing.onboard.obstacles.local_map import VOXEL, LocalMap

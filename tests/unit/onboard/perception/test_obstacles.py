@@ -11,7 +11,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from skillwing.onboard.extent import TIP_RADIUS
+from skillwing.onboard.frames.extent import TIP_RADIUS
 from skillwing.onboard.obstacles.free_space import (
     NARROW,
     STALE,

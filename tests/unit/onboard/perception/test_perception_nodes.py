@@ -12,7 +12,6 @@ from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.mapping.node import MISFITS, make_mapping
 from skillwing.onboard.obstacles.landing_memory import READINGS, SURE
 from skillwing.onboard.obstacles.node import make_obstacles
-from skillwing.onboard.options import OptionsError
 from skillwing.onboard.sensor_data.directions import RANGE_MOUNT, lidar_directions
 from skillwing.onboard.sensor_data.names import IMU, LIDAR, RANGE
 from skillwing.onboard.topics import common, guidance, navigation, sensors
@@ -36,6 +35,7 @@ from skillwing.onboard.topics.obstacles import (
 )
 from skillwing.services.bus import Answered, Node, Refused
 from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.options import OptionsError
 from skillwing.services.protocol import ErrorCode, Message, decode, encode
 from skillwing.sim_mujoco.sensors.instruments import RANGE_PERIOD
 

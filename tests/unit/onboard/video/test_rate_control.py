@@ -8,13 +8,13 @@ import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
-from skillwing.m600.skills.timers import Shortfall
+from skillwing.m600.skills.timers import LeakyTimer
 from skillwing.onboard.topics.faults import FASTEST_LINK
 from skillwing.onboard.topics.link import LinkStatus
 from skillwing.onboard.topics.video import VideoStatus
 from skillwing.onboard.video.codec import FASTEST_RATE
+from skillwing.onboard.video.erasure import HIGHEST_LOSS, LOSSY, MOST_PARITY, RISK, parity_against, risk
 from skillwing.onboard.video.packets import parts_of
-from skillwing.onboard.video.protection import HIGHEST_LOSS, LOSSY, MOST_PARITY, RISK, parity_against, risk
 from skillwing.onboard.video.rate_control import (
     ENOUGH_FPS,
     GOOD_ENOUGH,
@@ -104,14 +104,14 @@ class Loop:
             t=self.t, stream="", fps=fps, quality=seen, bitrate=rates.bitrate, lost=self.loss, latency=0.05
         )
 
-    def shortfall(self, seconds: float, bandwidth: float) -> float:
-        """The largest shortfall, as the skill sees it, while so much time goes by."""
-        shortfall, end, worst = Shortfall(self.t), self.t + seconds, 0.0
+    def timer(self, seconds: float, bandwidth: float) -> float:
+        """The largest timer, as the skill sees it, while so much time goes by."""
+        timer, end, worst = LeakyTimer(self.t), self.t + seconds, 0.0
         while self.t < end:
             self.run(0.25, bandwidth)
             seen = self.seen()
             good = seen.fps >= self.min_fps and (seen.quality or 0.0) >= self.min_quality
-            worst = max(worst, shortfall.observe(self.t, good=good))
+            worst = max(worst, timer.observe(self.t, good=good))
         return worst
 
 
@@ -171,7 +171,7 @@ def test_what_can_be_kept_is_kept(fps: float, wanted: float, hard: float, bandwi
     lowest = min(HIGHEST_FPS, 1.2 * fps)
     affordable = max(SLOWEST_RATE, (SHARE * bandwidth - PICTURE_COST * HIGHEST_FPS) / STEP**2)
     if quality(Rates(affordable, lowest), hard) >= wanted + 0.05:
-        assert loop.shortfall(60.0, bandwidth) < 4.0
+        assert loop.timer(60.0, bandwidth) < 4.0
 
 
 @pytest.mark.parametrize(
@@ -190,7 +190,7 @@ def test_on_a_link_that_narrows_slowly_both_demands_are_held_down_to_the_margins
     while 0.98 * bandwidth > SPARE_FPS / SHARE * STEP * limit:
         bandwidth *= 0.98
         loop.run(10.0, bandwidth)
-        assert loop.shortfall(20.0, bandwidth) < 4.0
+        assert loop.timer(20.0, bandwidth) < 4.0
 
 
 lossy = st.floats(0.01, 0.3)
@@ -217,7 +217,7 @@ def test_both_demands_are_held_where_both_can_be(
     assume(shown(rates, parity, loss) >= min(ENOUGH_FPS * fps, NEARLY_ALL * lowest))
     loop = Loop(fps, wanted, hard, loss=loss, told=told)
     loop.run(120.0, bandwidth)
-    assert loop.shortfall(60.0, bandwidth) < 4.0
+    assert loop.timer(60.0, bandwidth) < 4.0
 
 
 @settings(max_examples=15)
@@ -241,7 +241,7 @@ def test_where_they_cannot_both_be_held_the_skill_learns_of_it(
     """Whatever is chosen: not even the whole link, at the fewest pictures, makes them good; or hardly one arrives."""
     whole = min(max(bandwidth, SLOWEST_RATE), FASTEST_RATE)
     assume(quality(Rates(whole, fps), hard) < wanted or loss >= 0.99)
-    assert Loop(fps, wanted, hard, loss=loss, told=loss * known).shortfall(60.0, bandwidth) >= 4.0
+    assert Loop(fps, wanted, hard, loss=loss, told=loss * known).timer(60.0, bandwidth) >= 4.0
 
 
 def test_a_modem_that_knows_too_little_is_believed_less_once_too_few_pictures_arrive() -> None:
@@ -384,16 +384,16 @@ def test_a_frame_rate_that_was_kept_for_long_comes_back_soon_when_the_view_has_b
 
 @given(st.lists(st.tuples(st.floats(0.01, 2.0), st.booleans()), max_size=60))
 def test_a_shortfall_is_bad_time_that_good_time_has_not_made_up_for(story: list[tuple[float, bool]]) -> None:
-    shortfall, t, expected = Shortfall(0.0), 0.0, 0.0
+    timer, t, expected = LeakyTimer(0.0), 0.0, 0.0
     for step, good in story:
         t += step
         expected = max(0.0, expected - step) if good else expected + step
-        assert math.isclose(shortfall.observe(t, good=good), expected, abs_tol=1e-9)
+        assert math.isclose(timer.observe(t, good=good), expected, abs_tol=1e-9)
     if all(good for _, good in story):
-        assert shortfall.total == 0.0
+        assert timer.total == 0.0
 
 
 def test_a_shortfall_that_begins_later_does_not_count_before() -> None:
-    shortfall = Shortfall(3.0)
-    assert shortfall.observe(2.0, good=False) == 0.0
-    assert shortfall.observe(3.5, good=False) == 0.5
+    timer = LeakyTimer(3.0)
+    assert timer.observe(2.0, good=False) == 0.0
+    assert timer.observe(3.5, good=False) == 0.5
