@@ -147,7 +147,7 @@ class ByOdometry:
     def _placed(self, fix: Fix | None) -> Placement | None:
         if fix is None:
             return None
-        return Placement(fix.placed(REACH) if fix.believed else None, self._message(fix))
+        return Placement(fix.placed(REACH) if fix.accepted else None, self._message(fix))
 
     def _message(self, fix: Fix) -> odometry_topics.Odometry:
         odometry, state = self._odometry, fix.levelled

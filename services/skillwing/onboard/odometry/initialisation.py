@@ -1,4 +1,4 @@
-"""Where odometry begins: a first pose from navigation, and what standing still tells about the IMU's biases."""
+"""Initialisation of odometry: a first pose from navigation, and the IMU's biases from standing still."""
 
 from __future__ import annotations
 
@@ -21,28 +21,28 @@ from skillwing.onboard.odometry.state import (
 from skillwing.onboard.topics.navigation import Navigation
 
 STANDING = 2.0
-"""So long a drone that stands still is listened to before odometry begins [s]."""
+"""Time at rest before odometry begins [s]."""
 SHORTEST = 0.5
-"""A rest that was cut short still tells the biases if it was at least as long [s]."""
+"""Shortest stationary segment that gives the biases, if motion ends it early [s]."""
 PATIENCE = 4.0
-"""After so much listening odometry begins even if the drone neither rests nor moves, but wobbles [s]."""
+"""Time after which odometry begins even if the drone neither rests nor moves, but sways [s]."""
 NAVIGATION_VALID = 0.2
 _STILL_SPEED, _STILL_RATE, _STILL_FORCE = 0.15, 0.02, 0.25
-"""Navigation's speed [m/s], and by how much the means of an inertial batch may differ from those of the rest so far
+"""Largest speed by navigation [m/s], and largest differences of an inertial batch's means from those of the segment
 [rad/s, m/s2]: about eight standard deviations of the IMU's noise."""
 _LARGEST_STEP = 0.1
 _ANCHOR = 1e-4
-"""Position [m] and attitude [rad] are certain, for they define the frame."""
+"""Standard deviation of position [m] and attitude [rad], which define the frame."""
 _TILT = 5e-3
-"""How far the frame may lean, because navigation's roll and pitch are wrong [rad]."""
+"""Standard deviation of the frame's tilt, from the errors of navigation's roll and pitch [rad]."""
 _REST_FORCE, _REST_RATE, _REST_SPEED = 0.01, 3e-4, 0.02
 _MOVING_SPEED, _GYRO_BIAS, _ACCEL_BIAS = 0.1, 0.01, 0.06
-"""What is not known without a rest: the velocity [m/s], and the biases up to what an IMU may have after it was switched
-on [rad/s, m/s2]."""
+"""Standard deviations without a stationary segment: velocity [m/s], and biases of an IMU after it was switched on
+[rad/s, m/s2]."""
 
 
-class Rest:
-    """Sums over the time for which the drone has not moved: `duration` [s]."""
+class StationarySegment:
+    """Sums of measurements over a time without motion: `duration` [s]."""
 
     def __init__(self) -> None:
         self.duration = 0.0
@@ -74,8 +74,8 @@ class Rest:
         """Mean attitude (3, 3) by navigation, body to world."""
         return so3.matrix(self._quaternion)
 
-    def goes_on_with(self, batch: Inertial) -> bool:
-        """Whether a batch of inertial samples looks like the rest so far."""
+    def continues_with(self, batch: Inertial) -> bool:
+        """Test for a batch of inertial samples that looks like the segment so far."""
         if not self._samples:
             return True
         rate, force = batch.rates.mean(axis=0) - self.rate, batch.forces.mean(axis=0) - self.force
@@ -94,66 +94,66 @@ class Rest:
         self._quaternion += quaternion if quaternion @ self._quaternion >= 0.0 else -quaternion
 
 
-class Beginning:
-    """Listens until odometry can begin.
+class Initialisation:
+    """Initialisation from measurements, until odometry can begin.
 
-    The world frame of odometry is ENU as navigation has it at that moment: position and heading are taken from there,
-    and never again. On the ground they are means over the rest. A drone that moves begins at once, from navigation's
-    pose and velocity, with the gyroscopes' biases of a rest before if there was one.
+    The world frame of odometry is navigation's ENU at that moment: position and heading come from there, once. On the
+    ground they are means over the stationary segment. If the drone moves, odometry begins at once from
+    navigation's pose and velocity. It takes the gyroscopes' biases of an earlier segment, if there was one.
     """
 
     def __init__(self) -> None:
-        self._rest = Rest()
-        self._before: Rest | None = None
+        self._segment = StationarySegment()
+        self._before: StationarySegment | None = None
         self._latest: Navigation | None = None
-        self._heard: float | None = None
+        self._latest_sample: float | None = None
         self._listening = 0.0
 
     def navigation(self, navigation: Navigation) -> None:
-        """A navigation solution came in."""
+        """Take a navigation solution."""
         self._latest = navigation
         if _speed(navigation) < _STILL_SPEED:
-            self._rest.add_pose(navigation)
+            self._segment.add_pose(navigation)
         else:
-            self._end_rest()
+            self._end_segment()
 
     def imu(self, batch: Inertial) -> None:
-        """A batch of inertial samples came in."""
-        heard, self._heard = self._heard, float(batch.times[-1])
-        duration = 0.0 if heard is None else min(max(self._heard - heard, 0.0), _LARGEST_STEP)
+        """Take a batch of inertial samples."""
+        heard, self._latest_sample = self._latest_sample, float(batch.times[-1])
+        duration = 0.0 if heard is None else min(max(self._latest_sample - heard, 0.0), _LARGEST_STEP)
         self._listening += duration
-        if not self._rest.goes_on_with(batch):
-            self._end_rest()
-        self._rest.add(batch, duration)
+        if not self._segment.continues_with(batch):
+            self._end_segment()
+        self._segment.add(batch, duration)
 
     def begin(self, t: float) -> tuple[State, Floats] | None:
-        """State and covariance (18, 18) of its error at `t`; None while it is too early, or navigation is silent."""
+        """State and covariance (18, 18) of its error at `t`; None if it is too early, or navigation is silent."""
         latest = self._latest
-        if latest is None or not latest.valid or abs(t - latest.t) > NAVIGATION_VALID or self._heard is None:
+        if latest is None or not latest.valid or abs(t - latest.t) > NAVIGATION_VALID or self._latest_sample is None:
             return None
-        if self._rest.duration >= STANDING and self._rest.has_pose:
-            return _at_rest(self._rest)
+        if self._segment.duration >= STANDING and self._segment.has_pose:
+            return _at_rest(self._segment)
         if _speed(latest) >= _STILL_SPEED or self._before is not None or self._listening > PATIENCE:
             return _in_motion(latest, t, self._before)
         return None
 
-    def _end_rest(self) -> None:
-        if self._rest.duration >= SHORTEST:
-            self._before = self._rest
-        self._rest = Rest()
+    def _end_segment(self) -> None:
+        if self._segment.duration >= SHORTEST:
+            self._before = self._segment
+        self._segment = StationarySegment()
 
 
 def _speed(navigation: Navigation) -> float:
     return float(np.linalg.norm(navigation.velocity))
 
 
-def _at_rest(rest: Rest) -> tuple[State, Floats]:
+def _at_rest(rest: StationarySegment) -> tuple[State, Floats]:
     state = State(rest.position, rest.turn, np.zeros(3), rest.rate, np.zeros(3))
     covariance = _covariance(speed=_REST_SPEED, gyro_bias=_REST_RATE)
     return _level(state, covariance, rest.force)
 
 
-def _in_motion(navigation: Navigation, t: float, before: Rest | None) -> tuple[State, Floats]:
+def _in_motion(navigation: Navigation, t: float, before: StationarySegment | None) -> tuple[State, Floats]:
     velocity = np.array(navigation.velocity)
     position = np.array(navigation.position) + (t - navigation.t) * velocity
     rate = before.rate if before else np.zeros(3)
@@ -170,10 +170,10 @@ def _covariance(*, speed: float, gyro_bias: float) -> Floats:
 
 
 def _level(state: State, covariance: Floats, force: Floats) -> tuple[State, Floats]:
-    """Take in the mean force of a rest, which is the reaction to gravity and the accelerometers' bias.
+    """Update with the mean force at rest, which is the reaction to gravity plus the accelerometers' bias.
 
-    The two cannot be told apart: a frame that leans by a milliradian looks like a bias of a centimetre per second
-    squared. A Kalman update keeps that as a correlation, which movements and turns then resolve.
+    The two cannot be separated: a tilt of the frame by a milliradian looks like a bias of a centimetre per second
+    squared. The Kalman update keeps this as a correlation, which movements and turns resolve later.
     """
     reaction = -state.turn.T @ state.gravity
     slopes = np.zeros((3, SIZE))

@@ -1,7 +1,7 @@
-"""Over a time without inertial measurements: how navigation says that the drone has moved meanwhile.
+"""Bridge over a gap in inertial measurements: the drone's movement meanwhile, by navigation.
 
-Where the drone is by navigation does not matter, and odometry does not ask: only the movement between two solutions is
-taken over, which is good to some centimetres in a second or two. The scans that follow correct the rest.
+Odometry takes only the movement between two solutions, not navigation's position. The movement is good to some
+centimetres in a second or two, and the next scans correct the rest.
 """
 
 from __future__ import annotations
@@ -17,32 +17,32 @@ from skillwing.onboard.odometry.state import ATTITUDE, POSITION, VELOCITY, State
 from skillwing.onboard.topics.navigation import Navigation
 
 VALID: Final = 0.2
-"""A solution tells the movement at moments that are so far from it at most [s]."""
+"""Largest distance in time between a solution and the moment that it is used for [s]."""
 _MOVEMENT, _ROTATION, _SPEED = 0.15, 0.02, 0.15
-"""Standard deviations of what is taken over [m, rad, m/s], of each axis."""
+"""Standard deviations of the movement, rotation and velocity taken from navigation, per axis [m, rad, m/s]."""
 
 
 class NavigationBridge:
-    """Remembers how navigation saw the moment up to which odometry has come."""
+    """Memory of the navigation solution at the time that odometry has reached."""
 
     def __init__(self) -> None:
         self._latest: Navigation | None = None
         self._left: tuple[float, Navigation] | None = None
 
     def navigation(self, navigation: Navigation) -> None:
-        """A navigation solution came in."""
+        """Take a navigation solution."""
         self._latest = navigation
 
     def reached(self, t: float) -> None:
-        """Odometry has come to `t`."""
+        """Note that odometry has reached `t`."""
         latest = self._latest
-        self._left = (t, latest) if latest is not None and _tells(latest, t) else None
+        self._left = (t, latest) if latest is not None and _covers(latest, t) else None
 
     def over(self, state: State, covariance: Floats, end: float) -> tuple[State, Floats] | None:
-        """State and covariance (N, N) at `end`, where they were these at the last `reached`; None while navigation
-        does not know either end."""
+        """State and covariance (N, N) at `end`, from those at the last `reached`; None without navigation at either
+        end."""
         latest = self._latest
-        if self._left is None or latest is None or not _tells(latest, end):
+        if self._left is None or latest is None or not _covers(latest, end):
             return None
         left, landed = _pose(self._left[1], self._left[0]), _pose(latest, end)
         rotation = left[1].T @ landed[1]
@@ -63,12 +63,12 @@ class NavigationBridge:
         return moved, spread
 
 
-def _tells(navigation: Navigation, t: float) -> bool:
+def _covers(navigation: Navigation, t: float) -> bool:
     return navigation.valid and abs(t - navigation.t) <= VALID
 
 
 def _pose(navigation: Navigation, t: float) -> tuple[Floats, Floats]:
-    """Position (3,) and attitude (3, 3), body to world, at a `t` close by."""
+    """Position (3,) and attitude (3, 3), body to world, at a `t` near the solution."""
     later = t - navigation.t
     turn = so3.matrix(np.array(navigation.quaternion)) @ so3.exp(later * np.array(navigation.angular_velocity))
     return np.array(navigation.position) + later * np.array(navigation.velocity), turn

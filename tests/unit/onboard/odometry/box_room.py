@@ -37,7 +37,7 @@ class Room:
     """A flight in the room: the drone stands for a while, then sways along a smooth path and turns to and fro.
 
     lidar_bias, lidar_noise [m], gyro_bias [rad/s], accel_bias [m/s2]: what the sensors add; they may be changed on the
-    way. lean (3,), offset (3,): by what rotation [rad] and how far [m], in world axes, navigation is wrong. blind,
+    way. tilt (3,), offset (3,): by what rotation [rad] and how far [m], in world axes, navigation is wrong. blind,
     deaf, lost: no scans, no inertial measurements, no navigation. every: of so many inertial batches one comes.
     blocks: what stands in the room, each by two corners in world axes.
     """
@@ -48,7 +48,7 @@ class Room:
     lidar_noise: float = 0.02
     gyro_bias: Floats = field(default_factory=lambda: np.array([0.004, -0.003, 0.002]))
     accel_bias: Floats = field(default_factory=lambda: np.array([0.05, -0.04, 0.03]))
-    lean: Floats = field(default_factory=lambda: np.zeros(3))
+    tilt: Floats = field(default_factory=lambda: np.zeros(3))
     offset: Floats = field(default_factory=lambda: np.zeros(3))
     blind: bool = False
     deaf: bool = False
@@ -82,7 +82,7 @@ class Room:
             t=t,
             position=tuple((self.position(t) + self.offset).tolist()),
             velocity=tuple(self.velocity(t).tolist()),
-            quaternion=so3.quaternion(so3.exp(self.lean) @ self.turn(t)),
+            quaternion=so3.quaternion(so3.exp(self.tilt) @ self.turn(t)),
             angular_velocity=(0.0, 0.0, 0.0),
             heading=0.0,
         )

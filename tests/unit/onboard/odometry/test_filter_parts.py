@@ -73,7 +73,7 @@ def test_levelling_turns_gravity_down_and_changes_no_distance(error: np.ndarray,
     # Seen from the drone nothing changes.
     assert np.allclose(levelled.turn.T @ levelled.gravity, state.turn.T @ state.gravity, atol=1e-9)
     assert np.allclose(levelled.turn.T @ levelled.velocity, state.turn.T @ state.velocity, atol=1e-9)
-    # Planes keep their lean, and so do the places that they were laid from.
+    # Planes keep their tilt, and so do the places that they were laid from.
     assert levelled.keyframes.kept == 0
 
 
@@ -145,7 +145,7 @@ def test_planes_are_found_and_distances_from_them_are_right(normal: np.ndarray, 
     planes.insert(points[2000:], 5.0 * normal)
     matches = planes.match(points[:500] + 0.1 * normal, 5.0 * normal)
     assert len(matches.points) > 100
-    good = matches.doubt < 0.01**2
+    good = matches.plane_variances < 0.01**2
     assert np.allclose(matches.normals[good] @ normal, 1.0, atol=5e-3)
     assert np.allclose(matches.distances[good], 0.1, atol=0.06)
 
@@ -189,22 +189,22 @@ def test_a_plane_speaks_against_a_scan_only_if_one_lay_on_it_lately(offset: floa
         planes.confirm(registration.met, registration.close)
         planes.insert(np.vstack(surfaces), sensor)
 
-    def doubtful() -> bool:
+    def unreliable() -> bool:
         agreement = compare(ground, wall - offset * east).agreement
         assert agreement.close > 0.9 * len(ground)
         return agreement.close < LEAST_CLOSE * agreement.matched
 
     take_in(ground, wall)
-    assert not doubtful()
+    assert not unreliable()
     take_in(ground, wall)
-    assert doubtful()
+    assert unreliable()
     for _ in range(LATELY - 1):
         take_in(ground)
-    assert doubtful()
+    assert unreliable()
     take_in(ground)
-    assert not doubtful()
+    assert not unreliable()
     take_in(ground, wall)
-    assert doubtful()
+    assert unreliable()
 
 
 def test_what_is_no_plane_or_outside_is_not_matched() -> None:
@@ -248,7 +248,7 @@ def test_the_filter_finds_the_pose_from_which_the_walls_fit(error: np.ndarray) -
 
 
 def test_a_flat_floor_does_not_hold_the_drone_along_it() -> None:
-    """Planes that were seen as narrow strips lean this way and that by chance. The drone has gone on above them by a
+    """Planes that were seen as narrow strips tilt this way and that by chance. The drone has gone on above them by a
     way of which it does not know 0.3 m, and nothing tells it: neither may it seem to know, nor be drawn anywhere."""
     steps, sigmas = zip(*(_above_strips(seed) for seed in range(20)), strict=True)
     assert np.sqrt(np.mean(np.square(steps))) < 0.15

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from skillwing.onboard.odometry import so3
 from skillwing.onboard.odometry.deskew import deskew
 from skillwing.onboard.odometry.filter import Posterior, update
-from skillwing.onboard.odometry.keyframes import LAYING, MOST, STEP, TURN, Keyframes
+from skillwing.onboard.odometry.keyframes import MAPPING_SIGMA, MOST, STEP, TURN, Keyframes
 from skillwing.onboard.odometry.plane_map import PlaneMap
 from skillwing.onboard.odometry.propagation import Track
 from skillwing.onboard.odometry.registration import Registration
@@ -57,7 +57,7 @@ def test_a_new_keyframe_errs_as_the_drone_does_and_the_oldest_goes(count: int, s
     # Seen from the drone, which has not moved since, it errs as the drone: nothing is unknown between the two.
     between = np.zeros((6, len(after)))
     between[:, POSE], between[:, -6:] = np.eye(6), -more.seen_from(position, turn, np.array([count]))[0]
-    assert np.allclose(between @ after @ between.T, np.diag(LAYING**2), atol=1e-9)
+    assert np.allclose(between @ after @ between.T, np.diag(MAPPING_SIGMA**2), atol=1e-9)
 
 
 @given(vectors, vectors, vectors, vectors, vectors, vectors)
@@ -93,7 +93,7 @@ def test_what_is_laid_from_a_shifted_keyframe_lies_right_with_its_shift(
 ) -> None:
     points = np.random.default_rng(seed).uniform(-9.0, 9.0, (20, 3))
     shift = np.concatenate([move, turned * axis])
-    laid = Keyframes(place[None], np.eye(3), shift[None]).laid(points)
+    laid = Keyframes(place[None], np.eye(3), shift[None]).mapped(points)
     assert np.allclose(place + move + (laid - place) @ so3.exp(shift[3:]).T, points, atol=1e-9)
 
 
@@ -118,7 +118,7 @@ def mapped(keyframe: int, shift: np.ndarray | None = None) -> tuple[PlaneMap, Re
     *earlier, last = (deskew(room.scan(1.0, 1.1), still, 60.0) for _ in range(5))
     wrong = Keyframes(np.zeros((1, 3)), np.eye(3), (np.zeros(6) if shift is None else shift)[None])
     for scan in earlier:
-        laid = wrong.laid(np.vstack([scan.points.astype(np.float64), scan.sensor]))
+        laid = wrong.mapped(np.vstack([scan.points.astype(np.float64), scan.sensor]))
         planes.insert(laid[:-1], laid[-1], keyframe)
     return planes, Registration(last.points.astype(np.float64), last.sensor, planes)
 
@@ -220,7 +220,7 @@ def test_a_plane_is_laid_from_where_its_points_were_seen(few: int, later: int) -
     matches = planes.match(floor, sensor)
     assert len(matches.points) == len(floor)
     assert np.all(matches.keyframes == later)
-    assert matches.doubt.max() < 0.02**2
+    assert matches.plane_variances.max() < 0.02**2
 
 
 PLACE, SPEED = 0.2, 0.1

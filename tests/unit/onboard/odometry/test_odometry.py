@@ -9,8 +9,8 @@ import pytest
 from box_room import BATCH, HIGH, IMU_RATE, LOW, STANDING, Room
 
 from skillwing.onboard.odometry import so3
-from skillwing.onboard.odometry.divergence_monitor import DOUBTS
-from skillwing.onboard.odometry.odometry import HUNGRY_SCANS, KEPT, PATIENCE, Odometry, Phase
+from skillwing.onboard.odometry.divergence_monitor import MOST_REJECTED
+from skillwing.onboard.odometry.odometry import KEPT, PATIENCE, SCANS_WITHOUT_IMU, Odometry, Phase
 
 
 def make_odometry() -> Odometry:
@@ -37,7 +37,7 @@ def test_it_follows_a_drone_through_a_room_and_finds_the_biases() -> None:
     last = fixes[-1]
     assert np.allclose(last.state.gyro_bias, room.gyro_bias, atol=1.5e-3)
     assert np.allclose(last.state.accel_bias, room.accel_bias, atol=0.04)
-    assert all(fix.believed for fix in fixes)
+    assert all(fix.accepted for fix in fixes)
     assert all(errors[k] < 4.0 * np.linalg.norm(fix.position_sigma) for k, fix in enumerate(fixes))
     assert last.agreement.share > 0.6
 
@@ -66,7 +66,7 @@ def test_it_begins_in_flight_from_navigation_and_learns_the_biases_there() -> No
 
 
 def test_a_frame_that_begins_leaning_is_levelled_in_flight() -> None:
-    room, odometry = Room(lean=np.array([0.012, -0.01, 0.0])), make_odometry()
+    room, odometry = Room(tilt=np.array([0.012, -0.01, 0.0])), make_odometry()
     last = list(room.fly(odometry, 14.0))[-1]
     upright = room.turn(last.t)
     assert np.linalg.norm(so3.log(last.state.turn @ upright.T)[:2]) > 0.01
@@ -113,14 +113,14 @@ def test_it_notices_within_two_seconds_that_a_sensor_lies(break_: Callable[[Room
     assert odometry.phase is Phase.LOST
     assert odometry.text
     assert fixes[-1].t - broken_at < 2.0
-    assert len(fixes) >= DOUBTS - 1
+    assert len(fixes) >= MOST_REJECTED - 1
 
 
 def test_a_small_bias_of_the_ranges_is_borne_and_one_that_grows_is_noticed() -> None:
     room = Room()
     odometry = flying(room)
     room.lidar_bias = 0.05
-    assert all(fix.believed for fix in room.fly(odometry, 4.0))
+    assert all(fix.accepted for fix in room.fly(odometry, 4.0))
     while odometry.phase is not Phase.LOST and room.lidar_bias < 1.0:
         room.lidar_bias += 0.01
         list(room.fly(odometry, 0.1))
@@ -139,7 +139,7 @@ def test_flying_through_a_doorway_in_a_thin_wall_and_back_is_no_divergence(thick
     fixes = list(room.fly(odometry, 13.0))
     assert max(fix.state.position[0] for fix in fixes) > back + 1.0
     assert fixes[-1].state.position[0] < front - 1.0
-    assert all(fix.believed for fix in fixes)
+    assert all(fix.accepted for fix in fixes)
     assert min(fix.agreement.close / fix.agreement.matched for fix in fixes[3:]) > 0.95
     assert max(np.linalg.norm(fix.state.position - room.position(fix.t)) for fix in fixes) < 0.06
 
@@ -172,11 +172,11 @@ def test_a_single_wrong_scan_is_left_out_and_changes_nothing() -> None:
     room = Room()
     odometry = flying(room)
     room.lidar_bias = 1.0
-    doubted = list(room.fly(odometry, 0.1))
+    rejected = list(room.fly(odometry, 0.1))
     room.lidar_bias = 0.0
     fixes = list(room.fly(odometry, 2.0))
-    assert [fix.believed for fix in doubted] == [False]
-    assert all(fix.believed for fix in fixes)
+    assert [fix.accepted for fix in rejected] == [False]
+    assert all(fix.accepted for fix in fixes)
     assert odometry.phase is Phase.TRACKING
     assert np.linalg.norm(fixes[-1].state.position - room.position(fixes[-1].t)) < 0.05
 
@@ -196,7 +196,7 @@ def test_scans_without_inertial_measurements_tell_soon_that_these_are_gone() -> 
     room = Room()
     odometry = flying(room)
     room.deaf = True
-    list(room.fly(odometry, 0.1 * (HUNGRY_SCANS - 1)))
+    list(room.fly(odometry, 0.1 * (SCANS_WITHOUT_IMU - 1)))
     assert odometry.phase is not Phase.LOST
     list(room.fly(odometry, 0.2))
     assert odometry.phase is Phase.LOST
@@ -258,12 +258,12 @@ def test_one_batch_of_ten_is_too_few() -> None:
 
 @pytest.mark.parametrize("seconds", [0.3, 1.0, 1.6])
 def test_missing_inertial_measurements_are_bridged_by_how_navigation_moved(seconds: float) -> None:
-    room = Room(lean=np.array([0.012, -0.01, 0.0]))
+    room = Room(tilt=np.array([0.012, -0.01, 0.0]))
     odometry = flying(room)
     without_everything(room, odometry, seconds)
     fixes = list(room.fly(odometry, 1.5))
     assert odometry.phase is Phase.TRACKING
-    assert all(fix.believed for fix in fixes)
+    assert all(fix.accepted for fix in fixes)
     errors = [np.linalg.norm(fix.levelled.position - room.position(fix.t)) for fix in fixes]
     assert errors[-1] < 0.08
 

@@ -32,7 +32,7 @@ def test_it_follows_a_drone_through_a_room() -> None:
     assert len(fixes) == 39
     assert max(np.linalg.norm(fix.state.position - room.position(fix.t)) for fix in fixes) < 0.05
     assert max(np.linalg.norm(so3.log(fix.state.turn.T @ room.turn(fix.t))) for fix in fixes) < np.radians(0.5)
-    assert all(fix.believed for fix in fixes)
+    assert all(fix.accepted for fix in fixes)
     assert fixes[-1].agreement.share > 0.9
     assert odometry.phase is Phase.TRACKING
 
