@@ -43,7 +43,7 @@ CRITICAL = {"center": [28.0, 20.0], "radius": 9.0, "edge": 5.0, "bandwidth": 0.0
 
 
 def row(name: str, trial: Trial) -> list[str]:
-    """Name, bit rate, FPS, SSIM, latency p50 and p95, lost pieces, changes of the rates, how it ended."""
+    """Name, bit rate, FPS, SSIM, latency p50 and p95, lost packets, changes of the rates, how it ended."""
     seen = trial.settled(START_UP + SETTLED) if trial.ended == "goes on" else trial.seen[-8:]
     quality = [s.quality for s in seen if s.quality is not None]
     delays = sorted(delay for t, delay in trial.delays if t >= seen[0].t)

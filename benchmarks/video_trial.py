@@ -140,7 +140,7 @@ def stream(
 
         def on_piece(header: video.VideoPacket, data: bytes) -> None:
             now = watch.now()
-            picture = receiver.piece(now, header, data)
+            picture = receiver.packet(now, header, data)
             if picture is not None:
                 trial.delays.append((now, now - picture.t))
 

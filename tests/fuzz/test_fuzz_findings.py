@@ -63,10 +63,10 @@ def test_health_that_fills_a_message_is_refused(field: str) -> None:
 
 def test_a_stream_whose_name_fills_a_message_is_refused() -> None:
     """What the ground says of a stream has its name in it, and was a little longer: it ended the ground."""
-    piece = VideoPacket(
+    packet = VideoPacket(
         t=0.0, stream=ALMOST_TOO_LONG[200:], sequence=0, frame=0, part=0, parts=1, size=0, keyframe=True
     )
-    refused(piece, VideoPacket)
+    refused(packet, VideoPacket)
 
 
 def test_a_setpoint_beyond_all_maps_is_refused() -> None:

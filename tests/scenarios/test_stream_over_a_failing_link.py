@@ -40,11 +40,11 @@ class Streaming(SkillsetInProcess):
         super().__init__(SKILLSET, hooks=[StreamManager], mocks=False, nodes=nodes)
         self.seen: list[video.VideoStatus] = []
         self.rates: list[video.EncoderStatus] = []
-        self.pieces = 0
+        self.packets = 0
         watch = self.network.bus("onlooker")
         watch.subscribe(video.VIDEO_STATUS, lambda s: self.seen.append(decode(s.payload, video.VideoStatus)))
         watch.subscribe(video.VIDEO_ENCODER, lambda s: self.rates.append(decode(s.payload, video.EncoderStatus)))
-        watch.subscribe(video.VIDEO_SENT, lambda s: setattr(self, "pieces", self.pieces + 1))
+        watch.subscribe(video.VIDEO_SENT, lambda s: setattr(self, "packets", self.packets + 1))
         self._onlooker = watch
         self.run(2.5)
 
@@ -126,9 +126,9 @@ def test_an_interrupted_stream_stops_at_once() -> None:
         drone.run(4.0)
         goal.interrupt().assert_ended("IT", forced=False)
         drone.run(0.1)
-        sent = drone.pieces
+        sent = drone.packets
         drone.run(2.0)
-        assert drone.pieces == sent
+        assert drone.packets == sent
 
 
 def test_more_pictures_than_the_camera_takes_are_refused() -> None:

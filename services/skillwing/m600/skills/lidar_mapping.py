@@ -56,7 +56,7 @@ class LidarMappingManager(AbstractLidarMappingManager):
             self.terminated_DIVERGED(goal.id, cause=why)
         elif not status.running and on_since is not None and status.t > on_since + UNDER_WAY:
             self._given_up = goal.id
-            self.failed(goal.id, "The mapping node was started again, and has lost the map. Start the skill anew.")
+            self.failed(goal.id, "The mapping node was started again, and has lost the map. Start the skill again.")
 
     def _watch(self, goal: Goal[LidarMappingInputs], dispatched_at: float) -> None:
         if self.bus.now() - dispatched_at >= PATIENCE and not self.status.is_fresh(PATIENCE):

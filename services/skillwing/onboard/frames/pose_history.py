@@ -18,7 +18,7 @@ _GAP = 0.1
 
 
 class PoseHistory:
-    """The latest navigation solutions. One that is older than the latest begins a new history: time was reset."""
+    """History of navigation solutions. A solution older than the latest one clears it first: time was reset."""
 
     def __init__(self) -> None:
         self._track: deque[Motion] = deque()

@@ -51,7 +51,7 @@ STREAMING = (
         "A packet on its way to the ground.",
         "Nothing arrives.",
         when="while a stream runs",
-        array="a piece of an H.264 access unit, or of its parity",
+        array="a packet of an H.264 access unit, or of its parity",
     ),
     Topic(
         video.VIDEO_RECEIVED,
@@ -63,7 +63,7 @@ STREAMING = (
         "The same packet, where the link has not lost it.",
         "Nothing is seen, and `stream` ends FPS_LOST.",
         when="while a stream runs",
-        array="a piece of an H.264 access unit, or of its parity",
+        array="a packet of an H.264 access unit, or of its parity",
     ),
     Topic(
         video.VIDEO_REPORT,

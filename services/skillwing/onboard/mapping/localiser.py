@@ -1,4 +1,4 @@
-"""Where the poses of the map come from: LiDAR-inertial odometry, or for comparison another one or navigation."""
+"""Localiser: poses for the map from LiDAR-inertial odometry, or for comparison from another one or navigation."""
 
 from __future__ import annotations
 
@@ -31,44 +31,44 @@ _TRACKING: Final = {
 
 @dataclass(frozen=True, slots=True)
 class Placement:
-    """A scan put into the world. `points` is None if it must not be mapped; `odometry` is what there is to publish."""
+    """A scan in the world frame. `points` is None if it must not be mapped; `odometry` is the message to publish."""
 
     points: PlacedPoints | None
     odometry: odometry_topics.Odometry | None
 
 
 class Localiser(Protocol):
-    """Puts scans into the world. Measurements go in as they come; a scan comes out when its poses are known."""
+    """Localiser of scans: takes measurements as they come, and returns a scan once its poses are known."""
 
     source: str
-    """Where the poses come from, in words."""
+    """Source of the poses, in words."""
     sensors: tuple[str, ...]
-    """Whose measurements it works with, by the names that messages of health have for them."""
+    """Sensors that it uses, by their names in messages of health."""
 
     @property
     def lost(self) -> str:
-        """Why poses are no longer believed; empty while they are."""
+        """Reason for the loss of poses; empty without a loss."""
         ...
 
     @property
     def text(self) -> str:
-        """What it waits for or complains about; empty while all is well."""
+        """Reason to wait, or a problem; empty in normal operation."""
         ...
 
     def restart(self) -> None:
-        """Forget everything, and begin anew."""
+        """Discard everything, and initialise again."""
         ...
 
     def navigation(self, navigation: Navigation) -> Placement | None: ...
     def imu(self, batch: Inertial) -> Placement | None: ...
     def scan(self, scan: LidarScan) -> Placement | None: ...
     def check(self, t: float) -> None:
-        """Time has passed."""
+        """Detect silent sensors at `t`."""
         ...
 
 
 class ByNavigation:
-    """Poses as navigation tells them, interpolated between its solutions."""
+    """Poses by navigation, interpolated between its solutions."""
 
     source = "navigation solution"
     sensors: tuple[str, ...] = (LIDAR,)
@@ -93,10 +93,10 @@ class ByNavigation:
         return self._place()
 
     def check(self, t: float) -> None:
-        """Navigation says itself when it does not know."""
+        """Nothing to detect: navigation marks invalid solutions itself."""
 
     def _place(self) -> Placement | None:
-        """A scan waits until the drone's pose is known up to its end."""
+        """Place the waiting scan once the drone's pose is known up to its end."""
         scan = self._waiting
         if scan is None or not self._poses.covers(*scan.span):
             return None
@@ -116,7 +116,7 @@ class ByOdometry:
         make_matcher: MakeMatcher = PlaneMatcher,
         source: str = "LiDAR-inertial odometry",
     ) -> None:
-        """low, high: corners of the box in which odometry may find something to hold on to [m]."""
+        """low, high: corners of the box that odometry maps planes in [m]."""
         self.source = source
         self._odometry = Odometry(low, high, make_matcher=make_matcher)
 
@@ -167,6 +167,6 @@ class ByOdometry:
 
 
 def _vector(values: Floats) -> common.Vector3:
-    """Three numbers as a message has them, which refuses what is out of all bounds."""
+    """Three numbers for a message, clipped to its bounds."""
     x, y, z = np.clip(values, -common.LARGEST_COMPONENT, common.LARGEST_COMPONENT).tolist()
     return x, y, z

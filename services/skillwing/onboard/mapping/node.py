@@ -1,7 +1,6 @@
 """Odometry and map as a process: scans and inertial measurements in, poses and a voxel map out.
 
-Odometry runs as long as the process, so that it has begun on the ground when a map is wanted in the air; mapping is
-switched on and off.
+Odometry runs as long as the process, so that it is initialised on the ground; mapping is switched on and off.
 """
 
 from __future__ import annotations
@@ -39,11 +38,11 @@ MISFITS = "the scans no longer fit the map"
 STATUS_PERIOD, MAP_PERIOD = 0.5, 1.0
 _LARGEST = 64_000_000
 BEYOND: Vector = (30.0, 30.0, 10.0)
-"""So much farther than the map odometry holds on to what it sees, to each side [m]."""
+"""Margin of odometry's box around that of the map, to each side [m]."""
 
 
 class MappingNode:
-    """Shell around a `Mapper`. Publishes what has become occupied, or all of it once voxels were found free again."""
+    """Shell around a `Mapper`. It publishes newly occupied voxels, or all of them after some became free again."""
 
     name = "mapping"
     owns_clock = False
@@ -52,7 +51,7 @@ class MappingNode:
         self._mapper, self._localiser = mapper, localiser
         self._holder = CommandAuthority("map")
         self._failed: dict[str, str] = {}
-        """Sensors that do not believe themselves, and in what words they say so."""
+        """Sensors whose health is FAILED, with a sentence on the reason."""
         self._published: Voxels = np.empty(0, dtype=np.int64)
         self._bus: Bus | None = None
         self._status: Publisher | None = None
@@ -61,7 +60,7 @@ class MappingNode:
 
     @property
     def pose_source(self) -> str:
-        """Where the poses come from, in words."""
+        """Source of the poses, in words."""
         return self._localiser.source
 
     def attach(self, bus: Bus) -> None:
@@ -83,9 +82,9 @@ class MappingNode:
         bus.every(MAP_PERIOD, self._publish_map)
 
     def detach(self) -> None:
-        """The map lives as long as this process."""
+        """Nothing to release: the map lives as long as this process."""
 
-    # --- who controls it -------------------------------------------------------------------------------------
+    # --- commands --------------------------------------------------------------------------------------------
 
     def _on_command(self, command: mapping.ControlMapping) -> str:
         holder = self._holder
@@ -98,7 +97,7 @@ class MappingNode:
         return "this goal does not hold the map; nothing to stop"
 
     def _start(self, command: mapping.ControlMapping) -> str:
-        """A new goal after a divergence begins a new odometry and a new map; a repeated command changes nothing."""
+        """Start mapping, after a divergence with new odometry and a new map; a repeated command changes nothing."""
         holder = self._holder
         is_new = holder.goal != command.goal_id
         holder.take(command.goal_id, command.token)
@@ -106,7 +105,7 @@ class MappingNode:
         if is_new and self._diverged:
             self._localiser.restart()
             self._mapper.renew()
-            return "mapping anew"
+            return "mapping, from an empty map"
         return "mapping"
 
     @property
@@ -121,13 +120,13 @@ class MappingNode:
         self._holder.goal = None
         self._mapper.stop()
 
-    # --- what it maps ----------------------------------------------------------------------------------------
+    # --- measurements ----------------------------------------------------------------------------------------
 
     def _on_navigation(self, navigation: Navigation) -> None:
         self._take(self._localiser.navigation(navigation))
 
     def _unless_failed(self, sensor: str, place: Callable[[S], Placement | None]) -> Callable[[S], None]:
-        """A reader that leaves out what a failed sensor makes up: to the localiser measurements are missing then."""
+        """A reader that drops measurements of a failed sensor; the localiser then treats them as missing."""
 
         def on_measurement(measurement: S) -> None:
             if sensor not in self._failed:
@@ -149,7 +148,7 @@ class MappingNode:
         if placement.points is not None and not self._localiser.lost:
             self._mapper.add(placement.points)
 
-    # --- what it says ----------------------------------------------------------------------------------------
+    # --- publications ----------------------------------------------------------------------------------------
 
     def _publish_status(self) -> None:
         assert self._bus is not None
@@ -169,7 +168,7 @@ class MappingNode:
 
     @property
     def _text(self) -> str:
-        """What is wrong or waited for, the sensors first; empty while all is well."""
+        """Problems, or a reason to wait, the sensors first; empty in normal operation."""
         complaint = self._localiser.text or (MISFITS if self._mapper.diverged else "")
         return "; ".join(filter(None, (*self._failed.values(), complaint)))
 

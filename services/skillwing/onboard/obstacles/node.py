@@ -1,6 +1,6 @@
-"""Obstacle detection as a process: one sensor at a time makes the depth map, chosen by whoever holds the newest token.
+"""Obstacle detection as a process: one sensor at a time makes the depth map, chosen by the newest token's goal.
 
-For a landing the LiDAR is followed besides, whatever was chosen: its ring sees the ground below the drone.
+For landings the node also subscribes to the LiDAR, whatever was chosen: its ring sees the ground below the drone.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ PERIOD = 0.1
 
 
 class ObstaclesNode:
-    """Shell around `FreeSpace` and `LandingMemory`. It listens to the camera only while that is the chosen source."""
+    """Shell around `FreeSpace` and `LandingMemory`. It subscribes to the camera only while that is the source."""
 
     name = "obstacles"
     owns_clock = False
@@ -72,7 +72,7 @@ class ObstaclesNode:
     def detach(self) -> None:
         """Guidance notices by itself that reports have ended."""
 
-    # --- who chooses -----------------------------------------------------------------------------------------
+    # --- commands --------------------------------------------------------------------------------------------
 
     def _on_command(self, command: obstacles.SelectObstacleSource) -> str:
         holder = self._holder
@@ -107,10 +107,10 @@ class ObstaclesNode:
             self._space.forget()
         if source is ObstacleSource.ZED:
             self._camera = self._follow(source)
-        # Guidance must not begin a segment on the word of a source that has just been given up.
+        # Guidance must not begin a segment by a report of the previous source.
         self._publish()
 
-    # --- what it sees ----------------------------------------------------------------------------------------
+    # --- measurements ----------------------------------------------------------------------------------------
 
     def _follow(self, sensor: ObstacleSource) -> Handle:
         assert self._bus is not None
@@ -154,7 +154,7 @@ class ObstaclesNode:
             self._place_measurement(sensor)
 
     def _place_measurement(self, sensor: ObstacleSource) -> None:
-        """A measurement waits until the drone's pose is known up to its end."""
+        """Place the waiting measurement once the drone's pose is known up to its end."""
         measurement = self._waiting[sensor]
         if not self._poses.covers(*measurement.span):
             return
@@ -167,10 +167,10 @@ class ObstaclesNode:
             self._ground.see(sensor, sighting)
 
     def _ground_wants(self, sensor: ObstacleSource, measurement: LidarScan | DepthPicture) -> bool:
-        """Whoever flies by a sensor that has failed stops by himself; but nobody is to land by what it makes up."""
+        """Test for a measurement for the landing memory: the memory needs it, and the sensor has not failed."""
         return _SENSORS[sensor].name not in self._failed and self._ground.wants(sensor, measurement.span[1])
 
-    # --- what it says ----------------------------------------------------------------------------------------
+    # --- publications ----------------------------------------------------------------------------------------
 
     def _publish(self) -> None:
         assert self._bus is not None
@@ -211,7 +211,7 @@ class ObstaclesNode:
         )
 
     def _way(self, t: float) -> tuple[common.Vector3, ...]:
-        """Where guidance is flying, as far as it says so itself."""
+        """Corners of the way that guidance flies, by its own status."""
         guidance = self._guidance
         if guidance is None or guidance.target is None or t - guidance.t > STALE:
             return ()
@@ -226,7 +226,7 @@ def make_obstacles(options: dict[str, Any]) -> ObstaclesNode:
 
 
 class _Sensor(NamedTuple):
-    """Where its measurements come from, and its name in messages of health."""
+    """Key and decoder of a sensor's measurements, and its name in messages of health."""
 
     key: str
     read: Callable[[bytes, bytes], LidarScan | DepthPicture]

@@ -1,4 +1,4 @@
-"""The video process on board: pictures in, H.264 out, at rates that follow the link and what the ground sees."""
+"""The video process on board: pictures in, H.264 out, at rates that follow the link and the ground's reports."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from skillwing.services.protocol import ErrorCode, encode
 
 STATUS_PERIOD = 0.5
 RENEWAL, LEASE = 1.0, 3.0
-"""Pictures are asked for anew this often, for so long [s]: a video process that dies does not leave the camera on."""
-CLOGGED = 0.4
-"""With so much waiting in the modem a picture is left out [s]."""
+"""Period and duration of requests for pictures [s]: if the video process ends, the camera stops soon."""
+CONGESTED = 0.4
+"""Queue in the modem from which pictures are skipped [s]."""
 KEYFRAME_PAUSE = 0.4
-"""Between two keyframes; requests cross the link, and meanwhile the ground goes on asking [s]."""
+"""Least time between two keyframes, as the ground repeats requests while one crosses the link [s]."""
 
 
 class Stream:
@@ -40,7 +40,7 @@ class Stream:
 
 
 class VideoNode:
-    """Shell around a `RateController` and an `Encoder`, both made for each stream. At rest it waits for commands."""
+    """Shell around a `RateController` and an `Encoder`, both made for each stream."""
 
     name = "video"
     owns_clock = False
@@ -61,9 +61,9 @@ class VideoNode:
         bus.serve(video.VIDEO_COMMAND, answer_with(video.ControlVideo, self._on_command))
 
     def detach(self) -> None:
-        """The camera notices by itself that nobody asks for pictures any more."""
+        """Nothing to release: the camera stops without new requests for pictures."""
 
-    # --- who controls it -------------------------------------------------------------------------------------
+    # --- commands --------------------------------------------------------------------------------------------
 
     def _on_command(self, command: video.ControlVideo) -> str:
         holder = self._holder
@@ -111,11 +111,11 @@ class VideoNode:
             wanted = video.ControlCamera(fps=self._stream.control.rates.fps, seconds=LEASE, tilt=self._tilt)
             self._bus.ask(video.CAMERA_COMMAND, encode(wanted), lambda answer: None)
 
-    # --- what it sends ---------------------------------------------------------------------------------------
+    # --- pictures --------------------------------------------------------------------------------------------
 
     def _on_picture(self, header: video.CameraHeader, payload: bytes) -> None:
         stream = self._stream
-        if stream is None or self._queued > CLOGGED:
+        if stream is None or self._queued > CONGESTED:
             return
         picture = np.frombuffer(payload, np.uint8).reshape(header.height, header.width, 3)
         rates = stream.control.rates
@@ -128,8 +128,8 @@ class VideoNode:
         if unit.keyframe:
             stream.keyframe_at, stream.wants_keyframe = header.t, False
         parity = stream.control.parity(len(unit.data))
-        for piece, data in cut(unit, stream.goal, stream.frame, stream.sequence, header.t, parity=parity):
-            self._sent.put(data, encode(piece))
+        for packet, data in cut(unit, stream.goal, stream.frame, stream.sequence, header.t, parity=parity):
+            self._sent.put(data, encode(packet))
             stream.sequence += 1
         stream.frame += 1
 
@@ -177,7 +177,7 @@ def _require_possible(command: video.ControlVideo) -> None:
 
 
 class VideoOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Options of `make_video`: how far the camera is turned down [rad]."""
+    """Options of `make_video`: `tilt`, the angle of the camera below the body's x axis [rad]."""
 
     tilt: float = 0.0
 

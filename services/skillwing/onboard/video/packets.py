@@ -1,5 +1,4 @@
-"""Access units cut into pieces that fit a packet, and put together again where no more are missing than there is
-parity."""
+"""Packets of access units: cut on board, and assembled on the ground if parity covers the lost ones."""
 
 from __future__ import annotations
 
@@ -11,30 +10,32 @@ from skillwing.onboard.video import erasure
 from skillwing.onboard.video.codec import AccessUnit
 
 LARGEST = 1200
-"""Bytes of a piece: with its headers it fits an Ethernet frame on any route."""
+"""Most bytes of a packet's payload: with its headers it fits an Ethernet frame on any route."""
 
 
 def parts_of(size: int) -> int:
-    """Into how many pieces so many bytes are cut."""
+    """Number of packets for so many bytes."""
     return max(1, -(-size // LARGEST))
 
 
 def _length(size: int, parts: int) -> int:
-    """Of all pieces but the last, which may be shorter. They are of one length, so that parity costs least."""
+    """Length of all packets but the last, which may be shorter. With one length parity costs least."""
     return -(-size // parts)
 
 
 def cut(
     unit: AccessUnit, stream: str, frame: int, sequence: int, t: float, *, parity: int = 0
 ) -> Iterator[tuple[VideoPacket, bytes]]:
-    """The pieces of picture number `frame`, taken at `t`, and so many of parity, or as many as the code allows; the
-    first one gets this `sequence` number."""
+    """The packets of picture number `frame`, taken at `t`, and so many of parity, or as many as the code allows.
+
+    The first one gets this `sequence` number.
+    """
     size = len(unit.data)
     parts = parts_of(size)
     length = _length(size, parts)
-    pieces = [unit.data[part * length : (part + 1) * length] for part in range(parts)]
+    packets = [unit.data[part * length : (part + 1) * length] for part in range(parts)]
     parity = max(0, min(parity, erasure.ELEMENTS - parts))
-    for part, data in enumerate((*pieces, *erasure.parity(pieces, parity, length))):
+    for part, data in enumerate((*packets, *erasure.parity(packets, parity, length))):
         header = VideoPacket(
             t=t,
             stream=stream,
@@ -60,35 +61,35 @@ class Received:
 
 @dataclass(slots=True)
 class Assembly:
-    """Puts the pieces of one stream together. The link keeps their order, so a piece of a later picture means that what
-    is missing of an earlier one is lost. Pure."""
+    """Assembly of the packets of one stream. The link keeps their order, so a packet of a later picture means that the
+    missing ones of an earlier picture are lost. Pure."""
 
     _frame: int = -1
     _shape: tuple[int, int, int] = 0, 0, 0
-    _pieces: dict[int, bytes] = field(default_factory=dict)
+    _packets: dict[int, bytes] = field(default_factory=dict)
     _complete: bool = False
 
-    def add(self, piece: VideoPacket, data: bytes) -> Received | None:
-        """The access unit that this piece completes, if it does."""
-        shape = piece.parts, piece.parity, piece.size
-        if piece.frame != self._frame:
-            self._frame, self._shape, self._pieces, self._complete = piece.frame, shape, {}, False
-        if self._complete or shape != self._shape or not _possible(piece, data):
+    def add(self, packet: VideoPacket, data: bytes) -> Received | None:
+        """The access unit that this packet completes, if it does."""
+        shape = packet.parts, packet.parity, packet.size
+        if packet.frame != self._frame:
+            self._frame, self._shape, self._packets, self._complete = packet.frame, shape, {}, False
+        if self._complete or shape != self._shape or not _possible(packet, data):
             return None
-        self._pieces[piece.part] = data
-        if len(self._pieces) < piece.parts:
+        self._packets[packet.part] = data
+        if len(self._packets) < packet.parts:
             return None
         self._complete = True
-        parts = erasure.restore(self._pieces, piece.parts, _length(piece.size, piece.parts))
-        return Received(piece.frame, piece.t, AccessUnit(b"".join(parts)[: piece.size], piece.keyframe))
+        parts = erasure.restore(self._packets, packet.parts, _length(packet.size, packet.parts))
+        return Received(packet.frame, packet.t, AccessUnit(b"".join(parts)[: packet.size], packet.keyframe))
 
 
-def _possible(piece: VideoPacket, data: bytes) -> bool:
-    """Whether `cut` may have made this piece, as far as can be seen from it alone."""
-    last = piece.parts + piece.parity
+def _possible(packet: VideoPacket, data: bytes) -> bool:
+    """Test for a packet that `cut` may have made, by its header and length."""
+    last = packet.parts + packet.parity
     return (
-        piece.part < last
-        and (not piece.parity or last <= erasure.ELEMENTS)
-        and piece.parts == parts_of(piece.size)
+        packet.part < last
+        and (not packet.parity or last <= erasure.ELEMENTS)
+        and packet.parts == parts_of(packet.size)
         and len(data) <= LARGEST
     )

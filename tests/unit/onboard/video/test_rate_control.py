@@ -208,7 +208,7 @@ def test_both_demands_are_held_where_both_can_be(
     told = loss * known
     prepared = max(told, LOSSY) * WARIER**WARIEST
     budget = SHARE * bandwidth - (PICTURE_COST + MOST_PARITY * PARITY_COST) * max(lowest, 15.0)
-    # Each piece may cost as much parity as one piece alone.
+    # Each packet may cost as much parity as one packet alone.
     bitrate = budget / (1.0 + parity_against(prepared, 1)) / STEP**2
     assume(bitrate >= SLOWEST_RATE)
     parity = parity_against(prepared, parts_of(round(bitrate / lowest / 8.0)))
@@ -286,9 +286,9 @@ def test_parity_is_as_little_as_is_safe_enough(loss: float, parts: int) -> None:
 
 @given(st.integers(1, 4), st.integers(0, 3), st.floats(0.0, 1.0))
 def test_a_risk_is_the_sum_over_all_that_may_happen(parts: int, parity: int, loss: float) -> None:
-    pieces = parts + parity
-    cases = (format(k, f"0{pieces}b").count("1") for k in range(2**pieces))
-    expected = sum(loss**lost * (1.0 - loss) ** (pieces - lost) for lost in cases if lost > parity)
+    packets = parts + parity
+    cases = (format(k, f"0{packets}b").count("1") for k in range(2**packets))
+    expected = sum(loss**lost * (1.0 - loss) ** (packets - lost) for lost in cases if lost > parity)
     assert risk(parts, parity, loss) == pytest.approx(expected, abs=1e-12)
 
 

@@ -1,4 +1,4 @@
-"""Codec, pieces, receiver and quality: what is shown is what was sent, or nothing."""
+"""Codec, packets, receiver and quality: what is shown is what was sent, or nothing."""
 
 from __future__ import annotations
 
@@ -102,21 +102,21 @@ def test_a_jpeg_is_one(film: list[Picture]) -> None:
 
 
 def sent(sizes: list[int], keyframes: set[int]) -> list[tuple[VideoPacket, bytes]]:
-    """The pieces of pictures of these sizes, a tenth of a second apart; each is filled with its number."""
-    pieces: list[tuple[VideoPacket, bytes]] = []
+    """The packets of pictures of these sizes, a tenth of a second apart; each is filled with its number."""
+    packets: list[tuple[VideoPacket, bytes]] = []
     for frame, size in enumerate(sizes):
         unit = AccessUnit(bytes([frame % 256]) * size, frame in keyframes)
-        pieces += cut(unit, "goal", frame, len(pieces), 0.1 * frame)
-    return pieces
+        packets += cut(unit, "goal", frame, len(packets), 0.1 * frame)
+    return packets
 
 
 @given(st.integers(0, 5 * LARGEST))
 def test_pieces_fit_a_packet_and_make_the_whole(size: int) -> None:
-    pieces = sent([size], {0})
-    assert all(len(data) <= LARGEST for _, data in pieces)
+    packets = sent([size], {0})
+    assert all(len(data) <= LARGEST for _, data in packets)
     assembly = Assembly()
-    *early, last = [assembly.add(header, data) for header, data in pieces]
-    assert early == [None] * (len(pieces) - 1)
+    *early, last = [assembly.add(header, data) for header, data in packets]
+    assert early == [None] * (len(packets) - 1)
     assert last is not None
     assert last.unit.data == bytes(size)
 
@@ -128,9 +128,9 @@ def test_of_the_pieces_of_a_picture_as_many_may_be_lost_as_there_is_parity(
 ) -> None:
     assembly = Assembly()
     for frame, content in enumerate(contents):
-        pieces = list(cut(AccessUnit(content, keyframe=False), "goal", frame, 0, 0.0, parity=parity))
-        gone = data.draw(st.sets(st.integers(0, len(pieces) - 1), max_size=parity))
-        found = [assembly.add(header, part) for k, (header, part) in enumerate(pieces) if k not in gone]
+        packets = list(cut(AccessUnit(content, keyframe=False), "goal", frame, 0, 0.0, parity=parity))
+        gone = data.draw(st.sets(st.integers(0, len(packets) - 1), max_size=parity))
+        found = [assembly.add(header, part) for k, (header, part) in enumerate(packets) if k not in gone]
         assert [whole.unit.data for whole in found if whole is not None] == [content]
 
 
@@ -140,18 +140,18 @@ def test_any_pieces_that_are_as_many_as_the_parts_give_all_of_them(
     parts: int, count: int, length: int, data: st.DataObject
 ) -> None:
     rng = np.random.default_rng(parts * 1000 + length)
-    pieces = [rng.bytes(length) for _ in range(parts)]
-    numbered = dict(enumerate([*pieces, *erasure.parity(pieces, count, length)]))
+    packets = [rng.bytes(length) for _ in range(parts)]
+    numbered = dict(enumerate([*packets, *erasure.parity(packets, count, length)]))
     kept = data.draw(st.sets(st.sampled_from(sorted(numbered)), min_size=parts, max_size=parts))
-    assert erasure.restore({number: numbered[number] for number in kept}, parts, length) == pieces
+    assert erasure.restore({number: numbered[number] for number in kept}, parts, length) == packets
     with pytest.raises(ValueError, match="missing"):
         erasure.restore({number: numbered[number] for number in sorted(kept)[1:]}, parts, length)
 
 
 @given(st.lists(st.binary(max_size=20), min_size=1, max_size=10))
-def test_the_first_parity_is_the_exclusive_or(pieces: list[bytes]) -> None:
-    (parity,) = erasure.parity(pieces, 1, 20)
-    expected = reduce(xor, (int.from_bytes(piece.ljust(20, b"\0"), "big") for piece in pieces))
+def test_the_first_parity_is_the_exclusive_or(packets: list[bytes]) -> None:
+    (parity,) = erasure.parity(packets, 1, 20)
+    expected = reduce(xor, (int.from_bytes(packet.ljust(20, b"\0"), "big") for packet in packets))
     assert int.from_bytes(parity, "big") == expected
 
 
@@ -163,7 +163,7 @@ def test_a_picture_of_too_many_pieces_goes_with_as_much_parity_as_the_code_has()
 
 @given(st.lists(st.tuples(st.integers(0, 9), st.integers(1, 4), st.integers(0, 4), st.integers(0, 5000)), max_size=12))
 def test_pieces_that_do_not_belong_together_make_nothing_up(story: list[tuple[int, int, int, int]]) -> None:
-    """Whatever arrives under one number: a picture is made of pieces that say the same of it, and of its size."""
+    """Whatever arrives under one number: a picture is made of packets that say the same of it, and of its size."""
     assembly = Assembly()
     for part, parts, parity, size in story:
         header = VideoPacket(
@@ -184,13 +184,13 @@ def test_only_whole_pictures_that_can_be_decoded_are_shown(
     """Whatever is lost: a picture is shown if and only if it and all since the last keyframe arrived whole."""
     keyframes.add(0)
     receiver = Receiver()
-    pieces = sent(sizes, keyframes)
+    packets = sent(sizes, keyframes)
     shown = [
         whole.frame
-        for header, data in pieces
-        if header.sequence not in lost and (whole := receiver.piece(header.t, header, data)) is not None
+        for header, data in packets
+        if header.sequence not in lost and (whole := receiver.packet(header.t, header, data)) is not None
     ]
-    gone = {header.frame for header, _ in pieces if header.sequence in lost}
+    gone = {header.frame for header, _ in packets if header.sequence in lost}
     decodable, chain = [], False
     for frame in range(len(sizes)):
         chain = frame not in gone and (chain or frame in keyframes)
@@ -203,7 +203,7 @@ def test_the_report_counts_the_last_second() -> None:
     for header, data in sent([500] * 30, {0}):
         if header.sequence % 5 == 4 and header.t >= 2.0:
             continue
-        whole = receiver.piece(header.t + 0.1, header, data)
+        whole = receiver.packet(header.t + 0.1, header, data)
         if whole is not None:
             receiver.shown(header.t + 0.1, whole.t, 0.9)
     status = receiver.status(3.0)
@@ -219,8 +219,8 @@ def test_the_report_counts_the_last_second() -> None:
 def test_another_goals_stream_begins_anew() -> None:
     receiver = Receiver()
     for header, data in sent([500] * 3, {0}):
-        receiver.piece(header.t, header, data)
+        receiver.packet(header.t, header, data)
     ((header, data),) = cut(AccessUnit(b"x", keyframe=False), "another", 7, 90, 1.0)
-    assert receiver.piece(1.0, header, data) is None
+    assert receiver.packet(1.0, header, data) is None
     status = receiver.status(1.0)
     assert (status.stream, status.lost, status.wants_keyframe) == ("another", 0.0, True)
