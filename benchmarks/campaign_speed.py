@@ -13,10 +13,10 @@ from collections.abc import Callable
 
 from performance_page import machine, make_flight_parser, table, tell
 
-from skillwing.evaluation.campaign.conditions import Condition
-from skillwing.evaluation.campaign.flight import processes
-from skillwing.evaluation.campaign.plan import FlightPlan
-from skillwing.evaluation.campaign.witness import Witness
+from skillwing.evaluation.flights.conditions import Condition
+from skillwing.evaluation.flights.flight import processes
+from skillwing.evaluation.flights.observer import FlightObserver
+from skillwing.evaluation.flights.plan import FlightPlan
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork, Traffic
 from skillwing.services.processes.in_process import RobotInProcess
@@ -56,13 +56,13 @@ def main() -> None:
     options = make_flight_parser(__doc__).parse_args()
     plan = FlightPlan(mission="mapping", world=options.world, seed=options.seed, condition=Condition.NONE)
     terrain = make_world(plan.seed, plan.world).terrain
-    network, witness = TimedNetwork(), Witness(ROBOT.skillset.stem, terrain)
+    network, observer = TimedNetwork(), FlightObserver(ROBOT.skillset.stem, terrain)
     with RobotInProcess(ROBOT, network) as robot:
-        robot.attach(witness)
+        robot.attach(observer)
         robot.start(processes(plan, plan.robot_options()))
         network.times.clear()
         begun = time.process_time()
-        network.run_until(lambda: witness.over, options.seconds)
+        network.run_until(lambda: observer.over, options.seconds)
         taken, flown = time.process_time() - begun, network.now()
     network.times["the network itself"] = taken - sum(network.times.values())
     shown = {name: spent for name, spent in network.times.items() if spent >= SHOWN * taken}

@@ -21,12 +21,12 @@ from performance_page import machine, table, tell
 from scipy.stats import chi2
 from workers import workers
 
-from skillwing.evaluation.campaign.conditions import Condition as Befalls
-from skillwing.evaluation.campaign.course import in_process
-from skillwing.evaluation.campaign.flight import LONGEST, processes
-from skillwing.evaluation.campaign.plan import FlightPlan
-from skillwing.evaluation.campaign.result import End
-from skillwing.evaluation.campaign.witness import Witness
+from skillwing.evaluation.flights.conditions import Condition as Befalls
+from skillwing.evaluation.flights.flight import LONGEST, processes
+from skillwing.evaluation.flights.observer import FlightObserver
+from skillwing.evaluation.flights.plan import FlightPlan
+from skillwing.evaluation.flights.result import End
+from skillwing.evaluation.flights.session import in_process
 from skillwing.m600.robot import ROBOT
 from skillwing.onboard.sensor_data.names import GNSS
 from skillwing.onboard.topics.sensors import HEALTH, Health, SensorStatus
@@ -148,8 +148,8 @@ def fly_well(seed: int, minutes: float) -> Flight:
     return Flight(alarms=alarms, good=60.0 * minutes, collisions=rounds.simulator.collisions)
 
 
-class Listener(Witness):
-    """A witness who hears as well what sensors say of themselves."""
+class Listener(FlightObserver):
+    """A observer who hears as well what sensors say of themselves."""
 
     def __init__(self, seed: int) -> None:
         super().__init__(ROBOT.skillset.stem, make_world(seed).terrain)

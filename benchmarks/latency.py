@@ -33,7 +33,7 @@ from py_trees.decorators import FailureIsRunning
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import GoalPhase, SkillAction
-from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
+from skillwing.bt_missions.mission.mission import Mission, MissionOptions, MissionTrees, Progress
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.dsl import parse
 from skillwing.services.bus import Topology

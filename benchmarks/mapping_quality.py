@@ -25,7 +25,7 @@ from mapping_flight import free_route
 from numpy.typing import NDArray
 from performance_page import machine, spread, table, tell
 
-from skillwing.evaluation.judge.coverage import Coverage, Judge
+from skillwing.evaluation.flights.coverage import CoverageJudge, MapQuality
 from skillwing.onboard.frames.pose_history import PoseHistory
 from skillwing.onboard.frames.vectors import Motion, Vector, wrap
 from skillwing.onboard.mapping.mapper import REACH, Mapper
@@ -45,7 +45,7 @@ TICKS_PER_SCAN = 10
 PAGE = Path(__file__).parents[1] / "docs" / "mapping.md"
 NOSES: Final = {"nose along the track": 0.0, "nose across the track": -math.pi / 2}
 JUDGED: Final = {"all": "all", "buildings": "buildings", "terrain": "terrain", "error": "error [m]"}
-"""Fields of `Coverage`, and how they are told."""
+"""Fields of `MapQuality`, and how they are told."""
 MISPLACED: Final[dict[str, tuple[Vector, float]]] = {
     "where it belongs": ((0.0, 0.0, 0.0), 0.0),
     "0.8 m too high": ((0.0, 0.0, 0.8), 0.0),
@@ -98,7 +98,7 @@ def _motion(t: float, position: Vector, velocity: Vector, heading: float) -> Mot
 class Mapped:
     """What came of one flight; `misfits` are those of scans put into the map as MISPLACED says."""
 
-    coverage: Coverage
+    coverage: MapQuality
     worst_misfit: float
     misfits: dict[str, list[float]]
     diverged: bool
@@ -148,7 +148,7 @@ def fly(seed: int, across: float, stopwatch: Stopwatch) -> Mapped:
                 f"the way ahead, judged by {name}",
                 lambda s=space, m=motion, a=ahead: s.outlook(m.t, m.position, m.velocity, 0.0, ((a[0], a[1], a[2]),)),
             )
-    coverage = Judge(world, world.route).coverage(mapper.grid.occupied_centres(), mapper.grid.size)
+    coverage = CoverageJudge(world, world.route).coverage(mapper.grid.occupied_centres(), mapper.grid.size)
     return Mapped(coverage, worst, misfits, mapper.diverged)
 
 

@@ -30,7 +30,7 @@ from performance_page import PAGE, machine, make_parser, spread, spread_said, ta
 from recorded_flight import flights
 from workers import workers
 
-from skillwing.evaluation.judge.coverage import Judge
+from skillwing.evaluation.flights.coverage import CoverageJudge
 from skillwing.onboard.frames.vectors import Motion
 from skillwing.onboard.mapping.localiser import ByNavigation
 from skillwing.onboard.mapping.mapper import REACH, Mapper
@@ -185,7 +185,7 @@ def fly(job: tuple[int, bool]) -> Result:
             tries = [Try(odometry, fault, truth.t, off(fixes[-1], truths[-1])) for fault in FAULTS]
         for each in tries:
             each.feed(moment, path)
-    judge = Judge(flight.world, flight.world.route)
+    judge = CoverageJudge(flight.world, flight.world.route)
     judged = [judge.coverage(m.grid.occupied_centres(), m.grid.size) for m in (mapper, reference)]
     errors = np.array([off(fix, truth) for fix, truth in zip(fixes, truths, strict=True)])
     aligned = drifts(fixes, truths)

@@ -16,12 +16,12 @@ from statistics import median
 
 from performance_page import against, machine, make_flight_parser, table, tell
 
-from skillwing.evaluation.campaign.conditions import Condition
-from skillwing.evaluation.campaign.course import over_zenoh
-from skillwing.evaluation.campaign.flight import processes
-from skillwing.evaluation.campaign.plan import FlightPlan, Network
-from skillwing.evaluation.campaign.result import End
-from skillwing.evaluation.campaign.witness import Witness
+from skillwing.evaluation.flights.conditions import Condition
+from skillwing.evaluation.flights.flight import processes
+from skillwing.evaluation.flights.observer import FlightObserver
+from skillwing.evaluation.flights.plan import FlightPlan, Network
+from skillwing.evaluation.flights.result import End
+from skillwing.evaluation.flights.session import over_zenoh
 from skillwing.m600.robot import ROBOT
 from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Bus
@@ -37,8 +37,8 @@ BLOCK = 10.0
 """Robot seconds of which one ratio is made."""
 
 
-class Stopwatch(Witness):
-    """A witness who looks at the clock on the wall whenever `BLOCK` seconds of robot time are over."""
+class Stopwatch(FlightObserver):
+    """A observer who looks at the clock on the wall whenever `BLOCK` seconds of robot time are over."""
 
     def __init__(self, terrain: Terrain) -> None:
         super().__init__(ROBOT.skillset.stem, terrain)

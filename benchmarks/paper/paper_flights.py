@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
-from skillwing.evaluation.campaign.conditions import Condition
-from skillwing.evaluation.campaign.plan import FlightPlan, planned_way, way_time
 from skillwing.evaluation.demo.story import INSPECTION, MAPPING, tell
+from skillwing.evaluation.flights.conditions import Condition
+from skillwing.evaluation.flights.plan import FlightPlan, planned_way, way_time
 
-HERE = Path(__file__).parent
 FIRST, LAST = 0.3125, 1.4375
 """The camera fails between these shares of the time that the route takes at cruise speed, which on it turns and detours
 are not counted in, nor take-off and way home."""
@@ -71,7 +69,7 @@ def _plan(mission: str, seed: int, policy: Policy) -> FlightPlan:
         seed=seed,
         condition=Condition.NONE,
         happens=happens,
-        flown_as=str(HERE / f"{mission}_otherwise.py") if policy.instead else "",
+        alternative=bool(policy.instead),
         options={"instead": policy.instead} if policy.instead else {},
         label=policy.label,
     )

@@ -14,10 +14,10 @@ from typing import TypeAlias
 from paper_flights import POLICIES, Policy, camera_fails_at
 
 from skillwing.evaluation.campaign.page import machine
-from skillwing.evaluation.campaign.plan import FlightPlan
-from skillwing.evaluation.campaign.price import Price
-from skillwing.evaluation.campaign.result import FlightResult
 from skillwing.evaluation.demo.story import INSPECTION, MAPPING
+from skillwing.evaluation.flights.cost import Cost
+from skillwing.evaluation.flights.plan import FlightPlan
+from skillwing.evaluation.flights.result import FlightResult
 from skillwing.services.marked_page import Marks
 
 MARKS = Marks("<!-- figures: make paper -->", "<!-- end of figures -->")
@@ -84,18 +84,18 @@ class Column:
     relative: bool = False
 
 
-def _flown_unseen(price: Price) -> float | None:
+def _flown_unseen(cost: Cost) -> float | None:
     """Share of the circle that was flown without live video."""
-    return None if price.circled is None or price.circled_live is None else price.circled - price.circled_live
+    return None if cost.circled is None or cost.circled_live is None else cost.circled - cost.circled_live
 
 
 MAPPED = Column("mapped", lambda each: each.coverage, SHARE, POINTS)
 TIME = Column("robot time", lambda each: each.end_time, SECONDS, RELATIVE, relative=True)
-BATTERY = Column("of the battery", lambda each: each.price.charge, CHARGE, RELATIVE, relative=True)
+BATTERY = Column("of the battery", lambda each: each.cost.charge, CHARGE, RELATIVE, relative=True)
 CLEARANCE = Column("nearest obstacle", lambda each: each.clearance, METRES)
-CIRCLED = Column("circle flown", lambda each: each.price.circled, SHARE, POINTS)
-UNSEEN = Column("flown unseen", lambda each: _flown_unseen(each.price), SHARE, POINTS)
-AWAY = Column("away without video", lambda each: each.price.unseen, SECONDS, MORE_SECONDS)
+CIRCLED = Column("circle flown", lambda each: each.cost.circled, SHARE, POINTS)
+UNSEEN = Column("flown unseen", lambda each: _flown_unseen(each.cost), SHARE, POINTS)
+AWAY = Column("away without video", lambda each: each.cost.unseen, SECONDS, MORE_SECONDS)
 COLUMNS = {MAPPING: (MAPPED, TIME, BATTERY, CLEARANCE), INSPECTION: (CIRCLED, TIME, BATTERY, UNSEEN, AWAY)}
 
 

@@ -15,8 +15,8 @@ from matplotlib.patches import Patch, Polygon, Rectangle
 from paper_flights import POLICIES
 from paper_page import NOMINAL
 
-from skillwing.evaluation.campaign.plan import FlightPlan, planned_circle
 from skillwing.evaluation.demo.story import INSPECTION
+from skillwing.evaluation.flights.plan import FlightPlan, planned_circle
 from skillwing.evaluation.judge.flight_log import read_flight
 from skillwing.m600.robot import ROBOT
 from skillwing.services.telemetry.history import History

@@ -13,9 +13,9 @@ import pytest
 from flights import Flight
 from rich.console import Console
 
-from skillwing.bt_missions.at_a_terminal import ABORTING, aborted_by_signals
-from skillwing.bt_missions.running.phase import Phase
+from skillwing.bt_missions.cli.foreground import ABORTING, aborted_by_signals
 from skillwing.services.processes.ending import ONE_WISH
+from skillwing.services.protocol import MissionPhase
 
 IN_THE_AIR = 17.0
 INT, TERM, HUP = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
@@ -44,7 +44,7 @@ def test_the_mission_is_aborted_once_and_lands(signals: list[signal.Signals]) ->
         flight.network.run_for(IN_THE_AIR - 0.1)
         assert not flight.on_ground
         status = flight.fly()
-    assert status.phase == Phase.ABORTED
+    assert status.phase == MissionPhase.ABORTED
     assert status.text.startswith(ABORTING[signals[0]])
     assert flight.on_ground
     assert flight.idle
@@ -75,13 +75,14 @@ def test_what_a_process_was_started_to_ignore_aborts_nothing() -> None:
             status = flight.fly()
     finally:
         signal.signal(HUP, before)
-    assert status.phase == Phase.SUCCEEDED
+    assert status.phase == MissionPhase.SUCCEEDED
 
 
 SPEAKER = """
 import os, sys
 from rich.console import Console
-from skillwing.bt_missions.at_a_terminal import say
+from skillwing.bt_missions.cli.foreground import say
+from skillwing.services.protocol import MissionPhase
 console = Console()
 {loss}
 for number in range(3):

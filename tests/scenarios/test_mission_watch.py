@@ -12,7 +12,7 @@ import msgspec
 from flights import KEYS, M600, Flight
 from rich.console import Console
 
-from skillwing.bt_missions.watching import MissionWatch
+from skillwing.bt_missions.cli.watch import MissionWatch
 from skillwing.services.telemetry.history import History
 from skillwing.services.telemetry.report import make_report, write_report
 

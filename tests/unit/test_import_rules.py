@@ -8,6 +8,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterable, Iterator
 from fnmatch import fnmatch
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -110,6 +111,31 @@ def needed_by(modules: Iterable[str]) -> dict[str, str]:
                     found[each] = module
                     open_modules += [each] if each in paths else []
     return found
+
+
+WITHOUT_RINGS = ("bt_missions",)
+"""Parts whose packages import each other in one direction only."""
+
+
+def package_imports(part: str) -> dict[str, set[str]]:
+    """The packages of a part, each with those that it imports. A module beside the packages counts as one."""
+    home = f"skillwing.{part}."
+    found: dict[str, set[str]] = {}
+    for path in files(part):
+        package = path.relative_to(ROOT / PARTS[part]).parts[0].removesuffix(".py")
+        names = (name for name in imports(path, package_of(path)) if name.startswith(home))
+        found.setdefault(package, set()).update(name.removeprefix(home).split(".")[0] for name in names)
+    return {package: others - {package} for package, others in found.items()}
+
+
+@pytest.mark.parametrize("part", WITHOUT_RINGS)
+def test_packages_of_a_part_import_each_other_in_one_direction(part: str) -> None:
+    imported = package_imports(part)
+    assert len(imported) > 1
+    try:
+        tuple(TopologicalSorter(imported).static_order())
+    except CycleError as error:
+        pytest.fail(f"These packages of {part} import each other in a ring: {' <- '.join(error.args[1])}")
 
 
 def test_skill_managers_need_no_heavy_packages() -> None:

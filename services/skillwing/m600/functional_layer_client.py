@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from skillwing.services.bus import Answered, Bus, Refused
-from skillwing.services.client.asking import ask_until_answered
+from skillwing.services.client.retry import ask_until_answered
 from skillwing.services.protocol import Message, encode
 
 ATTEMPTS = 6
@@ -50,10 +50,10 @@ def send_command(
         if not sent.cancelled:
             on_silence()
 
-    def keep_asking(silences: int) -> bool:
+    def keep_retrying(silences: int) -> bool:
         return not sent.cancelled and silences < ATTEMPTS
 
-    ask_until_answered(bus, key, encode(message), answered, keep_asking=keep_asking, on_silence=unanswered)
+    ask_until_answered(bus, key, encode(message), answered, keep_retrying=keep_retrying, on_silence=unanswered)
     return sent
 
 

@@ -25,7 +25,7 @@ from skillwing.onboard.topics.link import LINK_STATUS, LinkStatus
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.commands.output import make_console, print_json, print_table
-from skillwing.services.errors import InvalidOptionError, RefusedError, SkillwingError, UnansweredError
+from skillwing.services.errors import InvalidOptionError, NoReplyError, RefusedError, SkillwingError
 from skillwing.services.protocol import ErrorCode, M, Message
 
 LINK = "link"
@@ -205,6 +205,6 @@ def _ask_simulator(system: System, command: str, key: str, message: Message, rep
     """Ask the simulated drone. Raises SkillwingError if the system has none."""
     try:
         return system.ask(key, message, reply)
-    except UnansweredError as error:
+    except NoReplyError as error:
         what = f"`{command}` is for the simulated drone, and none answers in `{system.target.robot}`."
         raise SkillwingError(f"{what} See with `skillwing status` what runs.") from error

@@ -11,12 +11,12 @@ from skillwing.services.core.refusal import RefusedError
 __all__ = [
     "InvalidInputError",
     "InvalidOptionError",
+    "NoReplyError",
     "NoSystemError",
     "PassingError",
     "RefusedError",
     "SkillwingError",
     "TimedOutError",
-    "UnansweredError",
     "WrongSkillsetError",
 ]
 
@@ -57,7 +57,7 @@ class WrongSkillsetError(SkillwingError):
     """The processes of a robot have different versions of its skillset."""
 
 
-class UnansweredError(SkillwingError):
+class NoReplyError(SkillwingError):
     """A process of the system does not answer. key: what was asked."""
 
     def __init__(self, key: str) -> None:

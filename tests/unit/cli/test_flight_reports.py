@@ -16,7 +16,7 @@ from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.commands.exit_codes import USAGE
 from skillwing.services.commands.flight_reports import LAST_WORDS, FlightReports
 from skillwing.services.processes.process_state import ProcessState
-from skillwing.services.protocol import Keys, MissionStatus, Record, RecordKind, encode
+from skillwing.services.protocol import Keys, MissionPhase, MissionStatus, Record, RecordKind, encode
 from skillwing.services.telemetry.journal import TIMELINE_FILE, JsonLines
 from skillwing.services.telemetry.report import read_report
 from skillwing.services.telemetry.run_facts import RunFacts, write_facts
@@ -53,7 +53,7 @@ class System:
         )
         with JsonLines[Record](self.run_dir / TIMELINE_FILE) as file:
             file.write(record)
-        self._out.put(encode(MissionStatus(mission="patrol", phase=after, t=t, text="")))
+        self._out.put(encode(MissionStatus(mission="patrol", phase=MissionPhase(after), t=t, text="")))
 
     def begin(self) -> Handle:
         """A mission takes off; cancelling what is returned kills its process."""

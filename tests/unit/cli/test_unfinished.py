@@ -10,7 +10,7 @@ from skillwing.m600.robot import ROBOT
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.commands.unfinished import REAL, SIMULATED, Unfinished
 from skillwing.services.processes.run_state import announced, read_run_state
-from skillwing.services.protocol import GoalStatus, Keys, MissionStatus, Record, RecordKind, State, encode
+from skillwing.services.protocol import GoalStatus, Keys, MissionPhase, MissionStatus, Record, RecordKind, State, encode
 
 KEYS = Keys("m600")
 
@@ -38,7 +38,9 @@ class System:
         return self.tell(KEYS.timeline, record)
 
     def mission(self, phase: str) -> str:
-        return self.tell(KEYS.mission_status, MissionStatus(mission="patrol", phase=phase, t=1.0, text=""))
+        return self.tell(
+            KEYS.mission_status, MissionStatus(mission="patrol", phase=MissionPhase(phase), t=1.0, text="")
+        )
 
     def goto(self, state: State) -> str:
         return self.tell(KEYS.status("goto"), GoalStatus(goal_id="g", skill="goto", state=state, t=2.0))

@@ -11,11 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from skillwing.bt_missions.running.library import find_mission
+from skillwing.bt_missions.library import find_mission
 from skillwing.dsl.model import UnknownNameError
 from skillwing.evaluation.campaign.command import make_plans, parse_seeds
-from skillwing.evaluation.campaign.conditions import EARLIEST, LONGEST, SHORTEST, Condition, draw, met_from
-from skillwing.evaluation.campaign.plan import FlightPlan, planned_way, way_time
+from skillwing.evaluation.flights.conditions import EARLIEST, LONGEST, SHORTEST, Condition, draw, met_from
+from skillwing.evaluation.flights.plan import FlightPlan, planned_way, way_time
 from skillwing.m600.bridge.levels import CRITICAL_BELOW, LOW_BELOW
 from skillwing.m600.robot import ROBOT
 from skillwing.onboard.sensor_data.names import GNSS, IMU, LIDAR, RANGE, ZED

@@ -9,15 +9,16 @@ from typing import Any
 
 import pytest
 import yaml
+from compose_services import COMPOSE_FILE, renewed
 
-from skillwing.bt_missions.running.library import installed_missions
+from skillwing.bt_missions.library import installed_missions
 from skillwing.m600.mocked import ROBOT as MOCKS
 from skillwing.m600.robot import ROBOT
 from skillwing.services.processes.run_options import RUN_OPTIONS
 from skillwing.services.robot import ProcessSpec, Robot
 
 ROOT = Path(__file__).parents[3]
-SERVICES: dict[str, dict[str, Any]] = yaml.safe_load((ROOT / "docker-compose.yml").read_text())["services"]
+SERVICES: dict[str, dict[str, Any]] = yaml.safe_load(COMPOSE_FILE.read_text())["services"]
 HOSTED = {name: service for name, service in SERVICES.items() if "--process" in service.get("command", ())}
 IMAGES = {None: "skillwing-manager", "sim": "skillwing-sim", "viewer": "skillwing-recorder"}
 """By the extra that a process needs."""
@@ -39,10 +40,16 @@ def hosted(robot: Robot) -> dict[str, dict[str, Any]]:
     return {service["command"][-1]: service for service in found}
 
 
+def test_the_services_of_skills_follow_the_skillset() -> None:
+    text = COMPOSE_FILE.read_text("utf-8")
+    assert renewed(text, [skill.name for skill in ROBOT.load_skillset().skills]) == text, "run `make generate`"
+    assert "skill_wave: {<<: *manager, command: [--process, skill/wave]}" in renewed(text, ["wave"])
+
+
 @pytest.mark.parametrize("robot", [ROBOT, MOCKS], ids=lambda robot: robot.name)
 def test_every_process_of_the_table_has_a_container_with_the_image_that_it_needs(robot: Robot) -> None:
     processes, services = table(robot), hosted(robot)
-    assert services.keys() == processes.keys()
+    assert services.keys() == processes.keys(), "run `make generate`; what is no skill is written by hand"
     for name, spec in processes.items():
         assert services[name]["image"] == IMAGES[spec.extra], name
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from skillwing.bt_missions.running.library import find_mission
+from skillwing.bt_missions.library import find_mission
 from skillwing.dsl.model import UnknownNameError
 from skillwing.evaluation.demo.story import CAMERA_FAILS_AT, Story, tell
 from skillwing.services.errors import InvalidOptionError

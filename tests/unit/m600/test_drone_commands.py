@@ -14,7 +14,7 @@ from skillwing.dsl.model import UnknownNameError
 from skillwing.m600 import operator_commands as commands
 from skillwing.onboard.topics.common import Done
 from skillwing.onboard.topics.faults import FAULT, FAULTS, LINK_FAULT, Faults, FaultState, SetFault, SetLinkFault
-from skillwing.services.errors import InvalidOptionError, RefusedError, SkillwingError, UnansweredError
+from skillwing.services.errors import InvalidOptionError, NoReplyError, RefusedError, SkillwingError
 from skillwing.services.protocol import ErrorCode, Message
 
 SENSOR_KINDS = ("blackout", "freeze", "noise")
@@ -30,7 +30,7 @@ class Sprayer:
     target = SimpleNamespace(robot="sprayer")
 
     def ask(self, key: str, message: object, reply: object) -> None:
-        raise UnansweredError(key)
+        raise NoReplyError(key)
 
 
 @pytest.mark.parametrize("command", ["fault", "pilot"])

@@ -10,7 +10,7 @@ from flight_rig import WORLD, Rig, airborne
 
 from skillwing.onboard.commands.service import CommandRefusedError
 from skillwing.onboard.frames.vectors import heading_of, wrap
-from skillwing.onboard.guidance import solitude
+from skillwing.onboard.guidance import core as solitude
 from skillwing.onboard.guidance.body_motion import TOUCHDOWN_SPEED
 from skillwing.onboard.guidance.core import LAND_AFTER, GuidanceCore
 from skillwing.onboard.guidance.path_monitor import fastest

@@ -11,13 +11,13 @@ from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel, Selector, Sequence
 from py_trees.decorators import Decorator, FailureIsSuccess, Inverter, Repeat, Retry, SuccessIsFailure, SuccessIsRunning
 
-from skillwing.bt_missions.checking.meaning import meant
-from skillwing.bt_missions.leaves.settling import NoteSwitch, Settled
+from skillwing.bt_missions.checking.intended_names import intended_name
+from skillwing.bt_missions.leaves.branch_switch import NoteSwitch, WaitForSettled
+from skillwing.bt_missions.leaves.placeholder import is_guessed, is_incomplete
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.leaves.unbuilt import is_guessed, is_incomplete
 from skillwing.bt_missions.subtrees.composites import OnEnding
 from skillwing.bt_missions.subtrees.decorators import Deadline
-from skillwing.bt_missions.subtrees.holding import Pausable, WhileGranted
+from skillwing.bt_missions.subtrees.pausing import Pausable, WhileGranted
 from skillwing.dsl.model import Skill, Skillset
 
 
@@ -81,7 +81,7 @@ def ends_of(node: Behaviour, skillset: Skillset) -> set[Status]:
     match node:
         case _ if is_guessed(node) or is_incomplete(node):
             ends = {Status.SUCCESS, Status.FAILURE}
-        case Success() | NoteSwitch() | Settled() | FailureIsSuccess():
+        case Success() | NoteSwitch() | WaitForSettled() | FailureIsSuccess():
             ends = {Status.SUCCESS}
         case Failure() | SuccessIsFailure():
             ends = {Status.FAILURE}
@@ -143,6 +143,6 @@ def _can_succeed(leaf: SkillAction, skillset: Skillset) -> bool:
 
 
 def skill_of(leaf: SkillAction, skillset: Skillset) -> Skill | None:
-    """What it runs, or is meant to run."""
-    name = meant(leaf.skill, (skill.name for skill in skillset.skills))
+    """What it runs, or is intended_name to run."""
+    name = intended_name(leaf.skill, (skill.name for skill in skillset.skills))
     return None if name is None else skillset.skill(name)

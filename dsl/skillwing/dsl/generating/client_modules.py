@@ -1,6 +1,6 @@
-"""`interface.py` and `aio.py`: typed access to the robot, for scripts that wait and for asyncio; one text but for that.
+"""`interface.py` and `aio.py`: typed clients, blocking and for asyncio, from one template.
 
-`signatures.py` holds what both know of each skill.
+`signatures.py` holds the parts that both share.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _CONNECT = '''\
     owns_goals: goals that still run at the end of the context, or of the script, are interrupted, unless their skill
     says `owner_lost=continue`; with False they go on.
     robot: its name, which may be left out if only one runs here. endpoint: `tcp/HOST:PORT` of its router, where it
-    runs elsewhere. Raises NoSystemError, UnansweredError, and a SkillwingError where the system runs another skillset
+    runs elsewhere. Raises NoSystemError, NoReplyError, and a SkillwingError where the system runs another skillset
     than this code was made from.
     """
     {asynchronous}with {runtime}.connect(
@@ -49,9 +49,9 @@ _CONNECT = '''\
 
 @dataclass(frozen=True)
 class Manner:
-    """How a client waits: what its module is called, what it imports, and the words in which it differs.
+    """One of the two client styles: name of its module, imports, and the words in which it differs.
 
-    library: the module of `skillwing.services.client` that it stands on, `_` and the same here.
+    library: the module of `skillwing.services.client` that it uses. The names `_` and `skillwing` are the same in both.
     """
 
     module: str
@@ -66,7 +66,7 @@ class Manner:
 
     @property
     def runtime(self) -> str:
-        """What the library is called in the module."""
+        """The name of the library in the module."""
         return f"_{self.library}"
 
 
@@ -161,7 +161,7 @@ def lines(skillset: Skillset, manner: Manner) -> Iterator[str]:
 
 
 def _example(skillset: Skillset, manner: Manner) -> str:
-    """The first call that anybody would try."""
+    """An example call for the docstring."""
     skill = skillset.skills[0].name if skillset.skills else "skill"
     started = f"{skillset.name}.{skill}(...)"
     return f"await {started}" if manner.awaited else f"{started}.wait()"
@@ -256,7 +256,7 @@ def _events(skillset: Skillset, names: TypeNames, manner: Manner) -> Iterator[st
     del names
     yield f'{INDENT}"""Fires the events of `{skillset.name}`, in the functional layer\'s place.'
     yield ""
-    yield f"{INDENT}Raises RefusedError where the guard of one says no, UnansweredError."
+    yield f"{INDENT}Raises RefusedError where the guard of one says no, NoReplyError."
     yield f'{INDENT}"""'
     yield ""
     yield f"{INDENT}def __init__(self, client: {manner.runtime}.Client) -> None:"

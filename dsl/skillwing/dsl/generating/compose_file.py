@@ -1,4 +1,4 @@
-"""`compose.yml`: the managers as containers, one each, and the router that joins them."""
+"""`compose.yml`: the managers as containers, one each, and their router."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`managers.py`: what the developer of a skill derives its manager from."""
+"""`managers.py`: the base classes of skill managers."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from skillwing.dsl.naming import class_name
 
 
 def abstract_manager(skill: str) -> str:
-    """The class that the manager of a skill derives from."""
+    """The base class of a skill's manager."""
     return f"Abstract{class_name(skill)}Manager"
 
 

@@ -1,4 +1,4 @@
-"""`mocks.py`: typed ways to say how a mocked skill goes."""
+"""`mocks.py`: typed scripts for mocked skills."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`processes.py`: the process table, as far as it follows from the skillset: where that lies, and who manages what."""
+"""`processes.py`: the path of the skillset, and the manager class of each skill."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from skillwing.dsl.naming import manager_class
 def lines(skillset: Skillset, place: Sequence[str], managed: Collection[str]) -> Iterator[str]:
     """The lines of the module.
 
-    place: where in the package the skillset's file lies. managed: the skills that have a file in `skills/`.
+    place: path of the skillset's file in the package. managed: the skills that have a file in `skills/`.
     """
     yield f'"""The managers of `{skillset.name}`: the skillset that they share, and who manages which skill.'
     yield ""

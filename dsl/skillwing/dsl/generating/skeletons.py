@@ -1,4 +1,4 @@
-"""What is written once and then belongs to the developer: the package, its table, and a manager for each skill."""
+"""Skeletons, which are written once and then belong to the developer: package, process table and skill managers."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ ROBOT = Robot(name="{robot}", skillset=SKILLSET, hooks=HOOKS, clock="wall")
 
 
 def skeletons(skillset: Skillset, package: str, *, skills: Collection[str] | None = None) -> Mapping[str, str]:
-    """The files by their path in the package. skills: which ones get a manager, all of them unless given."""
+    """The files by their path in the package. skills: those that get a manager, by default all."""
     wanted = [skill for skill in skillset.skills if skills is None or skill.name in skills]
     return {
         "__init__.py": f'"""The robot `{skillset.name}`."""\n',
@@ -45,12 +45,12 @@ def skeletons(skillset: Skillset, package: str, *, skills: Collection[str] | Non
 
 
 def skill_file(skill: str) -> str:
-    """Where in the package the manager of a skill is."""
+    """The path of a skill's manager in the package."""
     return f"skills/{skill}.py"
 
 
 def refusal(skill: str) -> str:
-    """With which reason a manager that is not written yet ends its goals."""
+    """The reason with which an unwritten manager ends its goals."""
     return f"`{skill}` is not written yet: fill in {skill_file(skill)}."
 
 

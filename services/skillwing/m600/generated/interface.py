@@ -294,7 +294,7 @@ def connect(
     owns_goals: goals that still run at the end of the context, or of the script, are interrupted, unless their skill
     says `owner_lost=continue`; with False they go on.
     robot: its name, which may be left out if only one runs here. endpoint: `tcp/HOST:PORT` of its router, where it
-    runs elsewhere. Raises NoSystemError, UnansweredError, and a SkillwingError where the system runs another skillset
+    runs elsewhere. Raises NoSystemError, NoReplyError, and a SkillwingError where the system runs another skillset
     than this code was made from.
     """
     with _sync.connect(

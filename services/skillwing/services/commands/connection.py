@@ -17,7 +17,7 @@ from skillwing.dsl import UnknownNameError
 from skillwing.services.client.connection import Connection, find_target, open_connection
 from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.commands.completion import running
-from skillwing.services.errors import RefusedError, UnansweredError
+from skillwing.services.errors import NoReplyError, RefusedError
 from skillwing.services.names import CLIENT
 from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.roll_call import Entry, entries_of
@@ -48,11 +48,11 @@ class System(Connection):
         """How a skill's goal is doing: that one, or the running, else the latest. None if nobody knows of one."""
         try:
             return self.ask_for_goal(skill, goal_id)
-        except UnansweredError:
+        except NoReplyError:
             return None
 
     def ask_for_goal(self, skill: str, goal_id: str | None = None) -> GoalStatus | None:
-        """The same, None if there is no such goal. Raises UnansweredError if its manager says nothing."""
+        """The same, None if there is no such goal. Raises NoReplyError if its manager says nothing."""
         try:
             return self.ask(self.keys.goal(skill), QueryGoal(goal_id=goal_id), GoalStatus)
         except RefusedError as error:
@@ -84,7 +84,7 @@ class System(Connection):
         names: set[str] = set()
         watch = self.bus.watch_alive(self.keys.alive("**"), lambda key, alive: names.add(key.removeprefix(prefix)))
         # The router names the tokens it knows before it passes on what is asked next, be that answered or not.
-        with contextlib.suppress(UnansweredError, RefusedError):
+        with contextlib.suppress(NoReplyError, RefusedError):
             self.ask(self.keys.resource_states, QueryStates(), ResourceStates)
         watch.cancel()
         return names

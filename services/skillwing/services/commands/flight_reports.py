@@ -81,7 +81,7 @@ class FlightReports:
         if self._waiting is not None:
             self._waiting.cancel()
             self._start()
-        if status.over:
+        if status.phase.over:
             self._measure()
             self._flies_at, self._over_at = None, status.t
             self._waiting = self._bus.after(LAST_WORDS, self._start, wall=True)

@@ -14,7 +14,7 @@ from skillwing.services.client.connection import find_target
 from skillwing.services.commands.connection import JsonOption
 from skillwing.services.commands.output import make_console, print_json, print_table, state_text, value_text
 from skillwing.services.commands.records import print_records, time_text
-from skillwing.services.core.kept import Kept
+from skillwing.services.core.snapshot import Snapshot
 from skillwing.services.errors import NoSystemError
 from skillwing.services.journal.journal import look_into
 from skillwing.services.journal.schema import Identity
@@ -54,7 +54,7 @@ def _file(where: Path | None) -> Path:
     return where / JOURNAL_FILE if where.is_dir() else where
 
 
-def _facts(identity: Identity, kept: Kept, history: Sequence[Record]) -> dict[str, Any]:
+def _facts(identity: Identity, kept: Snapshot, history: Sequence[Record]) -> dict[str, Any]:
     return {
         "robot": identity.robot,
         "skillset": identity.skillset,
@@ -81,7 +81,7 @@ def _facts(identity: Identity, kept: Kept, history: Sequence[Record]) -> dict[st
     }
 
 
-def _print(console: Console, identity: Identity, kept: Kept, history: Sequence[Record]) -> None:
+def _print(console: Console, identity: Identity, kept: Snapshot, history: Sequence[Record]) -> None:
     title = f"{identity.robot or identity.skillset} at {time_text(kept.t)}, revision {_revision(kept)}"
     console.print(Text(title, style="bold"), f"  skillset {identity.skillset}, version {identity.schema}")
     console.print()
@@ -107,7 +107,7 @@ def _print(console: Console, identity: Identity, kept: Kept, history: Sequence[R
         print_records(console, history, causes)
 
 
-def _revision(kept: Kept) -> int:
+def _revision(kept: Snapshot) -> int:
     return max((each.revision for each in kept.resources), default=0)
 
 
@@ -123,8 +123,8 @@ def _outcome(verdict: GoalVerdict) -> str:
             return f"{invariant} violated: {reason}"
         case Lost(reason=reason):
             return f"lost: {reason}"
-        case Ended(terminal=Terminal() as own_word):
-            return f"{own_word.label}, by its manager's own word: {own_word.reason}"
+        case Ended(terminal=Terminal() as outcome):
+            return f"{outcome.label}, local outcome of its manager: {outcome.reason}"
         case Ended(held=False, reason=reason):
             return f"ended, but did not hold: {reason}"
         case _:

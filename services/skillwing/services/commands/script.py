@@ -13,9 +13,9 @@ from skillwing.dsl import UnknownNameError
 from skillwing.services.commands.completion import skills_and_data
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.commands.output import make_console, print_json, print_table, value_text
-from skillwing.services.errors import InvalidOptionError, RefusedError, SkillwingError, UnansweredError
+from skillwing.services.errors import InvalidOptionError, NoReplyError, RefusedError, SkillwingError
 from skillwing.services.mocking.script_file import read_run
-from skillwing.services.mocking.telling import plan_texts
+from skillwing.services.mocking.wording import plan_texts
 from skillwing.services.protocol import (
     DirectMock,
     ErrorCode,
@@ -174,7 +174,7 @@ def _ask(system: System, key: str, message: Message, reply: type[M]) -> M:
     """Ask a mock. A script that it cannot use is the user's slip, not its refusal."""
     try:
         return system.ask(key, message, reply)
-    except UnansweredError as error:
+    except NoReplyError as error:
         raise _NotMockedError(key) from error
     except RefusedError as error:
         if error.code is ErrorCode.BAD_REQUEST:

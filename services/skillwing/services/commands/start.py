@@ -18,7 +18,7 @@ from skillwing.services.commands.inputs import parse_inputs
 from skillwing.services.commands.output import end_text, make_console, print_json, value_text
 from skillwing.services.commands.readiness import way_out_of_busy, ways_out
 from skillwing.services.commands.situation import running_skills, situation
-from skillwing.services.errors import RefusedError, SkillwingError, UnansweredError
+from skillwing.services.errors import NoReplyError, RefusedError, SkillwingError
 from skillwing.services.names import skill_process
 from skillwing.services.processes.ending import Ending
 from skillwing.services.protocol import Ending as GoalEnding
@@ -85,7 +85,7 @@ def _advice(system: System, skill: str, terminal: Terminal) -> list[str]:
         if terminal.ending is GoalEnding.BUSY:
             running = running_skills(system, system.alive())
             return [way_out_of_busy(skill, running[skill])] if skill in running else []
-    except (UnansweredError, RefusedError):
+    except (NoReplyError, RefusedError):
         pass
     return []
 

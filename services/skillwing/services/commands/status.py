@@ -24,7 +24,7 @@ from skillwing.services.commands.output import (
 )
 from skillwing.services.commands.process_table import process_facts, process_table
 from skillwing.services.diagnosis.unattended import Unattended, left_alone
-from skillwing.services.errors import RefusedError, UnansweredError
+from skillwing.services.errors import NoReplyError, RefusedError
 from skillwing.services.names import skill_process
 from skillwing.services.processes.launcher import ROUTER
 from skillwing.services.processes.process_state import Condition, headcount
@@ -87,7 +87,7 @@ def _look(system: System) -> Look:
     for skill in skills:
         try:
             goal = system.ask_for_goal(skill)
-        except UnansweredError:
+        except NoReplyError:
             if skill_process(skill) in alive:
                 silent.append(skill)
             continue
@@ -111,7 +111,7 @@ def _look(system: System) -> Look:
 def _states(system: System) -> ResourceStates | None:
     try:
         return system.ask(system.keys.resource_states, QueryStates(), ResourceStates)
-    except (UnansweredError, RefusedError):
+    except (NoReplyError, RefusedError):
         return None
 
 

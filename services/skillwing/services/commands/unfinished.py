@@ -68,7 +68,7 @@ class Unfinished:
         self._look()
 
     def _on_mission(self, status: MissionStatus) -> None:
-        self._mission = None if status.over or status.phase == "IDLE" else status.mission
+        self._mission = None if status.phase.over or status.phase == "IDLE" else status.mission
         self._look()
 
     def _on_alive(self, _key: str, alive: bool) -> None:

@@ -46,7 +46,7 @@ class Constant:
 
 
 @dataclass(frozen=True, slots=True)
-class Each:
+class ListOf:
     values: tuple[Any, ...]
 
 
@@ -70,7 +70,7 @@ class Fields:
     parts: Mapping[str, Signal]
 
 
-Signal: TypeAlias = "Constant | Each | Ramp | FromInput | Fields"
+Signal: TypeAlias = "Constant | ListOf | Ramp | FromInput | Fields"
 
 
 def value_at(signal: Signal, moment: Moment) -> Any:
@@ -78,7 +78,7 @@ def value_at(signal: Signal, moment: Moment) -> Any:
     match signal:
         case Constant(value):
             return value
-        case Each(values):
+        case ListOf(values):
             return values[min(moment.sample, len(values) - 1)]
         case FromInput(path):
             value: Any = moment.inputs
@@ -171,7 +171,7 @@ class SignalReader:
                 return self._constant(value, target, where)
             case {"each": [*values], **rest} if not rest and values:
                 fitted = [self._constant(value, target, f"{where}.each[{n}]") for n, value in enumerate(values)]
-                return Each(tuple(each.value for each in fitted if each is not None))
+                return ListOf(tuple(each.value for each in fitted if each is not None))
             case {"input": str() as path, **rest} if not rest:
                 return self._from_input(path, target, where)
             case {"to": _, **rest} if rest.keys() <= {"from", "over"}:
@@ -186,7 +186,7 @@ class SignalReader:
         if over is not None and not (_is_number(over) and math.isfinite(over) and over >= 0.0):
             self.report(f"{where}.over is `{over}`; it takes a number of seconds.")
             return None
-        if over is None and "from" in raw and not self.lasts:
+        if over is None and "from" in raw and not self.never_expires:
             self.report(f"{where} does not say how long it takes. Add `over`, in seconds.")
             return None
         start = self.read(raw["from"], target, f"{where}.from") if "from" in raw else None

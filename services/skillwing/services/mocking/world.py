@@ -12,13 +12,13 @@ import msgspec
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Answer, Answered, Bus, Handle, Refused
 from skillwing.services.bus.reading import message_reader
-from skillwing.services.client.asking import ask_until_answered
+from skillwing.services.client.retry import ask_until_answered
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.managers.serving import serve
 from skillwing.services.mocking.fitting import fit_datum, fit_script
 from skillwing.services.mocking.script import MockRun, MockScript
 from skillwing.services.mocking.signals import Signal
-from skillwing.services.mocking.stage import Due, EndGoal, Fire, MockedValues, Reactions, SetDatum, Trigger
+from skillwing.services.mocking.world_core import Due, EndMockedGoal, Fire, MockedValues, Reactions, SetDatum, Trigger
 from skillwing.services.names import MOCKED_WORLD
 from skillwing.services.protocol import (
     DataSample,
@@ -113,7 +113,7 @@ class MockWorld:
                 self._do(due)
 
     def _do(self, due: Due) -> None:
-        match due.deed:
+        match due.action:
             case Trigger(resource, state):
                 request = FireExtern(resource=resource, target=state, source=self.name, cause=due.cause)
                 self._ask(self._keys.resource_extern, encode(request), f"bring {resource} to {state}")
@@ -125,7 +125,7 @@ class MockWorld:
                     self._set(datum, signal, dict(inputs))
                 except KeyError as error:
                     log.warning("%s stays as it is: the goal has no input %s", datum, error)
-            case EndGoal(skill, result):
+            case EndMockedGoal(skill, result):
                 run = msgspec.to_builtins(MockRun(result=result, delay=0.0))
                 request = encode(DirectMock(run=run, when="now"))
                 self._bus.ask(self._keys.mocked_skill(skill), request, lambda answer: _complain(f"end {skill}", answer))

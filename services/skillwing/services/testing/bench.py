@@ -13,7 +13,7 @@ from typing import Any, NoReturn, Self
 import msgspec
 
 from skillwing.dsl.model import Skillset
-from skillwing.services.bus import Answer, Bus, Refused, Sample, Unanswered
+from skillwing.services.bus import Answer, Bus, NoReply, Refused, Sample
 from skillwing.services.client.interface import GoalHandle, SkillsetInterface
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.managers.hooks import SkillHooks
@@ -219,7 +219,7 @@ class Bench:
         match answers[0]:
             case Refused(error):
                 raise RefusedError(error.code, error.message, help=error.help, known=error.known)
-            case Unanswered():
+            case NoReply():
                 self.fail("The resource manager does not answer.")
             case _:
                 self.run(SETTLE)

@@ -14,7 +14,7 @@ M = TypeVar("M", bound=Message)
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class ReceivedRequest:
     """A request that reached the layer. t: robot time [s]."""
 
     t: float
@@ -23,7 +23,7 @@ class Asked:
 
 
 @dataclass(frozen=True, slots=True)
-class Heard:
+class ReceivedMessage:
     """A publication that the layer listens to. t: robot time [s]."""
 
     t: float
@@ -53,8 +53,8 @@ class FakeLayer:
     def __init__(self) -> None:
         self.refusal: str | None = None
         self.deaf = 0
-        self.requests: list[Asked] = []
-        self.publications: list[Heard] = []
+        self.requests: list[ReceivedRequest] = []
+        self.publications: list[ReceivedMessage] = []
         self._answers: dict[str, _Answer] = {}
         self._publishers: dict[str, Publisher] = {}
         self._bus: Bus | None = None
@@ -118,7 +118,7 @@ class FakeLayer:
             return
         answer = self._answers[request.key]
         message = decode(request.payload, answer.kind)
-        self.requests.append(Asked(self.bus.now(), request.key, message))
+        self.requests.append(ReceivedRequest(self.bus.now(), request.key, message))
         if self.refusal is not None:
             request.refuse(ErrorReply(code=ErrorCode.NOT_ALLOWED, message=self.refusal))
             return
@@ -146,4 +146,4 @@ class FakeLayer:
 
     def _hear(self, sample: Sample) -> None:
         if sample.key not in self._publishers:
-            self.publications.append(Heard(self.bus.now(), sample.key, sample))
+            self.publications.append(ReceivedMessage(self.bus.now(), sample.key, sample))
