@@ -47,9 +47,9 @@ NOSES: Final = {"nose along the track": 0.0, "nose across the track": -math.pi /
 JUDGED: Final = {"all": "all", "buildings": "buildings", "terrain": "terrain", "error": "error [m]"}
 """Fields of `MapQuality`, and how they are told."""
 MISPLACED: Final[dict[str, tuple[Vector, float]]] = {
-    "where it belongs": ((0.0, 0.0, 0.0), 0.0),
+    "in the right place": ((0.0, 0.0, 0.0), 0.0),
     "0.8 m too high": ((0.0, 0.0, 0.8), 0.0),
-    "2 m off the way the nose points": ((2.0, 0.0, 0.0), 0.0),
+    "2 m off along the nose": ((2.0, 0.0, 0.0), 0.0),
     "2 m off sideways": ((0.0, 2.0, 0.0), 0.0),
     "turned by 15 degrees": ((0.0, 0.0, 0.0), math.radians(15.0)),
 }
@@ -209,16 +209,15 @@ def maps_told(flown: dict[str, list[Mapped]]) -> str:
     }
     count = len(next(iter(flown.values())))
     return f"""Sensors flown without physics, with true poses, along the routes of {count} courtyards (seeds from 1 on)
-from which what stands on the route was taken away. They fly level, and begin turned as they fly: flights turn and lean,
-which shows them more across the track. Medians, the least and the largest in brackets.
+without the obstacles on the route. They fly level, and begin with their heading of flight. Real flights turn and tilt, and
+so see more across the track. Medians, the least and the largest in brackets.
 {machine()}.
 
 {table(["", *JUDGED.values(), "worst misfit", "diverged"], maps)}
 
-A scan is compared with the map before it is taken in. The share of what it hits that is known to be free, of scans that
-were put where they belong and where they do not:
+Scans in the right place and in wrong ones, compared with the map before their integration:
 
-{table(["a scan is", "misfit"], [[way, spread(values)] for way, values in misfits.items()])}"""
+{table(["scan", "misfit"], [[way, spread(values)] for way, values in misfits.items()])}"""
 
 
 def times_told(stopwatch: Stopwatch) -> str:

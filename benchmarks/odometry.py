@@ -49,7 +49,7 @@ NOSES = (("along the track", False), ("across it", True))
 SEEDS, SEEDS_TO_COMPARE = "196:212", "196:199"
 """If nobody chooses any."""
 LOOKED_AT = range(196)
-"""Seeds on which constants were chosen, or that were looked at while mistakes were mended."""
+"""Seeds on which constants were chosen, or mistakes were fixed."""
 FAULT_AT, TRIED_FOR = 30.0, 10.0
 FAULTS: tuple[tuple[str, str, float | None], ...] = (
     ("lidar", "bias", 1.0),
@@ -234,7 +234,7 @@ def report(results: Sequence[Result], seeds: str) -> str:
         ("error in ENU at the end [m]", lambda r: r.final),
         ("attitude error at the end [degrees]", lambda r: r.heading),
         ("error over published sigma, RMS", lambda r: r.sigmas),
-        (f"largest nis of a scan (rejected above {LARGEST_NIS:g})", lambda r: r.nis),
+        (f"largest NIS of a scan (rejected above {LARGEST_NIS:g})", lambda r: r.nis),
         (f"least share of its points that fit (rejected below {LEAST_CLOSE:g})", lambda r: r.fitting),
         (f"fewest of its points on planes (rejected below {FEWEST_MATCHES})", lambda r: r.matched),
         ("way [m]", lambda r: r.way),
@@ -252,14 +252,14 @@ def report(results: Sequence[Result], seeds: str) -> str:
             seed_table(results),
             verdict(results),
             f"A scan takes {np.median(times):.1f} ms of processor time (99 % below {np.quantile(times, 0.99):.1f} ms), "
-            f"and {np.median(map_times):.1f} ms ({np.quantile(map_times, 0.99):.1f} ms) to be put into the map.",
+            f"and {np.median(map_times):.1f} ms ({np.quantile(map_times, 0.99):.1f} ms) to be integrated into the map.",
             f"In {scans / 36000:.2f} hours of good flight {rejected} of {scans} scans were rejected, and {lost} of "
             f"{len(results)} flights ended in a divergence.",
             "### The map",
             map_table(both),
             "### Faults that odometry notices by itself",
-            f"Each fault begins {FAULT_AT:g} s into the flight and is tried for {TRIED_FOR:g} s. The error is what "
-            "poses that were given out until then were off by, beyond what they were before.",
+            f"Each fault begins {FAULT_AT:g} s into the flight and is tried for {TRIED_FOR:g} s. The error is "
+            "that of poses published until then, in excess of the error before the fault.",
             fault_table(results),
         ]
     )
@@ -269,7 +269,7 @@ def past(results: Sequence[Result]) -> str:
     """What was done before on the seeds that were flown."""
     looked_at = {r.seed for r in results}.intersection(LOOKED_AT)
     return (
-        f"Constants were chosen and mistakes mended by flights of seeds {LOOKED_AT[0]} to {LOOKED_AT[-1]}, "
+        f"Constants were chosen and mistakes fixed by flights of seeds {LOOKED_AT[0]} to {LOOKED_AT[-1]}, "
         f"{len(looked_at)} of them here."
     )
 

@@ -170,7 +170,7 @@ def main() -> None:
             "its shutter to the packet with which it can be decoded; camera and codec take no robot time."
             + ("" if options.no_times else f" {costs(world, album)}"),
             table(["bandwidth [Mbit/s]", *HEADS], constant),
-            "With a bandwidth of 1 Mbit/s and packets that the air swallows:",
+            "With a bandwidth of 1 Mbit/s and packet loss in the channel:",
             table(["loss [%]", *HEADS], lossy),
             "Around the building through a mild zone (0.2 Mbit/s, 1 % lost) and into a critical one (0.02 Mbit/s): "
             f"the skill {'goes on' if around.ended == 'goes on' else 'ends ' + around.ended.removeprefix('S_')} "

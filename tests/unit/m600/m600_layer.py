@@ -15,7 +15,7 @@ from skillwing.onboard.topics.guidance import (
     FlyTo,
     GuidanceCommand,
     GuidanceStatus,
-    Hold,
+    HoldPosition,
     Land,
     Motion,
     MotionState,
@@ -196,7 +196,7 @@ class M600Layer(FakeLayer):
                 self._step(motion.target, motion.speed)
             case Orbit():
                 self._circle(motion)
-            case Hold():
+            case HoldPosition():
                 axis.state = MotionState.DONE
             case _:
                 pass

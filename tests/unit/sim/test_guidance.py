@@ -17,7 +17,7 @@ from skillwing.onboard.guidance.path_monitor import fastest
 from skillwing.onboard.topics.guidance import (
     FlyTo,
     GuidanceStatus,
-    Hold,
+    HoldPosition,
     Land,
     Motion,
     MotionState,
@@ -48,7 +48,7 @@ def test_on_the_ground_only_take_off_is_possible() -> None:
     rig = Rig()
     assert refused(rig, "early", TakeOff(height=4.0, speed=1.0)) is ErrorCode.UNAVAILABLE
     rig.fly(1.1)
-    for motion in (EAST, Land(speed=1.0), Hold(), Turn(heading=1.0, lock=False)):
+    for motion in (EAST, Land(speed=1.0), HoldPosition(), Turn(heading=1.0, lock=False)):
         assert refused(rig, "grounded", motion) is ErrorCode.NOT_ALLOWED
     assert refused(rig, "too high", TakeOff(height=300.0, speed=1.0)) is ErrorCode.NOT_ALLOWED
     rig.sim.autopilot.authority = False
@@ -66,7 +66,7 @@ def test_targets_outside_the_fence_are_refused(target: tuple[float, float, float
 def test_stale_tokens_are_refused_for_each_axis_by_itself() -> None:
     rig = airborne()
     rig.command("a", FlyTo(target=(3.0, 0.0, 4.0), speed=1.0, nose=YawMode.FREE), token=10)
-    assert refused(rig, "old", Hold(), token=9) is ErrorCode.STALE_TOKEN
+    assert refused(rig, "old", HoldPosition(), token=9) is ErrorCode.STALE_TOKEN
     rig.command("b", Turn(heading=1.0, lock=False), token=5)
     assert refused(rig, "old", Turn(heading=0.0, lock=False), token=4) is ErrorCode.STALE_TOKEN
     assert rig.status.body.goal_id == "a"
@@ -191,13 +191,13 @@ def test_whoever_takes_a_drone_that_is_about_to_land_gets_it_where_it_is(phase: 
 
 def test_a_goal_that_holds_the_position_is_a_commander(patience: float) -> None:
     rig = airborne()
-    rig.command("hover", Hold())
+    rig.command("hover", HoldPosition())
     assert not rig.fly(patience + 5.0, lambda: rig.sim.autopilot.mode is not Mode.FOLLOW)
 
 
 def test_a_goal_that_was_revoked_at_rest_is_none_any_more(patience: float) -> None:
     rig = airborne()
-    rig.command("hover", Hold(), token=10)
+    rig.command("hover", HoldPosition(), token=10)
     rig.core.revoke(Revoked(goal_id="hover", token=10), rig.sim.t)
     assert rig.fly(patience + 2.0, lambda: rig.sim.autopilot.mode is Mode.HOVER)
 

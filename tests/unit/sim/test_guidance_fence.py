@@ -22,7 +22,7 @@ from skillwing.onboard.topics.flight import FlightState
 from skillwing.onboard.topics.guidance import (
     FlyTo,
     GuidanceCommand,
-    Hold,
+    HoldPosition,
     Land,
     Motion,
     MotionState,
@@ -66,7 +66,7 @@ events = st.one_of(
     ),
     st.builds(Turn, heading=st.floats(-3.0, 3.0), lock=st.booleans()),
     st.builds(Land, speed=st.floats(0.2, 2.0)),
-    st.just(Hold()),
+    st.just(HoldPosition()),
     st.just(Stop()),
     st.builds(Blow, velocity=st.tuples(*[st.floats(-2.0, 2.0)] * 3)),
     st.builds(Pilot, place=st.tuples(anywhere, anywhere, st.floats(1.0, 16.0))),

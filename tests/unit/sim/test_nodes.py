@@ -300,7 +300,7 @@ def test_guidance_that_is_started_anew_in_flight_is_told_what_was_revoked_before
     ground.guidance.close()
     network.attach(make_guidance({}))
     network.run_for(0.2)
-    late = guidance.GuidanceCommand(goal_id="lost", token=2, motion=guidance.Hold())
+    late = guidance.GuidanceCommand(goal_id="lost", token=2, motion=guidance.HoldPosition())
     answer = ground.ask(guidance.GUIDANCE_COMMAND, late)
     assert isinstance(answer, Refused)
     assert answer.error.code is ErrorCode.STALE_TOKEN

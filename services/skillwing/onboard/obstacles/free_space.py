@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from skillwing.onboard.frames.extent import TIP_RADIUS
 from skillwing.onboard.frames.vectors import Vector
 from skillwing.onboard.obstacles.local_map import LocalMap
-from skillwing.onboard.obstacles.views import View
+from skillwing.onboard.obstacles.views import SensorView
 from skillwing.onboard.sensor_data.scans import PlacedPoints
 
 Points = NDArray[np.float64]
@@ -41,7 +41,7 @@ _CLUSTER, _CLUSTER_LENGTH = 3, 0.5
 class Sighting:
     """One measurement: its points in the world, and the sensor's view."""
 
-    view: View
+    view: SensorView
     seen: PlacedPoints
 
     def looks_at(self, place: Points, here: Points) -> bool:

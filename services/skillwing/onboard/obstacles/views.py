@@ -29,7 +29,7 @@ _BEYOND = 0.4
 _ON_THE_MOVE = 0.3
 
 
-class View(Protocol):
+class SensorView(Protocol):
     """View of a sensor with one measurement."""
 
     @property
@@ -157,7 +157,7 @@ _COLUMNS = 8
 """Number of neighbouring columns in a block of directions."""
 
 
-def view_of(measurement: LidarScan | DepthPicture) -> View:
+def view_of(measurement: LidarScan | DepthPicture) -> SensorView:
     """The view of this measurement."""
     return CameraView.of(measurement) if isinstance(measurement, DepthPicture) else RingView.of(measurement)
 

@@ -47,7 +47,7 @@ class Orbit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     speed: float
 
 
-class Hold(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="hold"):
+class HoldPosition(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="hold"):
     pass
 
 
@@ -62,7 +62,7 @@ class Stop(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     """End the motion of `goal_id`: brake, then hold position. Status reports STOPPED once at rest."""
 
 
-Motion = TakeOff | Land | FlyTo | Orbit | Hold | Turn | Stop
+Motion = TakeOff | Land | FlyTo | Orbit | HoldPosition | Turn | Stop
 
 
 class GuidanceCommand(Message, frozen=True, kw_only=True):

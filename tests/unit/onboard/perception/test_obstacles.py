@@ -21,7 +21,7 @@ from skillwing.onboard.obstacles.free_space import (
     Sighting,
 )
 from skillwing.onboard.obstacles.local_map import MEMORY, VOXEL, LocalMap
-from skillwing.onboard.obstacles.views import CameraView, RingView, View
+from skillwing.onboard.obstacles.views import CameraView, RingView, SensorView
 from skillwing.onboard.sensor_data.scans import PlacedPoints
 from skillwing.sim_mujoco.world.kinds import KINDS, make_site
 from skillwing.sim_mujoco.world.layouts.plot import LEG_CLEARANCE
@@ -47,11 +47,11 @@ def about_z(heading: float) -> NDArray[np.float64]:
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
-def look(space: FreeSpace, stamp: float, cloud: Cloud, *, view: View = CAMERA, heading: float = 0.0) -> None:
+def look(space: FreeSpace, stamp: float, cloud: Cloud, *, view: SensorView = CAMERA, heading: float = 0.0) -> None:
     space.see(Sighting(view, PlacedPoints(stamp, about_z(heading), np.array(HERE), cloud)))
 
 
-def space_that_saw(cloud: Cloud, *, view: View = CAMERA, heading: float = 0.0) -> FreeSpace:
+def space_that_saw(cloud: Cloud, *, view: SensorView = CAMERA, heading: float = 0.0) -> FreeSpace:
     space = FreeSpace()
     for stamp in (0.0, 0.1, 0.2):
         look(space, stamp, cloud, view=view, heading=heading)
@@ -269,7 +269,7 @@ def test_what_is_far_behind_is_forgotten() -> None:
         RingView(nearest=np.full((128, 16), 8.0, np.float32)),
     ],
 )
-def test_a_measurement_sees_through_what_is_nearer_than_what_it_saw(view: View) -> None:
+def test_a_measurement_sees_through_what_is_nearer_than_what_it_saw(view: SensorView) -> None:
     direction = np.array([1.0, 0.0, 0.0]) if isinstance(view, CameraView) else np.array([0.0, 0.8, 0.6])
     places = np.array([2.0, 6.0, 7.9, 9.0, -3.0])[:, None] * direction
     ring_looks_back_too = isinstance(view, RingView)
@@ -278,7 +278,7 @@ def test_a_measurement_sees_through_what_is_nearer_than_what_it_saw(view: View) 
 
 
 @pytest.mark.parametrize("view", [CAMERA, RING])
-def test_a_measurement_without_returns_sees_through_nothing(view: View) -> None:
+def test_a_measurement_without_returns_sees_through_nothing(view: SensorView) -> None:
     places = np.random.default_rng(1).uniform(-9.0, 9.0, (100, 3))
     assert not view.sees_through(places).any()
 
@@ -302,7 +302,7 @@ def test_a_measurement_without_returns_sees_through_nothing(view: View) -> None:
         (RING, (0.4, 0.3, 4.0), True),
     ],
 )
-def test_nothing_is_said_of_ways_that_the_sensor_does_not_look_along(view: View, target, sees: bool) -> None:
+def test_nothing_is_said_of_ways_that_the_sensor_does_not_look_along(view: SensorView, target, sees: bool) -> None:
     outlook = judge(space_that_saw(NOTHING, view=view), target)
     assert (outlook.free_distance is not None) == sees
     assert outlook.stamp == pytest.approx(0.2)
