@@ -1,7 +1,7 @@
 """A mapping flight for benchmarks: simulator and guidance in one loop, without processes and as fast as they go.
 
-The drone stands for a moment, takes off, and flies the planned route of a world from which what stands on the route
-was taken away, with its nose along the track or across it.
+The drone stands for a moment, takes off, and flies the planned route of a world, with its nose along the track or
+across it. The obstacles on the route are removed.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _LONGEST = 300.0
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Moment:
-    """What happened within 20 ms, and the true motion at their end."""
+    """Events within 20 ms, and the true motion at their end."""
 
     happened: Happened
     truth: Motion

@@ -1,10 +1,10 @@
-"""How good and how fast the map and the view of the way ahead are, with true poses.
+"""Quality and cost of the map and of the view ahead, with true poses.
 
     python benchmarks/mapping_quality.py [--seeds 4] [--no-times] [--write]
 
-Flies the sensors (without physics) along the planned route of some worlds, from which what stands on the route was
-taken away, once with the nose along the track and once across it, and judges each map. Poses are the true ones: this
-is what the planned way alone shows. What it does with the poses of odometry is in benchmarks/odometry.py.
+Flies the sensors (without physics) along the planned routes of some worlds, and judges each map. Each route is flown
+with the nose along the track, and across it. The obstacles on the route are removed. Poses are the true ones: the
+result is that of the planned way alone. benchmarks/odometry.py maps with the poses of odometry.
 `--write` puts the figures into docs/mapping.md.
 """
 
@@ -53,7 +53,7 @@ MISPLACED: Final[dict[str, tuple[Vector, float]]] = {
     "2 m off sideways": ((0.0, 2.0, 0.0), 0.0),
     "turned by 15 degrees": ((0.0, 0.0, 0.0), math.radians(15.0)),
 }
-"""How scans are moved and turned about the drone, to see whether they contradict the map."""
+"""Movements and turns of scans about the drone, as a test for contradictions to the map."""
 SETTLED, MISPLACED_EVERY = 50, 10
 """Every so many scans one is misplaced, once so many were mapped."""
 
@@ -96,7 +96,7 @@ def _motion(t: float, position: Vector, velocity: Vector, heading: float) -> Mot
 
 @dataclass(frozen=True, slots=True)
 class Mapped:
-    """What came of one flight; `misfits` are those of scans put into the map as MISPLACED says."""
+    """Result of one flight; `misfits` are those of scans moved as in MISPLACED."""
 
     coverage: MapQuality
     worst_misfit: float
@@ -197,7 +197,7 @@ def _picture(camera: depth_camera.DepthCamera, motion: Motion) -> DepthPicture:
 
 
 def maps_told(flown: dict[str, list[Mapped]]) -> str:
-    """How good the maps are, as Markdown."""
+    """Quality of the maps, as Markdown."""
     maps: list[list[str]] = []
     for name, each in flown.items():
         judged = [[getattr(one.coverage, part) for one in each] for part in JUDGED]
@@ -209,8 +209,8 @@ def maps_told(flown: dict[str, list[Mapped]]) -> str:
     }
     count = len(next(iter(flown.values())))
     return f"""Sensors flown without physics, with true poses, along the routes of {count} courtyards (seeds from 1 on)
-without the obstacles on the route. They fly level, and begin with their heading of flight. Real flights turn and tilt, and
-so see more across the track. Medians, the least and the largest in brackets.
+without the obstacles on the route. They fly level, and begin with their heading of flight. Real flights turn and tilt,
+and so see more across the track. Medians, the least and the largest in brackets.
 {machine()}.
 
 {table(["", *JUDGED.values(), "worst misfit", "diverged"], maps)}
@@ -221,7 +221,7 @@ Scans in the right place and in wrong ones, compared with the map before their i
 
 
 def times_told(stopwatch: Stopwatch) -> str:
-    """What it costs, as Markdown."""
+    """Processor times, as Markdown."""
     costs = [
         [name, f"{1e3 * median(times):.1f}", f"{1e3 * quantiles(times, n=20)[-1]:.1f}"]
         for name, times in stopwatch.times.items()

@@ -105,7 +105,7 @@ def make_course(kind: str, seed: int) -> World:
 
 @dataclass(frozen=True, slots=True)
 class Flown:
-    """How a flight went: `clearance` is the least distance of the blades' tips from anything, in the air [m]."""
+    """Result of a flight: `clearance` is the least distance of the blades' tips from any obstacle, in the air [m]."""
 
     arrived: bool
     collisions: int

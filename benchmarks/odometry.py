@@ -1,14 +1,14 @@
-"""How good LiDAR-inertial odometry and its map are on mapping flights: figures for docs/mapping.md.
+"""Quality of LiDAR-inertial odometry and its map on mapping flights: figures for docs/mapping.md.
 
     python benchmarks/odometry.py [--seeds 196:212] [--jobs 1] [--keep FILE] [--write]
     python benchmarks/odometry.py --method small-gicp [--seeds 196:199] [--keep FILE] [--recorded FOLDER] [--write]
 
 Flies each seed's route with the whole simulator, once with the nose along the track and once across it, and compares
-with the true motion. On the way each fault of the two sensors is tried on a copy of the odometry, until it notices or
+with the true motion. On the way a copy of the odometry gets each fault of the two sensors, until it detects it or
 10 s are over. With `--keep` finished flights are remembered in a file, and not flown again.
 
-With another `--method` than ours both follow the same flights, without faults. What was measured on these is kept in
-the folder that `--recorded` names, and not flown again.
+With another `--method` than ours both follow the same flights, without faults. Their measurements are kept in the
+folder `--recorded`, and not flown again.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ from skillwing.sim_mujoco.sensors.corruptors import make_corruptor
 
 MAPPING_PAGE = PAGE.with_name("mapping.md")
 DEMAND = 0.3
-"""What the drift of a flight should stay within, RMS [m]."""
+"""Largest drift of a good flight, RMS [m]."""
 NOSES = (("along the track", False), ("across it", True))
 SEEDS, SEEDS_TO_COMPARE = "196:212", "196:199"
 """If nobody chooses any."""
@@ -69,8 +69,8 @@ FAULTS: tuple[tuple[str, str, float | None], ...] = (
 
 
 class Trial(msgspec.Struct, frozen=True):
-    """What became of one fault: after how long it was noticed [s], None if it was not, and how far off the poses that
-    were given out were by then, beyond what they were before [m]."""
+    """Result of one fault: time until its detection [s], None if there was none. The error is that of poses published
+    until then, in excess of the error before [m]."""
 
     sensor: str
     kind: str
@@ -266,7 +266,7 @@ def report(results: Sequence[Result], seeds: str) -> str:
 
 
 def past(results: Sequence[Result]) -> str:
-    """What was done before on the seeds that were flown."""
+    """Sentence on the earlier use of the seeds."""
     looked_at = {r.seed for r in results}.intersection(LOOKED_AT)
     return (
         f"Constants were chosen and mistakes fixed by flights of seeds {LOOKED_AT[0]} to {LOOKED_AT[-1]}, "

@@ -29,8 +29,8 @@ _ABOVE = 1.0
 
 
 class Outcome(msgspec.Struct, frozen=True):
-    """How one method followed one flight, as long as it believed itself: errors [m, degrees] as in `odometry.Result`,
-    processor times of its scans [s]; when and why it was `lost`, the words empty if it never was."""
+    """Result of one method on one flight, until it was lost: errors [m, degrees] as in `odometry.Result`, processor
+    times of its scans [s]. `lost`: time and reason, an empty text if it never was."""
 
     method: str
     seed: int
@@ -110,9 +110,9 @@ def _matcher(method: str) -> MakeMatcher:
 def compare(
     method: str, flights: Sequence[tuple[int, bool]], processes: int, folder: Path | None, keep: Path | None
 ) -> list[Outcome]:
-    """What became of ours and of `method` on each flight, so many of which are followed at once.
+    """Results of ours and of `method` on each flight, with so many flights at once.
 
-    Measurements come from `folder`, or are kept there; what is in the file `keep` is not worked out again. Raises
+    Measurements come from `folder`, or are kept there; results in the file `keep` are not computed again. Raises
     MissingLibraryError.
     """
     _matcher(method)

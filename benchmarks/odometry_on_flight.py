@@ -1,4 +1,4 @@
-"""What benchmarks need to let odometry follow a flight, and to say how far off it is."""
+"""Odometry on a flight and its errors, for benchmarks."""
 
 from __future__ import annotations
 

@@ -109,8 +109,8 @@ class Orbiter:
 
 @dataclass
 class Trial:
-    """What came of it. `delays` are of pictures: when one could be shown, and how long after it was taken [s]. `ended`
-    is how the skill ended, and `after` how long after its start [s]."""
+    """Result of a trial. `delays` of pictures: time at which one could be shown, and time since it was taken [s].
+    `ended` is the end of the skill, and `after` the time from its start [s]."""
 
     seen: list[video.VideoStatus] = field(default_factory=list)
     aimed: list[video.EncoderStatus] = field(default_factory=list)

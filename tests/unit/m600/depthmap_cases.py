@@ -1,4 +1,4 @@
-"""What `zed_depthmap` and `lidar_depthmap` owe alike; they share all but the sensor."""
+"""Common cases of `zed_depthmap` and `lidar_depthmap`, which differ in the sensor only."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What `goto` and `goto_straight` owe alike; they share all but the nose."""
+"""Common cases of `goto` and `goto_straight`, which differ in the heading only."""
 
 from __future__ import annotations
 

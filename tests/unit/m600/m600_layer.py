@@ -102,7 +102,7 @@ class M600Layer(FakeLayer):
 
     @property
     def commands(self) -> list[GuidanceCommand]:
-        """What guidance was asked for."""
+        """Commands that guidance received."""
         return self.asked(guidance.GUIDANCE_COMMAND, GuidanceCommand)
 
     @property

@@ -1,4 +1,4 @@
-"""What every skill that flies owes to the guidance client: retries, silence, revocation, stopping for good."""
+"""Guidance client: retries, silence, revocation, and the final stop."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether something that should move still does."""
+"""Stall detector: quantities that stop growing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whose commands an axis takes, and for how long it remembers whose it does not."""
+"""Command authority: fresh, stale and revoked tokens, and a bounded memory of revocations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What reports of obstacles make of a motion: it stops in time, whatever its speed and wherever the obstacle stands."""
+"""Path monitor: a motion stops in time, at any speed and for any obstacle."""
 
 from __future__ import annotations
 

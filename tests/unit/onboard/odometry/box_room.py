@@ -1,7 +1,7 @@
 """A drone in a room, whose sensors are computed in closed form: a world for odometry that costs nothing.
 
-The room is a box that stands askew, so that the LiDAR's narrow ring sees all its walls, and that they have nothing to
-do with the borders of voxels. It is empty unless there are blocks in it.
+The room is a box at an angle: the LiDAR's narrow ring sees all its walls, and they are not parallel to the borders of
+voxels. It is empty unless there are blocks in it.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class Room:
         self.t = self.begins_at
 
     def position(self, t: float | Floats) -> Floats:
-        """Where the drone is at `t` (...): (..., 3)."""
+        """Position of the drone (..., 3) at `t` (...)."""
         s = self._phase(t)
         ways = _FORWARD * (1 - np.cos(s)), _SIDEWAYS * np.sin(s) ** 2, 0.5 * (1 - np.cos(2 * s))
         return np.stack(ways, axis=-1)
@@ -136,7 +136,7 @@ class Room:
 
 
 def distance_to_block(origins: Floats, ways: Floats, low: Floats, high: Floats) -> Floats:
-    """How far (...) it is along unit vectors `ways` (..., 3) to where they enter the block; infinite if they do not."""
+    """Distances (...) along unit vectors `ways` (..., 3) to the block; infinite if they miss it."""
     with np.errstate(divide="ignore"):
         one, other = (low - origins) / ways, (high - origins) / ways
     entry, leave = np.minimum(one, other).max(axis=-1), np.maximum(one, other).min(axis=-1)

@@ -1,4 +1,4 @@
-"""What odometry thinks of a scan, beside what it says of the scans before."""
+"""Innovation gate: acceptance of a scan, by itself and with those before."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def test_the_first_sound_scan_is_believed_however_wrong_the_ones_before_were(bef
 
 @given(st.floats(0.0, 0.9 * LARGEST_NIS), st.sampled_from(["few", "misfit", "surprising"]))
 def test_a_doubted_scan_is_remembered_as_none(believed: float, why: str) -> None:
-    """What it would have changed, the next one would change again."""
+    """Its innovation appears again in the next one."""
     wrong = {
         "few": (0.5 * LARGEST_NIS, Agreement(1000, FEWEST_MATCHES - 1, FEWEST_MATCHES - 1)),
         "misfit": (0.5 * LARGEST_NIS, Agreement(1000, 900, int(900 * LEAST_CLOSE) - 1)),

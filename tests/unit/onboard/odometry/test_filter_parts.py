@@ -260,7 +260,7 @@ def _above_strips(seed: int) -> tuple[float, float]:
     rng = np.random.default_rng(seed)
 
     def strips() -> np.ndarray:
-        """Where a ring across the x axis meets the floor 4 m below it, as wide as it is in a few scans."""
+        """Points of a ring across the x axis on the floor 4 m below, as wide as in a few scans."""
         x = np.repeat(np.arange(-5.5, 6.0), 300) + rng.uniform(-0.2, 0.2, 3600)
         return np.column_stack([x, rng.uniform(-6.0, 6.0, 3600), rng.normal(-4.0, 0.02, 3600)])
 

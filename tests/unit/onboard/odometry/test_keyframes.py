@@ -224,7 +224,7 @@ def test_a_plane_is_laid_from_where_its_points_were_seen(few: int, later: int) -
 
 
 PLACE, SPEED = 0.2, 0.1
-"""How much is not known of the keyframe's place [m] and of the speed since [m/s]."""
+"""Uncertainty of the keyframe's place [m] and of the speed since [m/s]."""
 
 
 def after_a_second(error: float) -> Posterior:

@@ -1,4 +1,4 @@
-"""What navigation tells of a movement is put onto the filter's state, errors and all."""
+"""Bridging by navigation: its movement is added to the filter's state, errors included."""
 
 from __future__ import annotations
 

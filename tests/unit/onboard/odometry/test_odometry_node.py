@@ -1,5 +1,5 @@
-"""The mapping node with odometry on a bus: what it publishes, how it begins anew after a divergence, and what it makes
-of sensors that do not believe themselves."""
+"""The mapping node with odometry on a bus: what it publishes, its start after a divergence, and its
+reaction to failed sensors."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Bench:
         self._health[sensor].put(encode(health))
 
     def errors(self) -> list[float]:
-        """How far off the poses are that were given out [m]."""
+        """Errors of the published poses [m]."""
         return [float(np.linalg.norm(pose.position - self.room.position(pose.t))) for pose in self.poses]
 
     def command(self, goal: str, token: int, run: bool) -> str:

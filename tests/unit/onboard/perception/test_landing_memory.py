@@ -1,4 +1,4 @@
-"""What is remembered for a landing: by which sensors, and for how long."""
+"""Landing memory: its sensors, and its duration."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where to land by memory: nothing stands below the place that is chosen, nor in the way to it."""
+"""Landing place by memory: no obstacle is below the chosen place, nor on the way to it."""
 
 from __future__ import annotations
 

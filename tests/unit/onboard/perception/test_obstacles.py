@@ -1,4 +1,4 @@
-"""How far the way is free: what counts as an obstacle, what is seen, and for how long it is believed."""
+"""Free distance: obstacles, fields of view, and the duration of the memory."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def judge(space: FreeSpace, target, *, t: float = 0.25, here=HERE, velocity=(0.0
 
 
 def whole(length: float) -> Any:
-    """What is reported of a way of this length that is free."""
+    """Reported distance of a free way of this length."""
     return pytest.approx(min(length + TUBE_RADIUS, CAMERA.sight), abs=0.1)
 
 

@@ -1,4 +1,4 @@
-"""What the voxel grid promises: hits fill, rays clear, and neither order nor place matters."""
+"""Occupancy grid: hits fill, rays clear, and neither order nor place matters."""
 
 from __future__ import annotations
 

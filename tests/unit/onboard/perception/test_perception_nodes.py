@@ -371,7 +371,7 @@ def test_the_range_finder_tells_of_the_ground_where_nothing_else_does(status: st
 
 
 def test_readings_from_before_the_range_finder_failed_are_not_waited_with() -> None:
-    """Who finds out that he fails has told wrong distances for a while."""
+    """A sensor that detects its failure has sent wrong distances for a while."""
     bench = Bench(make_obstacles({}))
     measure_range(bench, READINGS - 1)
     report_health(bench, RANGE, sensors.SensorStatus.FAILED)

@@ -127,7 +127,7 @@ def test_on_a_constant_link_the_rates_settle(fps: float, wanted: float, hard: fl
 
 
 def test_attempts_that_fail_become_rare() -> None:
-    """Where one frame rate is too high for the picture and the next one is more than good enough."""
+    """One frame rate is too high for the quality, and the next one is more than good enough."""
     changes: list[int] = []
     for bandwidth in range(60_000, 200_000, 10_000):
         loop = Loop(3.0, 0.5, 2.0)
@@ -180,7 +180,7 @@ def test_what_can_be_kept_is_kept(fps: float, wanted: float, hard: float, bandwi
 def test_on_a_link_that_narrows_slowly_both_demands_are_held_down_to_the_margins(
     fps: float, wanted: float, hard: float
 ) -> None:
-    """What is kept of the limit, the whole link at exactly as many pictures: spare ones, a quarter, and a step."""
+    """Margins from the limit, the whole link at exactly the demanded rate: spare pictures, a quarter, and a step."""
     limit = (
         next(b for b in range(0, 10**6, 1000) if b > 0 and quality(Rates(b, fps), hard) >= wanted) + PICTURE_COST * fps
     )
@@ -238,7 +238,7 @@ def test_on_a_constant_link_that_loses_packets_the_rates_settle(
 def test_where_they_cannot_both_be_held_the_skill_learns_of_it(
     fps: float, wanted: float, hard: float, bandwidth: float, loss: float, known: float
 ) -> None:
-    """Whatever is chosen: not even the whole link, at the fewest pictures, makes them good; or hardly one arrives."""
+    """A hopeless link: even all of it, at the fewest pictures, is not enough for the quality; or hardly one arrives."""
     whole = min(max(bandwidth, SLOWEST_RATE), FASTEST_RATE)
     assume(quality(Rates(whole, fps), hard) < wanted or loss >= 0.99)
     assert Loop(fps, wanted, hard, loss=loss, told=loss * known).timer(60.0, bandwidth) >= 4.0

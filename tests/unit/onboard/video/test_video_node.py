@@ -13,7 +13,7 @@ from skillwing.services.protocol import ErrorCode, decode, encode
 
 
 class Ground:
-    """Who commands the video, and reads the answers."""
+    """Client that commands the video, and reads the replies."""
 
     def __init__(self) -> None:
         self._network = InProcessNetwork()

@@ -163,7 +163,7 @@ def test_a_picture_of_too_many_pieces_goes_with_as_much_parity_as_the_code_has()
 
 @given(st.lists(st.tuples(st.integers(0, 9), st.integers(1, 4), st.integers(0, 4), st.integers(0, 5000)), max_size=12))
 def test_pieces_that_do_not_belong_together_make_nothing_up(story: list[tuple[int, int, int, int]]) -> None:
-    """Whatever arrives under one number: a picture is made of packets that say the same of it, and of its size."""
+    """A picture consists of packets that agree on it and on its size, whatever arrives under its number."""
     assembly = Assembly()
     for part, parts, parity, size in story:
         header = VideoPacket(
@@ -181,7 +181,7 @@ def test_pieces_that_do_not_belong_together_make_nothing_up(story: list[tuple[in
 def test_only_whole_pictures_that_can_be_decoded_are_shown(
     sizes: list[int], keyframes: set[int], lost: set[int]
 ) -> None:
-    """Whatever is lost: a picture is shown if and only if it and all since the last keyframe arrived whole."""
+    """A picture is shown if and only if it and all since the last keyframe arrived whole, whatever is lost."""
     keyframes.add(0)
     receiver = Receiver()
     packets = sent(sizes, keyframes)
