@@ -176,6 +176,7 @@ COMPILE := uv pip compile --universal --python-version 3.11 --generate-hashes --
 lock:
 	$(COMPILE) pyproject.toml --all-extras --group dev -o requirements.lock
 	$(COMPILE) pyproject.toml -c requirements.lock -o locks/manager.lock
+	$(COMPILE) pyproject.toml --extra onboard -c requirements.lock -o locks/onboard.lock
 	$(COMPILE) pyproject.toml --extra sim -c requirements.lock -o locks/sim.lock
 	echo numpy | $(COMPILE) pyproject.toml - --extra missions -c requirements.lock -o locks/mission.lock
 	echo rerun-sdk | $(COMPILE) pyproject.toml - -c requirements.lock -o locks/recorder.lock

@@ -1,8 +1,8 @@
-"""Where the time of a campaign's flight goes: processor seconds of each process of the robot, all of them in one.
+"""Processor time of a campaign's flight by process of the robot, all in one operating-system process.
 
     python benchmarks/campaign_speed.py [--seed N] [--world KIND] [--seconds S] [--write]
 
-Processor time, not wall time, for a machine that flies campaigns is busy.
+It is processor time and not wall time, because a machine that flies campaigns is busy.
 """
 
 from __future__ import annotations
@@ -73,8 +73,8 @@ def main() -> None:
     ]
     body = (
         f"The mapping mission in the {options.world} of seed {options.seed}, in one process and virtual time: "
-        f"{flown:.0f} s of flight in {taken:.0f} s of processor time, {flown / taken:.1f} times as fast as real time "
-        f"on one core, with all sensors, odometry and map. {machine()}.\n\n"
+        f"{flown:.0f} s of flight in {taken:.0f} s of processor time, {flown / taken:.1f} times real time "
+        f"on one core. All sensors, odometry and map run. {machine()}.\n\n"
         + table(("process", "processor time", "share", "per second of flight"), rows)
     )
     tell("campaign_speed.py", "A campaign's flight", body, write=options.write)

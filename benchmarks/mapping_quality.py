@@ -1,10 +1,10 @@
-"""Quality and cost of the map and of the view ahead, with true poses.
+"""Quality and cost of the map and of obstacle detection, with true poses.
 
     python benchmarks/mapping_quality.py [--seeds 4] [--no-times] [--write]
 
-Flies the sensors (without physics) along the planned routes of some worlds, and judges each map. Each route is flown
-with the nose along the track, and across it. The obstacles on the route are removed. Poses are the true ones: the
-result is that of the planned way alone. benchmarks/odometry.py maps with the poses of odometry.
+Moves the sensors without physics along the planned route of some worlds. Obstacles on it are removed. The nose points
+along the track and across it. Each map is judged. Poses are the true ones, so this is the share that the planned
+way shows. benchmarks/odometry.py measures maps with the poses of odometry.
 `--write` puts the figures into docs/mapping.md.
 """
 
@@ -36,7 +36,7 @@ from skillwing.onboard.sensor_data.scans import DepthPicture, LidarScan, PlacedP
 from skillwing.onboard.topics import navigation, sensors
 from skillwing.services.protocol import encode
 from skillwing.sim_mujoco.sensors import depth_camera, lidar
-from skillwing.sim_mujoco.sensors.rays import RayScene
+from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.world import World
 
 T = TypeVar("T")
@@ -53,7 +53,7 @@ MISPLACED: Final[dict[str, tuple[Vector, float]]] = {
     "2 m off sideways": ((0.0, 2.0, 0.0), 0.0),
     "turned by 15 degrees": ((0.0, 0.0, 0.0), math.radians(15.0)),
 }
-"""Movements and turns of scans about the drone, as a test for contradictions to the map."""
+"""Displacements and turns of scans about the drone, to test that they contradict the map."""
 SETTLED, MISPLACED_EVERY = 50, 10
 """Every so many scans one is misplaced, once so many were mapped."""
 
@@ -96,7 +96,7 @@ def _motion(t: float, position: Vector, velocity: Vector, heading: float) -> Mot
 
 @dataclass(frozen=True, slots=True)
 class Mapped:
-    """Result of one flight; `misfits` are those of scans moved as in MISPLACED."""
+    """Result of one flight; `misfits` are those of scans displaced by MISPLACED."""
 
     coverage: MapQuality
     worst_misfit: float
@@ -221,7 +221,7 @@ Scans in the right place and in wrong ones, compared with the map before their i
 
 
 def times_told(stopwatch: Stopwatch) -> str:
-    """Processor times, as Markdown."""
+    """Costs, as Markdown."""
     costs = [
         [name, f"{1e3 * median(times):.1f}", f"{1e3 * quantiles(times, n=20)[-1]:.1f}"]
         for name, times in stopwatch.times.items()

@@ -29,7 +29,7 @@ from skillwing.services.protocol import encode
 from skillwing.sim_mujoco.simulator.node import SimNode
 from skillwing.sim_mujoco.simulator.simulator import Simulator
 from skillwing.sim_mujoco.world.footprint import Footprint, Point
-from skillwing.sim_mujoco.world.things.obstacle import Kind, Obstacle
+from skillwing.sim_mujoco.world.things.obstacle import Obstacle, ObstacleKind
 from skillwing.sim_mujoco.world.things.plain import block, pole
 from skillwing.sim_mujoco.world.world import World, make_world
 
@@ -86,7 +86,7 @@ def _pole(name: str, centre: Point, radius: float) -> Obstacle:
 
 
 def _wall(name: str, centre: Point, half: Point) -> Obstacle:
-    return block(name, Kind.WALL, Footprint(centre, half), _HEIGHT)
+    return block(name, ObstacleKind.WALL, Footprint(centre, half), _HEIGHT)
 
 
 COURSES: Final[dict[str, Callable[[np.random.Generator], list[Obstacle]]]] = {
@@ -105,7 +105,7 @@ def make_course(kind: str, seed: int) -> World:
 
 @dataclass(frozen=True, slots=True)
 class Flown:
-    """Result of a flight: `clearance` is the least distance of the blades' tips from any obstacle, in the air [m]."""
+    """Result of a flight; `clearance`: least distance of the blade tips from anything in the air [m]."""
 
     arrived: bool
     collisions: int
@@ -220,5 +220,5 @@ def fly(
         clearance=min((truth.clearance for truth in truths if truth.position[2] > 1.5), default=math.inf),
         seconds=network.now(),
         blocked=pilot.blocked,
-        account=pilot.planner.account,
+        account=pilot.planner.summary,
     )

@@ -34,22 +34,23 @@ from skillwing.evaluation.flights.coverage import CoverageJudge
 from skillwing.onboard.frames.vectors import Motion
 from skillwing.onboard.mapping.localiser import ByNavigation
 from skillwing.onboard.mapping.mapper import REACH, Mapper
-from skillwing.onboard.mapping.node import MappingOptions
+from skillwing.onboard.mapping.node import VOXEL_SIZE
 from skillwing.onboard.mapping.occupancy import OccupancyGrid
 from skillwing.onboard.odometry.divergence_monitor import FEWEST_MATCHES, LARGEST_NIS, LEAST_CLOSE
 from skillwing.onboard.odometry.gicp import MissingLibraryError
 from skillwing.onboard.odometry.odometry import Fix, Odometry, Phase
 from skillwing.sim_mujoco.sensors.channel import Measurement
 from skillwing.sim_mujoco.sensors.corruptors import make_corruptor
+from skillwing.sim_mujoco.world.layouts.courtyard import BOUNDS
 
 MAPPING_PAGE = PAGE.with_name("mapping.md")
 DEMAND = 0.3
-"""Largest drift of a good flight, RMS [m]."""
+"""Largest permitted drift of a flight, RMS [m]."""
 NOSES = (("along the track", False), ("across it", True))
 SEEDS, SEEDS_TO_COMPARE = "196:212", "196:199"
 """If nobody chooses any."""
 LOOKED_AT = range(196)
-"""Seeds on which constants were chosen, or mistakes were fixed."""
+"""Seeds on which constants were chosen, or that were examined during a fix."""
 FAULT_AT, TRIED_FOR = 30.0, 10.0
 FAULTS: tuple[tuple[str, str, float | None], ...] = (
     ("lidar", "bias", 1.0),
@@ -69,8 +70,7 @@ FAULTS: tuple[tuple[str, str, float | None], ...] = (
 
 
 class Trial(msgspec.Struct, frozen=True):
-    """Result of one fault: time until its detection [s], None if there was none. The error is that of poses published
-    until then, in excess of the error before [m]."""
+    """Detection of one fault: delay [s], None if it was missed, and the additional pose error until then [m]."""
 
     sensor: str
     kind: str
@@ -144,10 +144,9 @@ def fly(job: tuple[int, bool]) -> Result:
     """One flight with everything that is measured on it."""
     seed, across = job
     flight = MappingFlight(seed, across=across)
-    options = MappingOptions()
-    low, high = options.box.low, options.box.high
+    low, high = BOUNDS.low, BOUNDS.high
     odometry = make_odometry()
-    mapper, reference = (Mapper(OccupancyGrid(low, high, options.voxel_size)) for _ in range(2))
+    mapper, reference = (Mapper(OccupancyGrid(low, high, VOXEL_SIZE)) for _ in range(2))
     by_navigation = ByNavigation()
     fixes: list[Fix] = []
     path, truths = TruePath(), list[Motion]()
@@ -266,7 +265,7 @@ def report(results: Sequence[Result], seeds: str) -> str:
 
 
 def past(results: Sequence[Result]) -> str:
-    """Sentence on the earlier use of the seeds."""
+    """Earlier use of the flown seeds."""
     looked_at = {r.seed for r in results}.intersection(LOOKED_AT)
     return (
         f"Constants were chosen and mistakes fixed by flights of seeds {LOOKED_AT[0]} to {LOOKED_AT[-1]}, "

@@ -1,9 +1,9 @@
-"""How fast the whole robot flies the mapping mission with real processes on two cores: its ratio to real time.
+"""Speed of the whole robot on the mapping mission, with real processes on two cores, as ratio to real time.
 
     python benchmarks/stack_speed.py [--seed N] [--world KIND] [--seconds S] [--write]
 
 Robot time runs as fast as all processes keep up: physics waits for guidance and obstacle detection after each step, and
-nobody lags by more than 0.1 s. Wall time counts, so measure on a machine that does nothing else.
+no process lags by more than 0.1 s. Wall time counts, so measure on an idle machine.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def main() -> None:
     whole = (last - first) / (ended - begun)
     body = (
         f"The mapping mission in the {options.world} of seed {options.seed}, by {len(specs)} processes and a router on "
-        f"{len(cores)} cores, as fast as all of them keep up. The ratio is robot seconds per second on the wall; the "
+        f"{len(cores)} cores. Robot time runs as fast as all keep up. The ratio is robot seconds per wall second; the "
         f"budget on {CORES} cores is {FLOOR:g}: {against(FLOOR, whole, at_least=True)}. {machine()}.\n\n"
         + table(
             ("robot time", "times real time", f"blocks of {BLOCK:g} s", "median block"),

@@ -29,7 +29,7 @@ from skillwing.services.testing import SkillsetInProcess
 from skillwing.sim_mujoco.camera.camera import Camera, Picture, camera_header
 from skillwing.sim_mujoco.camera.feed import CameraFeed
 from skillwing.sim_mujoco.link.node import make_link
-from skillwing.sim_mujoco.sensors.rays import RayScene
+from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.world import World, make_world
 
 SPEED = 2.0
@@ -109,8 +109,9 @@ class Orbiter:
 
 @dataclass
 class Trial:
-    """Result of a trial. `delays` of pictures: time at which one could be shown, and time since it was taken [s].
-    `ended` is the end of the skill, and `after` the time from its start [s]."""
+    """Result of a trial. delays: of pictures, from capture to display [s]. ended: result of the skill. after: time from
+    its start to its end [s].
+    """
 
     seen: list[video.VideoStatus] = field(default_factory=list)
     aimed: list[video.EncoderStatus] = field(default_factory=list)

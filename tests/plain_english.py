@@ -42,7 +42,7 @@ _LINK = re.compile(r"!?\[([^\]]*)\]\([^)]*\)")
 _SENTENCE_END = re.compile(r"(?<=[.!?:;])[\"')*_]*\s+")
 _ABBREVIATION = re.compile(r"\b(e\.g|i\.e|etc|vs|cf|Fig|al|No)\.")
 _WORD = re.compile(r"[A-Za-z0-9][\w'’.,/%+-]*")
-_BLOCK_START = re.compile(r"([-*+]|\d+\.|#+|>)\s+")
+_BLOCK_START = re.compile(r"^([-*+]|\d+\.|#+|>)\s+")
 
 
 def problems(path: Path) -> Iterator[tuple[int, str]]:

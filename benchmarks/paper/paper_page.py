@@ -53,7 +53,7 @@ def picture_name(picture: Picture) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """How a figure is shown: so many of the unit for each one of it, in this format, which never says `-0`."""
+    """Format of a figure: factor to its unit and number format, which never prints `-0`."""
 
     format: str
     name: str
@@ -113,7 +113,7 @@ def write_page(
 
 
 def tables(results: Sequence[FlightResult], plans: Sequence[FlightPlan], code: str, older: Sequence[str] = ()) -> str:
-    """What was flown and what was not, and for each scenario the figures, the price and the seeds, as Markdown.
+    """Flown and missing flights, and for each scenario the figures, costs and seeds, as Markdown.
 
     older: pictures of other flights.
     """
@@ -200,7 +200,7 @@ def _change(column: Column, flight: FlightResult, other: FlightResult) -> float 
 
 
 def _by_seed(results: Sequence[FlightResult]) -> str:
-    """How much was mapped, and what was hit, seed by seed."""
+    """Coverage and collisions, seed by seed."""
     flights = {(each.plan.seed, each.plan.label): each for each in results}
     policies = POLICIES[MAPPING]
     rows: list[list[str]] = []

@@ -68,7 +68,7 @@ def main() -> None:
 
 
 def known(folder: Path) -> list[FlightResult]:
-    """What has been flown so far, also while somebody is still flying."""
+    """Results so far, also of a run in progress."""
     ledger = folder / LEDGER_FILE
     return read_results(ledger) if ledger.exists() else []
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +16,7 @@ from payloads import HUGE_SIZES, huge, payload
 
 from skillwing.m600.robot import ROBOT
 from skillwing.onboard.topics import faults, flight, guidance, mapping, obstacles, sensors, video
-from skillwing.services.bus import Answer, Answered, Publisher, Refused
+from skillwing.services.bus import Answer, Answered, NoReply, Publisher, Refused
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.mocking.system import mock_processes
 from skillwing.services.processes.launcher import Launcher
@@ -88,12 +89,21 @@ class Thrower:
         self._silent: list[str] = []
         self._internal: list[str] = []
         self.outcome = Outcome()
-        self._before = self._memory()
         skills = {name.removeprefix("skill/") for name in processes if name.startswith("skill/")}
         self._questions = [each for each in QUERIES if self._is_served(each, processes, skills)]
+        self._wait_until_reachable()
+        self._before = self._memory()
 
     def close(self) -> None:
         self._bus.close()
+
+    def _wait_until_reachable(self) -> None:
+        """Ask on each key until it is answered: a token is seen before the queries of its process are reachable."""
+        deadline = time.monotonic() + ANSWER_WITHIN
+        for endpoint in self._questions:
+            while isinstance(self._ask_raw(endpoint.key, b""), NoReply):
+                assert time.monotonic() < deadline, f"nobody answers on {endpoint.key}"
+        self.outcome = Outcome()
 
     # --- what is thrown ----------------------------------------------------------------------------------------------
 

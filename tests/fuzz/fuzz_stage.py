@@ -35,7 +35,7 @@ GAP = 0.005
 
 def made(spec: ProcessSpec) -> Node:
     """The node that a process of the table would host."""
-    return imported({"factory": spec.factory}, "factory")(spec.options)
+    return imported({"factory": spec.factory}, "factory")(spec.resolved().options)
 
 
 def nodes_of_the_m600(run_dir: Path) -> list[Node]:

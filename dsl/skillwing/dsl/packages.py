@@ -17,8 +17,8 @@ _OURS = "skillwing"
 def import_name(folder: Path) -> tuple[str, Path]:
     """The dotted name of a package folder, and the folder that has to be on `sys.path` for it.
 
-    The name starts below the first ancestor that is no package itself, or at a `sys.path` entry further up, as for
-    parts of a namespace package.
+    The name starts below the first ancestor that is no package itself. A part of a namespace package starts at an entry
+    of `sys.path` further up.
     """
     folder = folder.resolve()
     root = folder.parent

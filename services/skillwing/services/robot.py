@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib.metadata import entry_points
 from pathlib import Path
 from types import MappingProxyType
@@ -39,6 +39,8 @@ class ProcessSpec:
 
     name: unique in the robot; also the node's name and the tail of its liveliness key.
     factory: `package.module:function`, called with `options`, which have to survive JSON.
+    resolver: `package.module:function`, from `options` to those that the factory takes. It turns names, as of a site or
+    a file, into plain values, and may need packages that readers of the table lack. None where `options` are final.
     essential: the robot cannot go on without it; without any other it loses a part of what it can.
     extra: pip extra that its image needs, None for none.
     restart: what becomes of it when it dies. `never` is for a process that cannot take up where another one ended.
@@ -52,6 +54,17 @@ class ProcessSpec:
     extra: str | None = None
     restart: Restart = "always"
     host: str | None = None
+    resolver: str | None = None
+
+    def resolved(self) -> ProcessSpec:
+        """The process with final options, for the side that starts it. Raises InvalidOptionError."""
+        if self.resolver is None:
+            return self
+        try:
+            options = imported({"resolver": self.resolver}, "resolver")(self.options)
+        except ValueError as error:
+            raise InvalidOptionError("options", f"`{self.name}` cannot use its options: {error}.") from error
+        return replace(self, options=options, resolver=None)
 
 
 def _nothing(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:

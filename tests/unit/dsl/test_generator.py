@@ -244,7 +244,7 @@ def test_what_is_no_longer_generated_goes_and_what_somebody_wrote_stays(tmp_path
 
 def test_the_skeleton_of_progress_names_its_type() -> None:
     source = "skillset s { skill go_to { progress=1.0 { x: bool }  result { DONE } } }"
-    assert "Tell how far it is with a `GoToFeedback`" in skeletons(parse(source), "s")["skills/go_to.py"]
+    assert "Return the progress as a `GoToFeedback`" in skeletons(parse(source), "s")["skills/go_to.py"]
 
 
 def test_skeletons_are_written_once(tmp_path: Path) -> None:

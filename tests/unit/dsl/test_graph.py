@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 from skillwing import m600
 from skillwing.dsl import UnknownNameError, load, parse
 from skillwing.dsl.commands.graph import graph
-from skillwing.dsl.printing.pictures.diagram import Arrow, Diagram, Node
+from skillwing.dsl.printing.pictures.diagram import Arrow, Diagram, DiagramNode
 from skillwing.dsl.printing.pictures.dot import to_dot
 from skillwing.dsl.printing.pictures.mermaid import to_mermaid
 from skillwing.dsl.printing.pictures.placement import ARROW_TEXT, LINE_HEIGHT, NODE_TEXT, place, text_width
@@ -171,7 +171,7 @@ def test_graphviz_reads_the_dot_text(diagram: Diagram) -> None:
 
 NASTY = Diagram(
     title='a <b> & "c" \\',
-    nodes=(Node("x", 'say "<&>" #1', "state"), Node("end", "end", "resource")),
+    nodes=(DiagramNode("x", 'say "<&>" #1', "state"), DiagramNode("end", "end", "resource")),
     arrows=(Arrow("x", "end", ('p == "a\\n"', "a < b")), Arrow("x", "x", dashed=True)),
     legend="<script>",
 )

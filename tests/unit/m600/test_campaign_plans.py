@@ -25,9 +25,9 @@ from skillwing.sim_mujoco.autopilot.failsafes import CRITICAL_CHARGE
 from skillwing.sim_mujoco.link.radio import Radio, RadioOptions
 from skillwing.sim_mujoco.physics.battery import PACKS
 from skillwing.sim_mujoco.physics.rotor_faults import ROTOR_NAMES, STOPPED, WEAK
-from skillwing.sim_mujoco.scenario import FaultOptions
-from skillwing.sim_mujoco.sensors.corruptors import KINDS
-from skillwing.sim_mujoco.simulator.fault_plan import check_fault
+from skillwing.sim_mujoco.scenario.fault_checks import check_fault
+from skillwing.sim_mujoco.scenario.format import FaultOptions
+from skillwing.sim_mujoco.sensors.faults import KINDS
 
 WAY_TIME = 48.0
 LATEST = LONGEST * WAY_TIME

@@ -20,7 +20,12 @@ from skillwing.services.robot import ProcessSpec, Robot
 ROOT = Path(__file__).parents[3]
 SERVICES: dict[str, dict[str, Any]] = yaml.safe_load(COMPOSE_FILE.read_text())["services"]
 HOSTED = {name: service for name, service in SERVICES.items() if "--process" in service.get("command", ())}
-IMAGES = {None: "skillwing-manager", "sim": "skillwing-sim", "viewer": "skillwing-recorder"}
+IMAGES = {
+    None: "skillwing-manager",
+    "onboard": "skillwing-onboard",
+    "sim": "skillwing-sim",
+    "viewer": "skillwing-recorder",
+}
 """By the extra that a process needs."""
 RUN = {"run_dir": "/home/skillwing/runs/containers"}
 FOR_EVERY_PROCESS = {"CONNECT", "ROBOT", "HEARTBEAT"}
@@ -143,6 +148,7 @@ def test_each_image_is_built_by_one_service_and_runs_as_a_user_without_rights() 
     # Of the missions one is flown at a time.
     assert {role: len(targets) for role, targets in builds.items()} == {
         "manager": 1,
+        "onboard": 1,
         "sim": 1,
         "recorder": 1,
         "viewer": 1,
@@ -165,7 +171,7 @@ def test_everything_is_installed_by_hash_and_nothing_of_how_stays_in_an_image() 
             assert built_on == "runtime"
 
 
-@pytest.mark.parametrize("role", ["sim", "mission", "recorder"])
+@pytest.mark.parametrize("role", ["onboard", "sim", "mission", "recorder"])
 def test_all_images_have_the_same_versions(role: str) -> None:
     """What the environment has is not installed again: another version of it would stay there."""
     pins = {name: pinned(ROOT / "locks" / f"{name}.lock") for name in ("manager", role)}

@@ -36,7 +36,7 @@ from skillwing.services.options import read_options
 from skillwing.services.protocol import Keys, Message, MissionStatus, Record, RecordKind
 from skillwing.services.telemetry import palette
 from skillwing.services.telemetry.mission_view import MissionPanels, at
-from skillwing.sim_mujoco.world.chosen import SiteOptions
+from skillwing.sim_mujoco.world.kinds import SiteOptions
 from skillwing.sim_mujoco.world.site import Site
 
 M = TypeVar("M", bound=Message)

@@ -17,7 +17,7 @@ from scipy.spatial import KDTree
 
 from skillwing.onboard.frames.vectors import Vector
 from skillwing.services.telemetry.report import Coverage
-from skillwing.sim_mujoco.sensors.rays import RayScene
+from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.triangles import Triangles
 from skillwing.sim_mujoco.world.world import BUILDING, TERRAIN, World
 

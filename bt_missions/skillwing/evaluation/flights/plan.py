@@ -13,8 +13,8 @@ from typing import Any, TypeAlias
 import msgspec
 
 from skillwing.evaluation.flights.conditions import Condition, draw
-from skillwing.m600.briefing import inspection_options, mapping_options
 from skillwing.services.errors import InvalidOptionError
+from skillwing.sim_mujoco.launching import inspection_mission, mapping_mission
 from skillwing.sim_mujoco.world.kinds import make_site
 from skillwing.sim_mujoco.world.site import Site
 
@@ -120,8 +120,8 @@ def usual_world(mission: str) -> str:
 def options_on(site: Site, mission: str) -> dict[str, Any]:
     """Options of a mission at this site. Raises InvalidOptionError if the mission has nothing to do there."""
     if mission == "mapping":
-        return mapping_options(site)
-    circle = inspection_options(site)
+        return mapping_mission(site)
+    circle = inspection_mission(site)
     if circle is None:
         sentence = f"A world of kind `{site.kind}` has no building to inspect. Give `--worlds inspection`."
         raise InvalidOptionError("worlds", sentence)

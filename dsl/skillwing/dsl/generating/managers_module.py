@@ -26,7 +26,7 @@ def lines(skillset: Skillset) -> Iterator[str]:
     names = TypeNames()
     body = [line for skill in skillset.skills for line in _manager(skill, names)]
     yield from exemptions(skillset)
-    yield f'"""What the managers of `{skillset.name}` derive from: one class for each skill, its results as methods."""'
+    yield f'"""Base classes of the managers of `{skillset.name}`: one for each skill, with its results as methods."""'
     yield ""
     yield "from __future__ import annotations"
     if body:

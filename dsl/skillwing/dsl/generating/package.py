@@ -37,9 +37,9 @@ def generate(skillset: Skillset, source: Path, folder: Path, managed: Collection
     Only the last part of the paths and their relation have an effect.
     """
     if _in_place(skillset, source, folder):
-        place = source.resolve().relative_to(folder.resolve()).parts
+        location = source.resolve().relative_to(folder.resolve()).parts
     else:
-        place = (GENERATED, _copied_as(skillset, source))
+        location = (GENERATED, _copied_as(skillset, source))
     modules = {
         "__init__.py": (
             f'"""Made from the skillset `{skillset.name}`, and never edited."""',
@@ -52,7 +52,7 @@ def generate(skillset: Skillset, source: Path, folder: Path, managed: Collection
         client_modules.WAITING.module: client_modules.lines(skillset, client_modules.WAITING),
         client_modules.ASYNCHRONOUS.module: client_modules.lines(skillset, client_modules.ASYNCHRONOUS),
         "mocks.py": mocks_module.lines(skillset),
-        "processes.py": processes_module.lines(skillset, place, managed),
+        "processes.py": processes_module.lines(skillset, location, managed),
         "compose.yml": compose_file.lines(skillset, folder.resolve().name, managed),
     }
     header = _header("#", source.name)

@@ -20,7 +20,7 @@ from skillwing.dsl.naming import class_name
 def lines(skillset: Skillset) -> Iterator[str]:
     enums = [declared for declared in skillset.types if isinstance(declared, EnumType)]
     structs = [declared for declared in skillset.types if isinstance(declared, StructType)]
-    yield f'"""Types of the skillset `{skillset.name}`, and what goes into and comes out of its skills."""'
+    yield f'"""Types of the skillset `{skillset.name}`, and inputs, outputs and feedback of its skills."""'
     yield ""
     yield "from __future__ import annotations"
     yield ""

@@ -10,7 +10,7 @@ import math
 
 from skillwing.onboard.commands.authority import CommandAuthority
 from skillwing.onboard.commands.service import CommandRefusedError
-from skillwing.onboard.frames.extent import COURTYARD_FENCE, Box
+from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.vectors import Vector
 from skillwing.onboard.guidance.arc import rim
 from skillwing.onboard.guidance.body_motion import BodyMotion
@@ -67,7 +67,7 @@ class GuidanceCore:
     `watch` False makes it ignore obstacle reports, for comparison.
     """
 
-    def __init__(self, fence: Box = COURTYARD_FENCE, *, watch: bool = True) -> None:
+    def __init__(self, fence: Box, *, watch: bool = True) -> None:
         self._limits = Limits(fence)
         self._monitor = PathMonitor()
         self._watch = watch

@@ -15,6 +15,10 @@ FENCE_MARGIN = 0.5
 """Distance of targets and setpoints from the fence [m]. Wind and overshoot carry the drone less far past them. So it
 neither breaks the fence, nor comes so near that the autopilot's guard stops it."""
 MAX_SPEED = 6.0
+SETPOINT_TIMEOUT = 0.5
+"""Age above which an autopilot ignores a setpoint; without a fresh one it holds its position [s]."""
+HOLD_TIME = 5.0
+"""Time for which an autopilot without setpoints holds its position before it lands [s]."""
 _BLOWN_OUT = 1.0
 """Distance outside the fence from which the drone counts as having left it [m]."""
 

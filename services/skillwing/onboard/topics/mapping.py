@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 import msgspec
 
@@ -12,6 +12,8 @@ MAPPING_COMMAND = "fl/mapping/command"  # query ControlMapping -> Done
 MAPPING_STATUS = "fl/mapping/status"  # MappingStatus, 2 Hz
 MAP = "fl/mapping/map"  # float32 [n, 3] centres of occupied voxels that changed since the last one, MapHeader, 1 Hz
 MAP_SNAPSHOT = "fl/mapping/snapshot"  # query Empty -> float32 [n, 3] all occupied voxel centres + MapHeader
+Poses = Literal["odometry", "navigation", "small-gicp"]
+"""Sources of the map's poses (docs/mapping.md)."""
 
 
 class ControlMapping(Message, frozen=True, kw_only=True):

@@ -1,4 +1,4 @@
-"""What a mock will do, in words."""
+"""The plan of a mock in words."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from skillwing.services.protocol import MockPlan
 
 
 def plan_texts(plan: MockPlan) -> tuple[str, str]:
-    """How a skill's next goal goes, and how those after it go."""
+    """The course of a skill's next goal, and that of later ones."""
     script = [run_text(run) for run in plan.script]
     if plan.drawn:
         total = sum(_weight(run) for run in plan.script)

@@ -1,4 +1,4 @@
-"""A mocked world: the process that stands where a robot's bridge to its functional layer would stand."""
+"""The mocked world: a process in place of a robot's bridge to its functional layer."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ from skillwing.services.protocol import (
 )
 
 DEFAULT_PERIOD = 1.0
-"""For data whose model promises no period [s]."""
+"""Publishing period of data without a promised one [s]."""
 log = logging.getLogger(__name__)
 
 
 class MockWorld:
-    """Publishes the data of a mocked robot and fires its extern transitions and events, as a script says.
+    """A publisher of mocked data that also fires extern transitions and events, as a script says.
 
     Raises ScriptError if the script does not fit the skillset.
     """
@@ -87,9 +87,9 @@ class MockWorld:
             self._alive.cancel()
 
     def _begin(self) -> None:
-        """Bring the world to the state the script begins with, and find out whether those hear it who judge its data.
+        """Bring the world to its initial state, and check that the managers receive its data.
 
-        Then only it is there, and skills may start: none is refused for a state or a datum that is still on its way.
+        Only then is the world ready: no start is refused because of a state or a datum that is still on its way.
         """
         self._unanswered = 0  # of the questions and requests that belong to the beginning
         self._take(self._reactions.begin())

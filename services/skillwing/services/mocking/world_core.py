@@ -1,4 +1,4 @@
-"""What a mocked world does, and when: its data, and its reactions to what happens. Pure: no bus, no clock."""
+"""The core of a mocked world: its data, and its reactions to events. Pure: no bus, no clock."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Fire:
 
 @dataclass(frozen=True, slots=True)
 class SetDatum:
-    """inputs: of the goal that it is set for."""
+    """Set a datum. inputs: of the goal that sets it."""
 
     datum: str
     signal: Signal
@@ -47,7 +47,7 @@ MockAction: TypeAlias = "Trigger | Fire | SetDatum | EndMockedGoal"
 
 @dataclass(frozen=True, slots=True)
 class Due:
-    """Something to do `after` so many seconds. cause: the timeline record that led to it."""
+    """An action that is due `after` so many seconds. cause: the timeline record that led to it."""
 
     action: MockAction
     after: float
@@ -55,7 +55,7 @@ class Due:
 
 
 class Reactions:
-    """Turns what happens into what is due."""
+    """The actions that are due after each event."""
 
     def __init__(self, script: FittedScript) -> None:
         self._script = script
@@ -65,12 +65,12 @@ class Reactions:
         self._over: BoundedDict[str, None] = BoundedDict(GOALS_REMEMBERED)
 
     def begin(self) -> tuple[Due, ...]:
-        """The world begins."""
+        """The start of the world."""
         first = [Due(Trigger(name, state), 0.0, None) for name, state in self._script.resources.items()]
         return (*first, *self._react(lambda reaction: reaction.said.when is None, {}, None))
 
     def on_goal(self, goal: MockedGoal) -> None:
-        """Remember what a goal was given."""
+        """Remember the inputs of a goal."""
         self._inputs[goal.goal_id] = goal.inputs
 
     def on_resource(self, change: ResourceChange) -> tuple[Due, ...]:
@@ -83,7 +83,7 @@ class Reactions:
         return self._react(concerned, {}, change.record)
 
     def on_status(self, status: GoalStatus) -> tuple[Due, ...]:
-        """A goal has changed its state; the same state twice counts once."""
+        """The state of a goal has changed. Repetitions are ignored."""
         seen = self._running if status.state is State.RUNNING else self._over
         if status.state not in (State.RUNNING, State.TERMINATED) or status.goal_id in seen:
             return ()
@@ -130,7 +130,7 @@ def _actions(reaction: FittedReaction, inputs: Mapping[str, Any]) -> Iterator[Mo
 
 @dataclass(slots=True)
 class _Track:
-    """What a datum does since `begun`."""
+    """The signal of a datum since `begun`."""
 
     signal: Signal
     before: Any
@@ -140,7 +140,7 @@ class _Track:
 
 
 class MockedValues:
-    """The data of a mocked world: what the script says, else values with which the skills' guards hold."""
+    """The data of a mocked world: those of the script, and defaults that satisfy the guards of the skills."""
 
     def __init__(self, skillset: Skillset, script: FittedScript, now: float) -> None:
         self._defaults = default_data(skillset)
@@ -149,13 +149,12 @@ class MockedValues:
         self.reset(now)
 
     def reset(self, now: float) -> None:
-        """Begin the script's data anew."""
+        """Restart the data of the script."""
         for name, value in self._defaults.items():
             self._tracks[name] = _Track(self._script.data.get(name, Constant(value)), value, now, {})
 
     def set(self, datum: str, signal: Signal, now: float, inputs: Mapping[str, Any] | None = None) -> None:
-        """Give a datum another signal, from the value on that it has now. Raises KeyError for an input that is not
-        there."""
+        """Give a datum another signal, from its present value on. Raises KeyError for an unknown input."""
         before = self.value(datum, now)
         track = _Track(signal, before, now, inputs or {})
         self._evaluate(track, now)
@@ -172,7 +171,7 @@ class MockedValues:
         return value
 
     def values(self, now: float) -> dict[str, Any]:
-        """All of them."""
+        """All values."""
         return {name: self.value(name, now) for name in self._tracks}
 
     def _evaluate(self, track: _Track, now: float) -> Any:

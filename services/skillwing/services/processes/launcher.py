@@ -204,7 +204,7 @@ class Launcher:
 
     def _command(self, household: Household) -> list[str]:
         words = ["skillwing.services.processes.node_host"]
-        for spec in household.nodes:
+        for spec in (node.resolved() for node in household.nodes):
             words += ["--name", spec.name, "--factory", spec.factory, "--options", json.dumps(spec.options)]
             words += ["--alive", self._keys.alive(spec.name)]
         words += ["--connect", self.endpoint, "--robot", self.robot, "--topology", self._topology]

@@ -10,8 +10,8 @@ from collections.abc import Collection, Mapping
 from typing import TypeAlias
 
 from skillwing.dsl.expressions import Expression, names_used
-from skillwing.dsl.guards import holds, sufficient_changes
-from skillwing.dsl.model import Skill, Skillset
+from skillwing.dsl.model import Skillset
+from skillwing.dsl.queries import blocked_at_start, holds, sufficient_changes
 from skillwing.services.protocol import RecordKind
 
 Subject: TypeAlias = tuple[RecordKind, str]
@@ -27,7 +27,7 @@ def obstacles(skillset: Skillset, skill: str, states: Mapping[str, str], stale: 
     model = skillset.skill(skill)
     guards = [check.expression for check in model.preconditions.checks]
     by_guards = frozenset[Subject]().union(*(_obstacles_of(guard, skillset, states, stale) for guard in guards))
-    return by_guards or _obstacles_of_start(model, skillset, states)
+    return by_guards or frozenset((RecordKind.RESOURCE, name) for name in blocked_at_start(model, skillset, states))
 
 
 def _obstacles_of(
@@ -41,12 +41,3 @@ def _obstacles_of(
         return frozenset()
     culprits = sufficient_changes(guard, skillset, states) or names_used(guard, "resource")
     return frozenset((RecordKind.RESOURCE, name) for name in culprits)
-
-
-def _obstacles_of_start(skill: Skill, skillset: Skillset, states: Mapping[str, str]) -> frozenset[Subject]:
-    """Resources that the start effect cannot bring where it has to."""
-    return frozenset(
-        (RecordKind.RESOURCE, name)
-        for name, target in skill.transitions(skill.preconditions.success)
-        if not skillset.resource(name).allows(states[name], target, extern=False)
-    )

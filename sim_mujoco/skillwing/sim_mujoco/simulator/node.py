@@ -1,4 +1,4 @@
-"""The simulator as a process: it is robot time, publishes what the sensors deliver, and takes setpoints and faults."""
+"""The simulator as a process: it owns robot time, publishes measurements, and takes setpoints and faults."""
 
 from __future__ import annotations
 
@@ -6,15 +6,13 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import msgspec
-import numpy as np
 
 from skillwing.onboard.commands.service import CommandRefusedError, answer_with, reply_with
 from skillwing.onboard.frames.extent import FenceOptions
 from skillwing.onboard.frames.vectors import heading_of, to_body
-from skillwing.onboard.sensor_data.names import GNSS, IMU, LIDAR, RANGE
 from skillwing.onboard.topics import common, flight, navigation, odometry, video
-from skillwing.onboard.topics import sensors as sensor_topics
 from skillwing.onboard.topics.faults import FAULT, FAULTS, Faults, FaultState, SetFault
+from skillwing.onboard.topics.sensors import Health, SensorStatus, health_key
 from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Bus, Publisher
 from skillwing.services.bus.clock import TickRule
@@ -28,33 +26,22 @@ from skillwing.sim_mujoco.navigation.navigator import Solution
 from skillwing.sim_mujoco.navigation.odometry_aid import OdometryReport
 from skillwing.sim_mujoco.physics.battery import PACKS
 from skillwing.sim_mujoco.physics.wind import Gust
-from skillwing.sim_mujoco.scenario import (
-    FaultOptions,
-    GustOptions,
-    PilotOptions,
-    ScenarioError,
-    WindStrength,
-    WindVector,
-    read_scenario,
-)
-from skillwing.sim_mujoco.sensors import lidar
-from skillwing.sim_mujoco.sensors.cadence import Cadence
-from skillwing.sim_mujoco.sensors.channel import Measurement
-from skillwing.sim_mujoco.sensors.corruptors import Fault, MagnitudeError, UnknownFaultError
-from skillwing.sim_mujoco.sensors.depth_camera import depth_header
-from skillwing.sim_mujoco.sensors.fault_schedule import Seconds
-from skillwing.sim_mujoco.sensors.fittings import SENSORS
-from skillwing.sim_mujoco.sensors.gnss import ReceiverName
+from skillwing.sim_mujoco.scenario.format import FaultOptions, GustOptions, PilotOptions, WindStrength, WindVector
+from skillwing.sim_mujoco.scenario.reading import ScenarioError, read_scenario
+from skillwing.sim_mujoco.sensors.channel import Cadence, Measurement
+from skillwing.sim_mujoco.sensors.faults import Fault, MagnitudeError, Seconds, UnknownFaultError
 from skillwing.sim_mujoco.sensors.health import Change
+from skillwing.sim_mujoco.sensors.receivers import ReceiverName
+from skillwing.sim_mujoco.sensors.table import SENSORS
 from skillwing.sim_mujoco.simulator.simulator import Simulator
 from skillwing.sim_mujoco.world.world import make_world
 
 SLICE = 0.02
-"""Physics advances by this much at a time [s]."""
+"""Step of robot time by which the simulator advances [s]."""
 
 
 class SimNode:
-    """Shell around a `Simulator`. `factor` is how fast the clock is meant to run; the bus keeps that pace."""
+    """Shell around a `Simulator`. `factor` is the announced speed of the clock; the bus keeps it."""
 
     name = "sim"
     owns_clock = True
@@ -73,19 +60,12 @@ class SimNode:
     def attach(self, bus: Bus) -> None:
         self._bus = bus
         self._epoch = bus.now()
-        streams = (
-            CLOCK_KEY,
-            navigation.NAVIGATION,
-            flight.BATTERY,
-            sensor_topics.RANGE,
-            sensor_topics.IMU,
-            sensor_topics.LIDAR,
-        )
-        for key in (*streams, sensor_topics.GNSS, sensor_topics.ZED_DEPTH, video.CAMERA, TRUTH, flight.FLIGHT):
+        streams = (CLOCK_KEY, navigation.NAVIGATION, flight.BATTERY, video.CAMERA, TRUTH, flight.FLIGHT)
+        for key in (*streams, *(spec.topic for spec in SENSORS.values())):
             self._out[key] = bus.advertise(key)
-        for key in map(sensor_topics.health_key, SENSORS):
+        for key in map(health_key, SENSORS):
             self._out[key] = bus.advertise(key, events=True)
-        # A setpoint that cannot be read is no setpoint: then the failsafe decides.
+        # An unreadable setpoint is ignored; without others the failsafe acts.
         setpoints = message_reader(flight.AutopilotSetpoint, self._on_setpoint)
         bus.subscribe(flight.AUTOPILOT_SETPOINT, setpoints, latest_only=True)
         bus.subscribe(odometry.SLAM_ODOMETRY, message_reader(odometry.Odometry, self._on_odometry))
@@ -96,7 +76,7 @@ class SimNode:
         bus.every(SLICE, self._advance)
 
     def detach(self) -> None:
-        """Nothing outlives this process."""
+        """Do nothing: no state outlives this process."""
 
     # --- time passes -----------------------------------------------------------------------------------------
 
@@ -119,7 +99,7 @@ class SimNode:
             )
         if self._truth_cadence.due(t):
             self._publish_truth(t)
-        # Guidance answers navigation with a setpoint, so it comes last: its view of the world is then complete.
+        # Guidance answers navigation with a setpoint, so navigation comes last: guidance then has all other data.
         for solution in happened.solutions:
             self._publish_navigation(solution)
         if self._factor <= 0.0:
@@ -142,40 +122,28 @@ class SimNode:
         )
 
     def _publish_measurement(self, measurement: Measurement) -> None:
-        start, end, data = self._epoch + measurement.start, self._epoch + measurement.end, measurement.data
-        if measurement.sensor == RANGE:
-            distance = float(data[0])
-            self._put(sensor_topics.RANGE, sensor_topics.Range(t=end, distance=distance if distance != 0.0 else None))
-        elif measurement.sensor == IMU:
-            times = np.linspace(0.0, end - start, len(data), endpoint=False, dtype=np.float32)
-            rows = np.column_stack([times, data])
-            self._put_array(sensor_topics.IMU, rows, sensor_topics.ImuHeader(t0=start, count=len(rows)))
-        elif measurement.sensor == GNSS:
-            self._put(sensor_topics.GNSS, _fix_message(end, data))
-        elif measurement.sensor == LIDAR:
-            columns, beams = data.shape
-            header = sensor_topics.LidarHeader(t0=start, t1=end, columns=columns, beams=beams, mount=lidar.LIDAR_MOUNT)
-            self._put_array(sensor_topics.LIDAR, data, header)
-        else:
-            self._put_array(sensor_topics.ZED_DEPTH, _millimetres(data), depth_header(end))
+        spec = SENSORS[measurement.sensor]
+        start, end = self._epoch + measurement.start, self._epoch + measurement.end
+        self._out[spec.topic].put(*spec.message(start, end, measurement.data))
 
     def _publish_picture(self, t: float) -> None:
         shot = self._sim.camera.take(t, self._sim.motion)
         if shot is not None:
-            self._put_array(video.CAMERA, shot.picture, camera_header(self._epoch + shot.t, shot.tilt))
+            header = camera_header(self._epoch + shot.t, shot.tilt)
+            self._out[video.CAMERA].put(shot.picture.tobytes(), encode(header))
 
     def _publish_health(self, sensor: str, change: Change) -> None:
         self._health_count += 1
         active = self._sim.active_faults(sensor)
-        health = sensor_topics.Health(
+        health = Health(
             id=f"{self.name}/health-{self._health_count}",
             t=self._epoch + change.t,
             sensor=sensor,
-            status=sensor_topics.SensorStatus(change.condition.value),
+            status=SensorStatus(change.condition.value),
             reason=change.reason,
             cause=f"fault/{sensor}/{active[0]}" if active else None,
         )
-        self._put(sensor_topics.health_key(sensor), health)
+        self._put(health_key(sensor), health)
 
     def _publish_flight(self, t: float) -> None:
         autopilot = self._sim.autopilot
@@ -210,17 +178,14 @@ class SimNode:
     def _put(self, key: str, message: Message) -> None:
         self._out[key].put(encode(message))
 
-    def _put_array(self, key: str, data: np.ndarray, header: Message) -> None:
-        self._out[key].put(data.tobytes(), encode(header))
-
-    # --- what others want ------------------------------------------------------------------------------------
+    # --- commands --------------------------------------------------------------------------------------------
 
     def _on_setpoint(self, wanted: flight.AutopilotSetpoint) -> None:
         setpoint = Setpoint(wanted.position, wanted.velocity, wanted.heading, wanted.rotors, wanted.acceleration)
         self._sim.command(setpoint, wanted.t - self._epoch)
 
-    def _on_odometry(self, told: odometry.Odometry) -> None:
-        self._sim.odometry(odometry_report(told, self._epoch))
+    def _on_odometry(self, message: odometry.Odometry) -> None:
+        self._sim.odometry(odometry_report(message, self._epoch))
 
     def _set_fault(self, wanted: SetFault) -> str:
         try:
@@ -232,7 +197,7 @@ class SimNode:
         return f"{wanted.kind} of {wanted.sensor} is {'on' if wanted.on else 'off'}"
 
     def _control_camera(self, wanted: video.ControlCamera) -> str:
-        self._sim.camera.want(self._sim.t, wanted.fps, wanted.seconds, wanted.tilt)
+        self._sim.camera.request(self._sim.t, wanted.fps, wanted.seconds, wanted.tilt)
         return f"pictures for {wanted.seconds:g} s"
 
     def _faults(self, _: common.Empty) -> Faults:
@@ -243,55 +208,45 @@ class SimNode:
             )
         )
 
-    def _status(self, name: str) -> sensor_topics.SensorStatus | None:
+    def _status(self, name: str) -> SensorStatus | None:
         condition = self._sim.condition(name)
-        return None if condition is None else sensor_topics.SensorStatus(condition.value)
+        return None if condition is None else SensorStatus(condition.value)
 
     def _set_pilot(self, wanted: flight.SetPilot) -> str:
         self._sim.autopilot.authority = wanted.authority
         return "the computer has the authority" if wanted.authority else "the safety pilot has the authority"
 
 
-def odometry_report(told: odometry.Odometry, epoch: float = 0.0) -> OdometryReport:
-    """What navigation makes of odometry's message, with times since `epoch`."""
+def odometry_report(message: odometry.Odometry, epoch: float = 0.0) -> OdometryReport:
+    """A report for navigation from odometry's message, with times since `epoch`."""
     return OdometryReport(
-        told.t - epoch,
-        told.since - epoch,
-        to_body(told.quaternion, told.velocity),
-        told.tracking is odometry.Tracking.GOOD,
+        message.t - epoch,
+        message.since - epoch,
+        to_body(message.quaternion, message.velocity),
+        message.tracking is odometry.Tracking.GOOD,
     )
 
 
-def _fix_message(t: float, data: np.ndarray) -> sensor_topics.Gnss:
-    x, y, z, vx, vy, vz, heading = data.tolist()
-    return sensor_topics.Gnss(t=t, position=(x, y, z), velocity=(vx, vy, vz), heading=heading)
-
-
-def _millimetres(depth: np.ndarray) -> np.ndarray:
-    return np.clip(np.rint(depth * 1000.0), 0, np.iinfo(np.uint16).max).astype(np.uint16)
-
-
 def _differs(one: flight.FlightState, other: flight.FlightState) -> bool:
-    """Whether anything but the time has changed."""
+    """Anything but the time has changed."""
     names = ("on_ground", "rotors_on", "home_valid", "authority", "failsafe", "follows", "holds_heading")
     return any(getattr(one, name) != getattr(other, name) for name in names)
 
 
 class PackOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """So many packs of the battery fall out: `{"at": 40.0, "packs": 3}`."""
+    """A failure of so many packs of the battery: `{"at": 40.0, "packs": 3}`."""
 
     at: Seconds
     packs: Annotated[int, msgspec.Meta(ge=1, lt=PACKS)]
 
 
 class SimOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Options of `make_sim`. `world` is its kind, `scale` its size; `factor` is the pace that the clock announces;
-    `authority` is who has it at the start.
+    """Options of `make_sim`.
 
-    `turbulence` is the wind at a height of 6 m that stirs the air [m/s]; `battery_floor` is the charge [%] below which
-    the autopilot lands; `geofence` counts in place of the world's, for the autopilot's guard and for the truth;
-    `receiver` is a class of satellite receivers (gnss.py). A `scenario` is a file (scenario.py); other options add to
-    its lists, and count before its single values.
+    world, scale: kind and size of the world. factor: pace that the clock announces. authority: the computer has it at
+    the start. turbulence: wind at a height of 6 m that causes it [m/s]. battery_floor: charge below which the autopilot
+    lands [%]. geofence: replaces the world's, for the autopilot's guard and for the truth. receiver: class of satellite
+    receivers. scenario: a file; other options add to its lists, and replace its single values.
     """
 
     seed: int = 1
@@ -310,7 +265,7 @@ class SimOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     factor: float = 1.0
     authority: bool = True
     receiver: ReceiverName = "rtk"
-    sensors: tuple[str, ...] = SENSORS
+    sensors: tuple[str, ...] = msgspec.field(default_factory=lambda: tuple(SENSORS))
 
 
 def make_sim(options: dict[str, Any]) -> SimNode:
@@ -341,7 +296,7 @@ def make_sim(options: dict[str, Any]) -> SimNode:
 
 
 def _with_scenario(wanted: SimOptions, given: dict[str, Any]) -> SimOptions:
-    """The options with what their scenario adds to them. Raises OptionsError."""
+    """The options with those of their scenario. Raises OptionsError."""
     if wanted.scenario is None:
         return wanted
     try:

@@ -2,7 +2,7 @@
 
 Lexical errors are fixed first. Then a missing `}` is inserted where the layout shows its place. Other errors are
 repaired in place: a sign or a word is inserted, replaced or skipped. A repair counts if the parser can then read some
-words ahead, as in Burke and Fisher, "A Practical Method for LR and LL Syntactic Error Diagnosis and Recovery" (TOPLAS
+words ahead. See Burke and Fisher, "A Practical Method for LR and LL Syntactic Error Diagnosis and Recovery" (TOPLAS
 1987). If no repair helps, the innermost block drops the element and the parser continues behind it, as with yacc's
 `error` token.
 """

@@ -20,7 +20,7 @@ LONGEST_VALUE = 40
 """Letters of a wrong value that are shown."""
 
 
-def slips(content: object, kind: type[msgspec.Struct], place: str = "") -> Iterator[str]:
+def field_errors(content: object, kind: type[msgspec.Struct], place: str = "") -> Iterator[str]:
     """A clause for each thing in `content`, as TOML or JSON gave it, that does not fit; none if all fits."""
     if not isinstance(content, dict):
         yield _at(place, f"this has to be a section, not {_shown(content)}")
@@ -53,10 +53,10 @@ def _inside(value: object, field: FieldInfo, place: str) -> Iterator[str]:
     here = f"{place} {field.encode_name}".strip()
     match wanted:
         case inspect.StructType(cls=kind):
-            yield from slips(value, kind, here)
+            yield from field_errors(value, kind, here)
         case inspect.VarTupleType(item_type=inspect.StructType(cls=kind)) if isinstance(value, list):
             for number, each in enumerate(cast("list[object]", value), 1):
-                yield from slips(each, kind, f"{here} {number}")
+                yield from field_errors(each, kind, f"{here} {number}")
         case _:
             yield _at(place, f"`{field.encode_name}` has to be {_words(wanted)}, not {_shown(value)}")
 

@@ -11,15 +11,15 @@ from skillwing.sim_mujoco.world.things.shapes import Box, Capsule, Colour, Cylin
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class ObjectFrame:
     """Where a thing stands, and which way its x axis points [rad]."""
 
     centre: Point
     yaw: float = 0.0
 
     @staticmethod
-    def of(outline: Footprint) -> Place:
-        return Place(outline.centre, outline.yaw)
+    def of(outline: Footprint) -> ObjectFrame:
+        return ObjectFrame(outline.centre, outline.yaw)
 
     def at(self, x: float, y: float, z: float = 0.0) -> Vector:
         """A place in the thing's frame, in the world."""

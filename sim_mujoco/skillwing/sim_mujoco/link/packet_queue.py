@@ -1,4 +1,4 @@
-"""One direction of the radio: a queue that is served at the radio's pace, and the air behind it."""
+"""One direction of the radio: a queue that is served at the radio's rate, and the channel behind it."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ class Packet:
 
     @property
     def size(self) -> int:
-        """Bytes on the air."""
+        """Bytes on the channel."""
         return len(self.payload) + HEADER
 
 
-class Pipe:
+class PacketQueue:
     """A token bucket in front of a lossy delay. Pure; packets stay in their order.
 
     Times must not run backwards. The loss is drawn from `rng`, once for each packet that is sent.
@@ -46,7 +46,7 @@ class Pipe:
         self._served_until: float | None = None
         self._flying: deque[tuple[float, Packet]] = deque()
         self.sent = self.dropped = self.lost = 0
-        """Bytes that went on the air, and packets that found no room and that the air swallowed."""
+        """Bytes sent, packets for which the queue had no room, and packets that the channel lost."""
 
     @property
     def idle(self) -> bool:
