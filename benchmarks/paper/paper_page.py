@@ -18,7 +18,7 @@ from skillwing.m600.campaign.plan import FlightPlan
 from skillwing.m600.campaign.price import Price
 from skillwing.m600.campaign.result import FlightResult
 from skillwing.m600.demo.story import INSPECTION, MAPPING
-from skillwing.services.marked_page import Marks
+from skillwing.services.terminal.doc_sections import Marks
 
 MARKS = Marks("<!-- figures: make paper -->", "<!-- end of figures -->")
 SHOWN_PICTURE = r"\(images/results/([^)]+)\)"

@@ -30,7 +30,7 @@ from skillwing.m600.campaign.recordings import begin_recording, is_recorded, kee
 from skillwing.m600.campaign.result import End, FlightResult
 from skillwing.m600.campaign.telling import lost_flights
 from skillwing.services.errors import SkillwingError
-from skillwing.services.marked_page import page_with
+from skillwing.services.terminal.doc_sections import page_with
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "results.md"

@@ -22,7 +22,7 @@ from fuzz_processes import Thrower, everything, fuzz
 from fuzz_stage import MOCKED, REAL, FuzzStage, nodes_of_the_m600, nodes_of_the_mocked_m600
 
 from skillwing.onboard import topics
-from skillwing.services.marked_page import page_with
+from skillwing.services.terminal.doc_sections import page_with
 
 TOLD = 5
 """So many findings of a kind are told in full."""

@@ -11,9 +11,9 @@ import pytest
 
 from skillwing.m600.commands import FALLIBLE, KINDS, Handover, fault, pilot
 from skillwing.m600.robot import ROBOT, functional_layer
-from skillwing.services.commands.exit_codes import NO_SYSTEM, USAGE, exit_code_of
 from skillwing.services.errors import InvalidOptionError, SkillwingError
 from skillwing.services.processes.launcher import Launcher
+from skillwing.services.terminal.exit_codes import NO_SYSTEM, USAGE, exit_code_of
 
 pytestmark = pytest.mark.slow
 

@@ -10,7 +10,7 @@ import psutil
 import pytest
 from command_line import Command
 
-from skillwing.services.commands.exit_codes import FAILED, OK, REFUSED, USAGE
+from skillwing.services.terminal.exit_codes import FAILED, OK, REFUSED, USAGE
 
 pytestmark = pytest.mark.slow
 

@@ -17,9 +17,9 @@ from pathlib import Path
 import psutil
 import pytest
 
-from skillwing.services.commands.exit_codes import OK
-from skillwing.services.processes.ending import ONE_WISH
 from skillwing.services.processes.run_state import RunState, read_run_state
+from skillwing.services.processes.stop_signal import ONE_WISH
+from skillwing.services.terminal.exit_codes import OK
 
 pytestmark = pytest.mark.slow
 
@@ -37,7 +37,7 @@ def command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     monkeypatch.setenv("TERM", "xterm-256color")
     (tmp_path / "lamp.skillset").write_text(SKILLSET, encoding="utf-8")
     file, run_dir = str(tmp_path / "lamp.skillset"), str(tmp_path / "run")
-    return [sys.executable, "-m", "skillwing.services.cli", "mock", file, "--no-record", "--run-dir", run_dir]
+    return [sys.executable, "-m", "skillwing.services.terminal.cli", "mock", file, "--no-record", "--run-dir", run_dir]
 
 
 def until_it_runs(process: subprocess.Popen[bytes]) -> RunState:

@@ -15,7 +15,7 @@ from rich.console import Console
 
 from skillwing.bt_missions.at_a_terminal import ABORTING, aborted_by_signals
 from skillwing.bt_missions.running.phase import Phase
-from skillwing.services.processes.ending import ONE_WISH
+from skillwing.services.processes.stop_signal import ONE_WISH
 
 IN_THE_AIR = 17.0
 INT, TERM, HUP = signal.SIGINT, signal.SIGTERM, signal.SIGHUP

@@ -48,6 +48,11 @@ WIDER = {
     ("onboard", "interface/duties.py"): ["sim_mujoco.autopilot.failsafes"],
     ("sim_mujoco", "world/command.py"): ["services.processes.run_options"],
 }
+OPTIONAL = {"recording", "report", "viewer"}
+"""Folders of services for which the extra `viewer` is installed."""
+DRAWING = {"skillwing.services.commands.report", "skillwing.services.commands.timeline"}
+"""Commands that import what draws when they are called, and tell what to install where it is missing."""
+BELOW_THE_TERMINAL = OPTIONAL | {"history"}
 HEAVY = {"numpy", "scipy", "mujoco", "embreex", "rerun", "matplotlib", "py_trees"}
 
 
@@ -99,6 +104,18 @@ def test_each_part_imports_only_what_it_may(part: str) -> None:
     assert trespasses == []
 
 
+@pytest.mark.parametrize("folder", sorted(BELOW_THE_TERMINAL))
+def test_what_a_run_leaves_behind_imports_no_command(folder: str) -> None:
+    paths = (ROOT / PARTS["services"] / folder).rglob("*.py")
+    trespasses = [
+        f"{path.relative_to(ROOT)} imports {name}"
+        for path in paths
+        for name in imports(path, package_of(path))
+        if within(name, ["services.commands", "services.terminal"])
+    ]
+    assert trespasses == []
+
+
 def module_of(path: Path) -> str:
     name = f"{package_of(path)}.{path.stem}"
     return name.removesuffix(".__init__")
@@ -121,7 +138,7 @@ def needed_by(modules: Iterable[str]) -> dict[str, str]:
 
 def test_skill_managers_need_no_heavy_packages() -> None:
     """Neither do the bridge, the launcher and the command line: what an image of one manager holds."""
-    services = [module_of(path) for path in files("services") if "telemetry" not in path.parts]
+    services = {module_of(path) for path in files("services") if OPTIONAL.isdisjoint(path.parts)} - DRAWING
     hooks = [path.partition(":")[0] for path in ROBOT.hooks.values()]
     needed = needed_by([*services, *hooks, "skillwing.m600.robot", "skillwing.m600.bridge.node"])
     assert "zenoh" in needed

@@ -11,8 +11,8 @@ from rich.console import Console, RenderableType
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.bt_missions.running.stopped_system import when_stopped
 from skillwing.services.bus import Bus
-from skillwing.services.commands.connection import System
-from skillwing.services.processes.ending import Ending
+from skillwing.services.processes.stop_signal import Ending
+from skillwing.services.terminal.connection import System
 
 ABORTING = {
     signal.SIGINT: "aborted by Ctrl-C",

@@ -24,14 +24,14 @@ from skillwing.bt_missions.templates.template import write_template
 from skillwing.bt_missions.watching import MissionWatch, status_line, stay
 from skillwing.bt_missions.xml.writer import write_mission, write_models
 from skillwing.dsl import load
-from skillwing.services.commands.briefing import briefing
-from skillwing.services.commands.completion import missions
-from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
-from skillwing.services.commands.exit_codes import FAILED, OK
-from skillwing.services.commands.output import make_console, print_json, print_table
 from skillwing.services.errors import InvalidOptionError, NoSystemError, RefusedError, SkillwingError, UnansweredError
 from skillwing.services.protocol import AbortMission, ErrorCode, Keys, MissionStatus, PauseMission, ResumeMission
 from skillwing.services.robot import find_robot
+from skillwing.services.terminal.completion import missions
+from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect
+from skillwing.services.terminal.exit_codes import FAILED, OK
+from skillwing.services.terminal.mission_context import briefing
+from skillwing.services.terminal.output import make_console, print_json, print_table
 
 MissionName = Annotated[
     str,

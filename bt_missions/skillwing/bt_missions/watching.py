@@ -11,11 +11,9 @@ from rich.text import Text
 from skillwing.bt_missions.running.phase import ENDED, Phase
 from skillwing.bt_missions.running.tree_text import render
 from skillwing.services.bus.reading import message_reader
-from skillwing.services.commands.connection import System
-from skillwing.services.commands.keyboard import when_pressed
-from skillwing.services.commands.observing import shown
-from skillwing.services.commands.output import make_table, value_text
-from skillwing.services.commands.records import clock_text
+from skillwing.services.history.history import History, Outcome, SkillBar
+from skillwing.services.history.report import REPORT_FILE, read_report
+from skillwing.services.history.wording import in_words
 from skillwing.services.protocol import (
     GoalProgress,
     GoalStatus,
@@ -25,10 +23,12 @@ from skillwing.services.protocol import (
     TreeNode,
     TreeSnapshot,
 )
-from skillwing.services.telemetry.history import History, Outcome, SkillBar
-from skillwing.services.telemetry.present import Present
-from skillwing.services.telemetry.report import REPORT_FILE, read_report
-from skillwing.services.telemetry.wording import in_words
+from skillwing.services.terminal.connection import System
+from skillwing.services.terminal.keyboard import when_pressed
+from skillwing.services.terminal.live_state import Present
+from skillwing.services.terminal.output import make_table, value_text
+from skillwing.services.terminal.records import clock_text
+from skillwing.services.terminal.system_options import shown
 
 PERIOD = 0.25
 """Wall seconds between two pictures."""

@@ -27,11 +27,11 @@ from skillwing.onboard.topics import (
     SetPilot,
 )
 from skillwing.services.bus.reading import message_reader
-from skillwing.services.commands.completion import one_of
-from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
-from skillwing.services.commands.output import make_console, print_json, print_table
 from skillwing.services.errors import InvalidOptionError, RefusedError, SkillwingError, UnansweredError
 from skillwing.services.protocol import ErrorCode, M, Message
+from skillwing.services.terminal.completion import one_of
+from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect
+from skillwing.services.terminal.output import make_console, print_json, print_table
 
 LINK = "link"
 FALLIBLE = ("zed", "lidar", "imu", "range", "gnss", "camera", LINK, *(f"rotor/{number}" for number in range(1, 7)))

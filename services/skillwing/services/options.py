@@ -6,7 +6,7 @@ from importlib import import_module
 from typing import Any
 
 from skillwing.services.errors import InvalidOptionError
-from skillwing.services.failing_code import load_failure
+from skillwing.services.user_code_errors import load_failure
 
 
 def required(options: dict[str, Any], name: str) -> str:

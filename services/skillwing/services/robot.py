@@ -25,7 +25,7 @@ from skillwing.services.processes.restart_policy import Restart
 
 ROBOTS = "skillwing.robots"
 MANAGERS = "skillwing.services.managers"
-TELEMETRY = "skillwing.services.telemetry"
+RECORDING = "skillwing.services.recording"
 RECORDER = "recorder"
 """The process that writes a run down."""
 TABLE = "robot.py"
@@ -73,7 +73,7 @@ class Robot:
     recorder: from run options to what the recorder is told of this robot: the `scene` of its dashboard with its
     `scene_options`, and the `collectors` of what else its runs leave behind (docs/recordings.md).
     judge: `package.module:function`, who says of a finished flight what only this robot's world can tell
-    (`telemetry/flight_report.py`); None if nobody does.
+    (`report/mission_report.py`); None if nobody does.
     briefing: `package.module:function`, from run options to what is known beforehand of the place where the robot is:
     options of missions, by mission. It is named, for what it needs managers do without; None where nothing is known.
     checker: `package.module:function`, which raises InvalidOptionError for run options that the functional layer could
@@ -137,7 +137,7 @@ class Robot:
             options |= {"viewer": "connect", "url": run["viewer_url"]}
         elif run.get("viewer") is not None:
             options["viewer"] = run["viewer"]
-        return (ProcessSpec(RECORDER, f"{TELEMETRY}.recorder:make_recorder", options, essential=False, extra="viewer"),)
+        return (ProcessSpec(RECORDER, f"{RECORDING}.recorder:make_recorder", options, essential=False, extra="viewer"),)
 
     def brief(self, run: dict[str, Any]) -> dict[str, dict[str, Any]]:
         """What missions are told of the place of this run, by mission. Raises InvalidOptionError for an unknown one."""

@@ -20,9 +20,9 @@ from skillwing.bt_missions.templates.template import write_template
 from skillwing.bt_missions.xml import mission as xml_mission
 from skillwing.dsl import load
 from skillwing.dsl.model import UnknownNameError
-from skillwing.services.commands import connection
-from skillwing.services.commands.exit_codes import FAILED, OK, USAGE, exit_code_of
 from skillwing.services.errors import InvalidOptionError, NoSystemError
+from skillwing.services.terminal import connection
+from skillwing.services.terminal.exit_codes import FAILED, OK, USAGE, exit_code_of
 
 ROOT = next(folder for folder in Path(__file__).parents if (folder / "pyproject.toml").exists())
 M600 = load(ROOT / "services/skillwing/m600/m600.skillset")

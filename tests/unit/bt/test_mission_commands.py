@@ -18,8 +18,8 @@ from skillwing.bt_missions.missions.mapping import MISSION, MappingOptions
 from skillwing.bt_missions.running import library
 from skillwing.bt_missions.running.option_values import written
 from skillwing.bt_missions.running.option_words import parse_options
-from skillwing.services.commands.exit_codes import FAILED, exit_code_of
 from skillwing.services.errors import InvalidOptionError, SkillwingError
+from skillwing.services.terminal.exit_codes import FAILED, exit_code_of
 
 
 def test_options_are_read_from_words() -> None:

@@ -12,9 +12,8 @@ import typer
 from typer.main import get_command
 from typer.testing import CliRunner
 
-from skillwing.services import cli
-from skillwing.services.commands import exit_codes
 from skillwing.services.processes import lifetime
+from skillwing.services.terminal import cli, exit_codes
 
 PAGE = (Path(__file__).parents[3] / "docs" / "cli.md").read_text(encoding="utf-8")
 TABLE = PAGE.partition("| command | does |")[2].partition("\n\n")[0]

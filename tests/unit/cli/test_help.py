@@ -10,9 +10,9 @@ from importlib.metadata import EntryPoint, EntryPoints, entry_points
 import pytest
 from typer.testing import CliRunner
 
-from skillwing.services import cli
-from skillwing.services.commands.exit_codes import USAGE, exit_code_of
 from skillwing.services.errors import InvalidOptionError
+from skillwing.services.terminal import cli
+from skillwing.services.terminal.exit_codes import USAGE, exit_code_of
 
 COMMANDS = entry_points(group=cli.COMMANDS)
 HEAVY = {"rich", "pygments", "markdown_it", "numpy", "zenoh", "msgspec"}
@@ -36,13 +36,14 @@ def test_the_list_says_what_each_command_says_of_itself(entry: EntryPoint, liste
 
 
 def test_the_list_imports_no_command() -> None:
-    script = "import sys; sys.argv[1:] = ['--help']\nfrom skillwing.services.cli import main\n"
+    script = "import sys; sys.argv[1:] = ['--help']\nfrom skillwing.services.terminal.cli import main\n"
     script += "try:\n    main()\nfinally:\n    print(*sys.modules)"
     run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     imported = set(run.stdout.splitlines()[-1].split())
     assert {name for name in imported if name.startswith("skillwing.")} == {
         "skillwing.services",
-        "skillwing.services.cli",
+        "skillwing.services.terminal",
+        "skillwing.services.terminal.cli",
     }
     assert imported.isdisjoint(HEAVY)
 

@@ -10,10 +10,10 @@ import pytest
 
 from skillwing.m600.robot import ROBOT
 from skillwing.services.client.connection import find_target
-from skillwing.services.commands.briefing import briefing
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.processes.run_options import run_options
 from skillwing.services.processes.run_state import announced
+from skillwing.services.terminal.mission_context import briefing
 
 ENVIRONMENT = {
     "SKILLWING_SEED": "7",

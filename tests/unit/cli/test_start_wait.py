@@ -12,7 +12,7 @@ from rich.console import Console
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.commands.start import SILENCE, follow_to_end, wait_for
-from skillwing.services.processes.ending import ONE_WISH
+from skillwing.services.processes.stop_signal import ONE_WISH
 from skillwing.services.protocol import Ending, GoalStatus, State, Terminal
 
 

@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 
 from skillwing.services.client.connection import Target
-from skillwing.services.commands.output import DOES_NOT_ANSWER
 from skillwing.services.commands.status import Look
 from skillwing.services.processes.proc_files import Usage
+from skillwing.services.processes.process_monitor import Entry
 from skillwing.services.processes.process_state import Condition, ProcessState
-from skillwing.services.processes.roll_call import Entry
 from skillwing.services.protocol import ResourceStates
+from skillwing.services.terminal.output import DOES_NOT_ANSWER
 
 USED = Usage(cpu=1.0, memory=1, uptime=100.0, stopped=False)
 RUNS = Entry(ProcessState(name="skill/goto", pid=7), Condition.RUNS, USED)

@@ -12,12 +12,12 @@ from rich.console import Console
 from skillwing.dsl import parse
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.client.connection import Target
-from skillwing.services.commands.connection import System
-from skillwing.services.commands.process_table import duration, process_table
 from skillwing.services.commands.top import FEWEST, SystemTop, busiest
 from skillwing.services.processes.proc_files import Usage
+from skillwing.services.processes.process_monitor import Entry
 from skillwing.services.processes.process_state import Condition, ProcessState
-from skillwing.services.processes.roll_call import Entry
+from skillwing.services.terminal.connection import System
+from skillwing.services.terminal.process_table import duration, process_table
 
 if TYPE_CHECKING:
     from skillwing.services.bus.zenoh_bus import ZenohBus

@@ -13,8 +13,8 @@ from skillwing.services.diagnosis.evidence import ClockSeen, Disk, Evidence, Pro
 from skillwing.services.diagnosis.findings import LITTLE_ROOM, RULES, SYSTEM_RULES, diagnose
 from skillwing.services.diagnosis.unattended import Unattended
 from skillwing.services.processes.proc_files import Listener, Usage
+from skillwing.services.processes.process_monitor import Entry
 from skillwing.services.processes.process_state import Condition, ProcessState
-from skillwing.services.processes.roll_call import Entry
 from skillwing.services.protocol import PROTOCOL_VERSION, DataReading, ErrorCode, ErrorReply, GoalStatus, State
 
 USED = Usage(cpu=1.0, memory=1, uptime=100.0, stopped=False)

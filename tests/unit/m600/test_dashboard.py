@@ -15,7 +15,7 @@ from skillwing.onboard import topics
 from skillwing.services.bus import Bus
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import Keys, MissionStatus, Record, RecordKind, encode
-from skillwing.services.telemetry.recorder import RECORDING_FILE, make_recorder
+from skillwing.services.recording.recorder import RECORDING_FILE, make_recorder
 
 SPEED = 2.0
 TABS = 1

@@ -15,10 +15,10 @@ from skillwing.m600.judge.evaluation import MAP_CLOUD, MAP_PICTURE, evaluate
 from skillwing.m600.judge.flight_log import FLIGHT_FILE, MAP_FILE
 from skillwing.m600.robot import ROBOT
 from skillwing.onboard.topics import Truth
+from skillwing.services.history.files import GOALS_FILE, TIMELINE_FILE, JsonLines
+from skillwing.services.history.report import REPORT_FILE, Coverage
 from skillwing.services.protocol import GoalStatus, Record, RecordKind
-from skillwing.services.telemetry.flight_report import TIMELINE_PICTURE
-from skillwing.services.telemetry.journal import GOALS_FILE, TIMELINE_FILE, JsonLines
-from skillwing.services.telemetry.report import REPORT_FILE, Coverage
+from skillwing.services.report.mission_report import TIMELINE_PICTURE
 from skillwing.sim_mujoco.world.world import make_world
 
 SKILLSET = ROBOT.load_skillset()

@@ -12,6 +12,13 @@ from skillwing.m600.demo.command import CALLED_OFF, IN_AIR, Flight, _ending_well
 from skillwing.m600.demo.flight_deck import FlightDeck
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.history.files import (
+    GOALS_FILE,
+    TIMELINE_FILE,
+    JsonLines,
+    read_goals,
+    read_records,
+)
 from skillwing.services.protocol import (
     Ending,
     GoalStatus,
@@ -22,13 +29,6 @@ from skillwing.services.protocol import (
     State,
     Terminal,
     encode,
-)
-from skillwing.services.telemetry.journal import (
-    GOALS_FILE,
-    TIMELINE_FILE,
-    JsonLines,
-    read_goals,
-    read_records,
 )
 
 SKILLSET = ROBOT.load_skillset()

@@ -36,8 +36,8 @@ from skillwing.m600.judge.flight_log import FLIGHT_FILE
 from skillwing.m600.robot import ROBOT
 from skillwing.onboard.topics import Battery, FlightState, Truth, Vector3, VideoStatus
 from skillwing.services.errors import SkillwingError
+from skillwing.services.history.files import TIMELINE_FILE, JsonLines
 from skillwing.services.protocol import Record, RecordKind
-from skillwing.services.telemetry.journal import TIMELINE_FILE, JsonLines
 
 PAPER = Path(__file__).parents[3] / "benchmarks" / "paper"
 

@@ -12,8 +12,8 @@ from skillwing.m600.robot import OF_THE_RUN, OPTIONS, ROBOT
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.managers.hooks import SkillHooks
 from skillwing.services.options import imported
+from skillwing.services.recording.options import RecorderOptions
 from skillwing.services.robot import ProcessSpec, find_robot
-from skillwing.services.telemetry.recorder_options import RecorderOptions
 from skillwing.sim_mujoco.world.kinds import KINDS
 
 SKILLSET = ROBOT.load_skillset()

@@ -10,7 +10,7 @@ from skillwing.bt_missions.running.python_file import load_python_mission
 from skillwing.bt_missions.xml.mission import load_mission
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.errors import InvalidOptionError
-from skillwing.services.failing_code import load_failure
+from skillwing.services.user_code_errors import load_failure
 
 ENTRY_POINTS = "skillwing.missions"
 

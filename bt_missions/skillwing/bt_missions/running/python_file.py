@@ -11,7 +11,7 @@ from types import CodeType, ModuleType
 from skillwing.bt_missions.checking.misfit import FaultyMissionError, Misfit
 from skillwing.bt_missions.running.mission import Mission
 from skillwing.bt_missions.running.source_file import read_source, refuse_if_not_utf8
-from skillwing.services.failing_code import failure, import_failure
+from skillwing.services.user_code_errors import failure, import_failure
 
 ATTRIBUTE = "MISSION"
 """What the file calls its mission."""

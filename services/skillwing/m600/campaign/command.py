@@ -25,14 +25,14 @@ from skillwing.m600.campaign.outcomes import outcomes, worst_of
 from skillwing.m600.campaign.plan import FlightPlan, Network, usual_world
 from skillwing.m600.campaign.recordings import begin_recording, is_recorded, keep_recording
 from skillwing.m600.campaign.telling import Found, line_of, print_summary, tell, words
-from skillwing.services.cli import INTERRUPTED
-from skillwing.services.commands.completion import missions
-from skillwing.services.commands.exit_codes import FAILED, OK
-from skillwing.services.commands.output import make_console
 from skillwing.services.errors import InvalidOptionError
-from skillwing.services.marked_page import PageError
-from skillwing.services.processes.ending import Ending, ended_by_signals
 from skillwing.services.processes.run_options import LARGEST_SEED
+from skillwing.services.processes.stop_signal import Ending, ended_by_signals
+from skillwing.services.terminal.cli import INTERRUPTED
+from skillwing.services.terminal.completion import missions
+from skillwing.services.terminal.doc_sections import PageError
+from skillwing.services.terminal.exit_codes import FAILED, OK
+from skillwing.services.terminal.output import make_console
 
 SEEDS = "0:10"
 """If nobody chooses any."""

@@ -13,7 +13,7 @@ from skillwing.m600.campaign.conditions import Condition, conditions_of, met_fro
 from skillwing.m600.campaign.outcomes import HEADINGS, Outcomes, worst_of
 from skillwing.m600.campaign.plan import FlightPlan, Network
 from skillwing.m600.campaign.result import FlightResult
-from skillwing.services.marked_page import Marks
+from skillwing.services.terminal.doc_sections import Marks
 from skillwing.sim_mujoco.world.kinds import KINDS
 
 NAMED = 3

@@ -14,7 +14,7 @@ from skillwing.m600.campaign.again import Sample, end_alike, verdict
 from skillwing.m600.campaign.crew import LostFlight
 from skillwing.m600.campaign.outcomes import outcome_table, outcomes
 from skillwing.m600.campaign.result import FlightResult
-from skillwing.services.commands.output import print_json
+from skillwing.services.terminal.output import print_json
 
 
 @dataclass

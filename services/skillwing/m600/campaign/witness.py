@@ -24,8 +24,8 @@ from skillwing.onboard.topics import (
 )
 from skillwing.services.bus import Answer, Answered, Bus
 from skillwing.services.bus.reading import message_reader
+from skillwing.services.history.history import OVER
 from skillwing.services.protocol import GoalStatus, Keys, MissionStatus, Record, decode, encode
-from skillwing.services.telemetry.history import OVER
 from skillwing.sim_mujoco.world.terrain import Terrain
 
 AT_HOME = 2.0

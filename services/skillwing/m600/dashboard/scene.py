@@ -26,8 +26,8 @@ from skillwing.onboard.sensor_data.directions import depth_directions, lidar_dir
 from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader, stream_reader
 from skillwing.services.protocol import Keys, Message, MissionStatus, Record, RecordKind
-from skillwing.services.telemetry import palette
-from skillwing.services.telemetry.mission_view import MissionPanels, at
+from skillwing.services.recording import palette
+from skillwing.services.recording.mission_view import MissionPanels, at
 from skillwing.sim_mujoco.world.chosen import SiteOptions
 from skillwing.sim_mujoco.world.site import Site
 

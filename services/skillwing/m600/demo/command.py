@@ -26,25 +26,25 @@ from skillwing.m600.robot import ROBOT
 from skillwing.services.bus import Topology
 from skillwing.services.bus.clock import FollowedClock
 from skillwing.services.bus.zenoh_bus import ZenohBus
-from skillwing.services.cli import INTERRUPTED
-from skillwing.services.commands.exit_codes import FAILED, OK
-from skillwing.services.commands.flight_reports import LAST_WORDS
-from skillwing.services.commands.observing import VIEWER_HELP, opened_viewer, shown
-from skillwing.services.commands.output import make_console
-from skillwing.services.commands.pace import PaceOption
-from skillwing.services.commands.running import ColocateOption, TopologyOption
 from skillwing.services.errors import InvalidOptionError, SkillwingError
+from skillwing.services.history.files import TIMELINE_FILE
+from skillwing.services.history.report import REPORT_FILE, ProcessEntry, summary_table
 from skillwing.services.processes.colocation import colocated, households
-from skillwing.services.processes.ending import Ending, ended_by_signals
 from skillwing.services.processes.launcher import ROUTER, Death, Launcher, StartError
 from skillwing.services.processes.run_options import LARGEST_SEED
 from skillwing.services.processes.run_state import announced, reserved
+from skillwing.services.processes.stop_signal import Ending, ended_by_signals
 from skillwing.services.protocol import Keys
+from skillwing.services.recording.run_facts import RunFacts, write_facts
 from skillwing.services.robot import RECORDER, ProcessSpec
-from skillwing.services.telemetry.journal import TIMELINE_FILE
-from skillwing.services.telemetry.report import REPORT_FILE, ProcessEntry, summary_table
-from skillwing.services.telemetry.run_facts import RunFacts, write_facts
-from skillwing.services.telemetry.viewer import Viewer, ViewerKind, has_screen
+from skillwing.services.terminal.cli import INTERRUPTED
+from skillwing.services.terminal.exit_codes import FAILED, OK
+from skillwing.services.terminal.mission_reporter import LAST_WORDS
+from skillwing.services.terminal.output import make_console
+from skillwing.services.terminal.speed_option import PaceOption
+from skillwing.services.terminal.system_options import VIEWER_HELP, opened_viewer, shown
+from skillwing.services.terminal.system_runner import ColocateOption, TopologyOption
+from skillwing.services.viewer.viewer import Viewer, ViewerKind, has_screen
 
 CLOCK_TIMEOUT = 5.0
 """Wall seconds in which the simulator's first clock tick is awaited."""
@@ -292,7 +292,7 @@ def _ending_well(flight: Flight) -> Iterator[None]:
 def _judge(flight: Flight, story: Story, run_dir: Path, seed: int, console: Console) -> int:
     """Judge the run against the true world, write and print the report; returns the exit code."""
     from skillwing.m600.judge.evaluation import evaluate  # noqa: PLC0415 - loads physics and pictures
-    from skillwing.services.telemetry.flight_report import UNRECORDED  # noqa: PLC0415 - loads pictures
+    from skillwing.services.report.mission_report import UNRECORDED  # noqa: PLC0415 - loads pictures
 
     notes = [flight.ended_by] if flight.ended_by else []
     for note in notes:

@@ -19,11 +19,11 @@ from rich.text import Text
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader
+from skillwing.services.history.files import GOALS_FILE, TIMELINE_FILE, JsonLines, read_goals, read_records
+from skillwing.services.history.history import History, Outcome, SkillBar, is_switch
+from skillwing.services.history.wording import brief, in_words
 from skillwing.services.protocol import GoalStatus, Keys, M, Message, MissionStatus, Record, RecordKind
-from skillwing.services.telemetry.history import History, Outcome, SkillBar, is_switch
-from skillwing.services.telemetry.journal import GOALS_FILE, TIMELINE_FILE, JsonLines, read_goals, read_records
-from skillwing.services.telemetry.palette import CALM, OUTCOME_COLOURS, state_colours
-from skillwing.services.telemetry.wording import brief, in_words
+from skillwing.services.recording.palette import CALM, OUTCOME_COLOURS, state_colours
 
 REFRESH = 0.25
 """Wall seconds between two pictures of the panel."""

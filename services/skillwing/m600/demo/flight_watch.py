@@ -8,8 +8,8 @@ from types import MappingProxyType
 
 from skillwing.m600.demo.flight_deck import FlightDeck
 from skillwing.services.bus import Bus
-from skillwing.services.processes.ending import Ending
 from skillwing.services.processes.launcher import ROUTER, Death
+from skillwing.services.processes.stop_signal import Ending
 from skillwing.services.protocol import Keys
 
 STALL = 30.0

@@ -17,9 +17,9 @@ from skillwing.m600.judge.flight_log import SavedMap, read_flight, read_map
 from skillwing.m600.judge.flight_map import map_scene
 from skillwing.m600.judge.map_coverage import judge_map
 from skillwing.onboard.topics import Truth, Vector3
-from skillwing.services.telemetry.flight_report import FlownMission, Verdict, report_flight
-from skillwing.services.telemetry.history import History
-from skillwing.services.telemetry.report import Coverage, ProcessEntry, Report
+from skillwing.services.history.history import History
+from skillwing.services.history.report import Coverage, ProcessEntry, Report
+from skillwing.services.report.mission_report import FlownMission, Verdict, report_flight
 from skillwing.sim_mujoco.judge.map_picture import draw_map
 from skillwing.sim_mujoco.judge.ply import write_ply
 from skillwing.sim_mujoco.world.world import make_world

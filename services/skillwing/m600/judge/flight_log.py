@@ -26,9 +26,9 @@ from skillwing.onboard.topics import (
 from skillwing.services.bus import Answer, Answered, Bus
 from skillwing.services.bus.reading import message_reader, stream_reader
 from skillwing.services.errors import PassingError
+from skillwing.services.history.files import JsonLines, mend, read_lines
+from skillwing.services.history.history import OVER
 from skillwing.services.protocol import Keys, MissionStatus, ProtocolError, decode, encode
-from skillwing.services.telemetry.history import OVER
-from skillwing.services.telemetry.journal import JsonLines, mend, read_lines
 
 FLIGHT_FILE = "flight.jsonl"
 MAP_FILE = "map.npz"

@@ -9,8 +9,8 @@ import numpy as np
 
 from skillwing.m600.judge.flight_log import SavedMap
 from skillwing.onboard.topics import Truth, Vector3
-from skillwing.services.telemetry.history import History
-from skillwing.services.telemetry.palette import is_trouble
+from skillwing.services.history.history import History
+from skillwing.services.recording.palette import is_trouble
 from skillwing.sim_mujoco.judge.map_picture import Flown, Happening, MapScene
 from skillwing.sim_mujoco.world.world import World
 

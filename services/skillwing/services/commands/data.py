@@ -7,10 +7,10 @@ from typing import Annotated
 import typer
 from rich.text import Text
 
-from skillwing.services.commands.completion import data as data_names
-from skillwing.services.commands.connection import JsonOption, RobotOption, connect
-from skillwing.services.commands.output import make_console, print_json, print_table, value_text
 from skillwing.services.protocol import DataReading, QueryData
+from skillwing.services.terminal.completion import data as data_names
+from skillwing.services.terminal.connection import JsonOption, RobotOption, connect
+from skillwing.services.terminal.output import make_console, print_json, print_table, value_text
 
 
 def data(

@@ -6,11 +6,11 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
-from skillwing.services.commands.connection import JsonOption, RobotOption
-from skillwing.services.commands.exit_codes import FAILED, OK
-from skillwing.services.commands.output import make_console, print_json
 from skillwing.services.diagnosis.examination import examine
 from skillwing.services.diagnosis.findings import Finding, diagnose
+from skillwing.services.terminal.connection import JsonOption, RobotOption
+from skillwing.services.terminal.exit_codes import FAILED, OK
+from skillwing.services.terminal.output import make_console, print_json
 
 
 def doctor(robot: RobotOption = None, as_json: JsonOption = False) -> None:

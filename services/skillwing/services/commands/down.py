@@ -9,10 +9,10 @@ import time
 import typer
 
 from skillwing.services.client.connection import find_target
-from skillwing.services.commands.connection import RobotOption
 from skillwing.services.errors import NoSystemError
 from skillwing.services.processes.launcher import STOP_TIMEOUT
 from skillwing.services.processes.run_state import read_run_state, remove_run_state, started
+from skillwing.services.terminal.connection import RobotOption
 
 PATIENCE = 3 * STOP_TIMEOUT
 """Seconds that the system has to stop; it kills what does not stop by itself in less."""

@@ -7,12 +7,12 @@ from typing import Annotated
 import typer
 
 from skillwing.dsl import UnknownNameError
-from skillwing.services.commands.completion import skills
-from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
-from skillwing.services.commands.exit_codes import FAILED, OK
-from skillwing.services.commands.output import end_text, make_console, print_json
 from skillwing.services.errors import SkillwingError
 from skillwing.services.protocol import Ending, GoalStatus, State
+from skillwing.services.terminal.completion import skills
+from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect
+from skillwing.services.terminal.exit_codes import FAILED, OK
+from skillwing.services.terminal.output import end_text, make_console, print_json
 
 MARGIN = 5.0
 """Seconds beyond the skill's own interrupt timeout after which the manager counts as silent."""

@@ -8,15 +8,19 @@ from typing import Annotated
 import typer
 
 from skillwing.dsl import load
-from skillwing.services.commands.journal_options import (
+from skillwing.services.mocking.script_file import load_scripts
+from skillwing.services.mocking.system import mock_processes, scripts_for
+from skillwing.services.processes.router import LOOPBACK
+from skillwing.services.robot import Robot
+from skillwing.services.terminal.journal_options import (
     DurableOption,
     ResumeOption,
     journal_words,
     make_room_for_journal,
 )
-from skillwing.services.commands.observing import RecordOption, ViewerOption, check_observing, observing_words
-from skillwing.services.commands.output import make_console
-from skillwing.services.commands.running import (
+from skillwing.services.terminal.output import make_console
+from skillwing.services.terminal.system_options import RecordOption, ViewerOption, check_observing, observing_words
+from skillwing.services.terminal.system_runner import (
     ColocateOption,
     DetachOption,
     ListenOption,
@@ -32,10 +36,6 @@ from skillwing.services.commands.running import (
     run_detached,
     run_system,
 )
-from skillwing.services.mocking.script_file import load_scripts
-from skillwing.services.mocking.system import mock_processes, scripts_for
-from skillwing.services.processes.router import LOOPBACK
-from skillwing.services.robot import Robot
 
 
 def mock(

@@ -10,14 +10,14 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
-from skillwing.services.commands.connection import JsonOption
-from skillwing.services.commands.exit_codes import FAILED
-from skillwing.services.commands.output import make_console, print_json, value_text
-from skillwing.services.commands.records import time_text
 from skillwing.services.names import STEPS_FOLDER
+from skillwing.services.recording.run_facts import lacking
 from skillwing.services.replay.replaying import Divergence, Replayed, replay_folder
 from skillwing.services.replay.wording import answer_in_words, asked_in_words
-from skillwing.services.telemetry.run_facts import lacking
+from skillwing.services.terminal.connection import JsonOption
+from skillwing.services.terminal.exit_codes import FAILED
+from skillwing.services.terminal.output import make_console, print_json, value_text
+from skillwing.services.terminal.records import time_text
 
 DIFFERENCES_SHOWN = 6
 LONGEST_VALUE = 70

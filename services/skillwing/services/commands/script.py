@@ -10,9 +10,6 @@ import typer
 from rich.console import Console
 
 from skillwing.dsl import UnknownNameError
-from skillwing.services.commands.completion import skills_and_data
-from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
-from skillwing.services.commands.output import make_console, print_json, print_table, value_text
 from skillwing.services.errors import InvalidOptionError, RefusedError, SkillwingError, UnansweredError
 from skillwing.services.mocking.script_file import read_run
 from skillwing.services.mocking.telling import plan_texts
@@ -27,6 +24,9 @@ from skillwing.services.protocol import (
     ResetMock,
     SetMockedData,
 )
+from skillwing.services.terminal.completion import skills_and_data
+from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect
+from skillwing.services.terminal.output import make_console, print_json, print_table, value_text
 
 When = Literal["now", "next", "always"]
 

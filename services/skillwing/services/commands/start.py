@@ -11,18 +11,18 @@ from rich.console import Console
 
 from skillwing.services.bus import Bus
 from skillwing.services.client.goal_handle import GoalHandle
-from skillwing.services.commands import completion
-from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
-from skillwing.services.commands.exit_codes import OK, exit_code_of_end
-from skillwing.services.commands.inputs import parse_inputs
-from skillwing.services.commands.output import end_text, make_console, print_json, value_text
-from skillwing.services.commands.readiness import way_out_of_busy, ways_out
-from skillwing.services.commands.situation import running_skills, situation
+from skillwing.services.client.inputs import parse_inputs
 from skillwing.services.errors import RefusedError, SkillwingError, UnansweredError
 from skillwing.services.names import skill_process
-from skillwing.services.processes.ending import Ending
+from skillwing.services.processes.stop_signal import Ending
 from skillwing.services.protocol import Ending as GoalEnding
 from skillwing.services.protocol import State, Terminal
+from skillwing.services.terminal import completion
+from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect
+from skillwing.services.terminal.exit_codes import OK, exit_code_of_end
+from skillwing.services.terminal.output import end_text, make_console, print_json, value_text
+from skillwing.services.terminal.start_advice import way_out_of_busy, ways_out
+from skillwing.services.terminal.system_state import running_skills, situation
 
 SILENCE = 2.0
 """Seconds without a word from a manager that seems to live, after which the user is told why nothing happens."""

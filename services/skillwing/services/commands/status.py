@@ -12,9 +12,17 @@ from rich.text import Text
 
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.client.connection import Target
-from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
-from skillwing.services.commands.exit_codes import FAILED, OK
-from skillwing.services.commands.output import (
+from skillwing.services.diagnosis.unattended import Unattended, left_alone
+from skillwing.services.errors import RefusedError, UnansweredError
+from skillwing.services.names import skill_process
+from skillwing.services.processes.launcher import ROUTER
+from skillwing.services.processes.process_monitor import Entry
+from skillwing.services.processes.process_state import Condition, headcount
+from skillwing.services.protocol import GoalStatus, QueryStates, Record, ResourceStates, State
+from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect
+from skillwing.services.terminal.exit_codes import FAILED, OK
+from skillwing.services.terminal.live_state import Present
+from skillwing.services.terminal.output import (
     DOES_NOT_ANSWER,
     end_text,
     make_console,
@@ -22,15 +30,7 @@ from skillwing.services.commands.output import (
     print_table,
     state_text,
 )
-from skillwing.services.commands.process_table import process_facts, process_table
-from skillwing.services.diagnosis.unattended import Unattended, left_alone
-from skillwing.services.errors import RefusedError, UnansweredError
-from skillwing.services.names import skill_process
-from skillwing.services.processes.launcher import ROUTER
-from skillwing.services.processes.process_state import Condition, headcount
-from skillwing.services.processes.roll_call import Entry
-from skillwing.services.protocol import GoalStatus, QueryStates, Record, ResourceStates, State
-from skillwing.services.telemetry.present import Present
+from skillwing.services.terminal.process_table import process_facts, process_table
 
 
 @dataclass(frozen=True)

@@ -15,20 +15,8 @@ from rich.text import Text
 
 from skillwing.services.bus import Answer, Answered, Unanswered
 from skillwing.services.bus.reading import message_reader
-from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
-from skillwing.services.commands.keyboard import when_pressed
-from skillwing.services.commands.output import (
-    DOES_NOT_ANSWER,
-    end_text,
-    make_console,
-    make_table,
-    print_json,
-    state_text,
-    value_text,
-)
-from skillwing.services.commands.process_table import duration, process_facts, process_table
+from skillwing.services.processes.process_monitor import Entry
 from skillwing.services.processes.process_state import Condition
-from skillwing.services.processes.roll_call import Entry
 from skillwing.services.protocol import (
     GoalProgress,
     GoalStatus,
@@ -40,7 +28,19 @@ from skillwing.services.protocol import (
     decode,
     encode,
 )
-from skillwing.services.telemetry.present import Present, ResourceNow, SkillNow
+from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect
+from skillwing.services.terminal.keyboard import when_pressed
+from skillwing.services.terminal.live_state import Present, ResourceNow, SkillNow
+from skillwing.services.terminal.output import (
+    DOES_NOT_ANSWER,
+    end_text,
+    make_console,
+    make_table,
+    print_json,
+    state_text,
+    value_text,
+)
+from skillwing.services.terminal.process_table import duration, process_facts, process_table
 
 PERIOD = 1.0
 """Wall seconds between two pictures, over which a process's share of a core is measured."""

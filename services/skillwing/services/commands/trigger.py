@@ -8,11 +8,11 @@ from typing import Annotated
 import typer
 
 from skillwing.dsl import UnknownNameError
-from skillwing.services.commands.completion import resources, states
-from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
-from skillwing.services.commands.output import print_json
 from skillwing.services.errors import RefusedError
 from skillwing.services.protocol import ErrorCode, FireExtern, QueryStates, ResourceStates
+from skillwing.services.terminal.completion import resources, states
+from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect
+from skillwing.services.terminal.output import print_json
 
 SECOND_THOUGHTS = 1.0
 """Wall time in seconds that the functional layer gets to contradict."""

@@ -8,16 +8,22 @@ from typing import Annotated, Any
 
 import typer
 
-from skillwing.services.commands.completion import robots, skills
-from skillwing.services.commands.journal_options import (
+from skillwing.services.errors import InvalidOptionError
+from skillwing.services.mocking.script_file import load_scripts
+from skillwing.services.mocking.system import mock_processes, scripts_for
+from skillwing.services.processes.router import LOOPBACK
+from skillwing.services.processes.run_options import LARGEST_SEED
+from skillwing.services.robot import Robot, find_robot
+from skillwing.services.terminal.completion import robots, skills
+from skillwing.services.terminal.journal_options import (
     DurableOption,
     ResumeOption,
     journal_words,
     make_room_for_journal,
 )
-from skillwing.services.commands.observing import RecordOption, ViewerOption, check_observing, observing_words
-from skillwing.services.commands.pace import PaceOption, written_pace
-from skillwing.services.commands.running import (
+from skillwing.services.terminal.speed_option import PaceOption, written_pace
+from skillwing.services.terminal.system_options import RecordOption, ViewerOption, check_observing, observing_words
+from skillwing.services.terminal.system_runner import (
     ColocateOption,
     DetachOption,
     ListenOption,
@@ -33,12 +39,6 @@ from skillwing.services.commands.running import (
     run_detached,
     run_system,
 )
-from skillwing.services.errors import InvalidOptionError
-from skillwing.services.mocking.script_file import load_scripts
-from skillwing.services.mocking.system import mock_processes, scripts_for
-from skillwing.services.processes.router import LOOPBACK
-from skillwing.services.processes.run_options import LARGEST_SEED
-from skillwing.services.robot import Robot, find_robot
 
 WORLD_SEED = 1
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from skillwing.services.diagnosis.unattended import Unattended
 from skillwing.services.processes.proc_files import Listener
-from skillwing.services.processes.roll_call import Entry
+from skillwing.services.processes.process_monitor import Entry
 from skillwing.services.protocol import DataReading, ErrorReply, GoalStatus
 from skillwing.services.robot import ClockKind
 

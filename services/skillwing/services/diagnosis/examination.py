@@ -21,8 +21,8 @@ from skillwing.services.errors import NoSystemError
 from skillwing.services.ids import new_goal_id
 from skillwing.services.names import CLIENT, DATA_MANAGER, RESOURCE_MANAGER, skill_process
 from skillwing.services.processes.proc_files import Listener, listener, port_of
+from skillwing.services.processes.process_monitor import entries_of
 from skillwing.services.processes.process_state import ProcessState
-from skillwing.services.processes.roll_call import entries_of
 from skillwing.services.processes.run_state import running_systems, stale_run_states
 from skillwing.services.protocol import (
     DataReading,

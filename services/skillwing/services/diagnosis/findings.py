@@ -8,8 +8,8 @@ import msgspec
 
 from skillwing.services.diagnosis.evidence import Evidence, SystemSeen
 from skillwing.services.names import RESOURCE_MANAGER
+from skillwing.services.processes.process_monitor import Entry
 from skillwing.services.processes.process_state import Condition
-from skillwing.services.processes.roll_call import Entry
 from skillwing.services.protocol import PROTOCOL_VERSION, ErrorCode, State
 
 SLOW = 0.8

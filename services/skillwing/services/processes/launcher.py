@@ -19,9 +19,9 @@ from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.errors import SkillwingError
 from skillwing.services.processes.child import Child, Death
 from skillwing.services.processes.colocation import Household, households
-from skillwing.services.processes.ending import LOOK_PERIOD, Ending
 from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.router import LOOPBACK
+from skillwing.services.processes.stop_signal import LOOK_PERIOD, Ending
 from skillwing.services.protocol import Keys
 from skillwing.services.robot import ClockKind, ProcessSpec
 

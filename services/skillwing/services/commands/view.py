@@ -1,0 +1,78 @@
+"""`skillwing view`: what was recorded of a run, in the viewer."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Annotated, Literal
+
+import typer
+from rich.console import Console
+
+from skillwing.services.errors import SkillwingError
+from skillwing.services.processes.stop_signal import ended_by_signals
+from skillwing.services.recording.run_facts import lacking
+from skillwing.services.terminal.output import make_console
+from skillwing.services.viewer.viewer import Viewer, has_screen, required_program
+
+RECORDINGS = "recording*.rrd"
+"""A recorder that was started again has begun another file; to the viewer they are one recording."""
+CLOSE = "Close the viewer's window, or press Ctrl-C,"
+
+
+def view(
+    run: Annotated[
+        Path, typer.Argument(metavar="RUN", help="A run's directory, or a recording of it.", show_default=False)
+    ],
+    viewer: Annotated[
+        Literal["native", "web"] | None,
+        typer.Option(
+            "--viewer",
+            help="In a window, or to a browser. Default: a window, if there is a screen.",
+            show_default=False,
+        ),
+    ] = None,
+) -> None:
+    """Open the recording of a run in the Rerun viewer, and stay with it until its window is closed, or until Ctrl-C.
+
+    Exit codes: 0 shown, 1 the viewer did not open, 2 no such run, or one that was not recorded.
+    """
+    recordings = recordings_of(run)
+    required_program()
+    console = make_console()
+    kind = viewer or ("native" if has_screen() else "web")
+    # Ctrl-C is how a viewer is put away, not a failure.
+    with suppress(KeyboardInterrupt), ended_by_signals() as ending, ending.at_once():
+        _show(kind, recordings, console)
+
+
+def _show(kind: Literal["native", "web"], recordings: Sequence[Path], console: Console) -> None:
+    with (
+        TemporaryDirectory(prefix="skillwing-view-") as folder,
+        Viewer(kind, Path(folder) / "viewer.log", recordings) as opened,
+    ):
+        if not opened.is_open:
+            raise SkillwingError(_unopened(kind, opened.log))
+        if opened.page is not None:
+            console.print(f"Open it in a browser: {opened.page}", soft_wrap=True, highlight=False)
+        console.print(f"{'Press Ctrl-C' if opened.page else CLOSE} to end.")
+        opened.wait_until_closed()
+
+
+def recordings_of(run: Path) -> tuple[Path, ...]:
+    """The recordings of a run, oldest first; or the one that is named itself. Raises InvalidOptionError."""
+    if run.is_file() and run.suffix == ".rrd":
+        return (run,)
+    found = sorted(run.glob(RECORDINGS), key=lambda path: (len(path.name), path.name))
+    if not found:
+        raise lacking(run, "recording.rrd")
+    return tuple(found)
+
+
+def _unopened(kind: Literal["native", "web"], log: Path) -> str:
+    """What the viewer has said last, and what else can be done."""
+    told = log.read_text(encoding="utf-8", errors="replace").strip().splitlines() or ["It said nothing."]
+    other = " `--viewer web` shows the run to a browser." if kind == "native" else ""
+    return f"The viewer did not open.{other} Its last line: {told[-1]}"
