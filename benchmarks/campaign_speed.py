@@ -13,10 +13,10 @@ from collections.abc import Callable
 
 from performance_page import machine, make_flight_parser, table, tell
 
-from skillwing.m600.campaign.conditions import Condition
-from skillwing.m600.campaign.flight import processes
-from skillwing.m600.campaign.plan import FlightPlan
-from skillwing.m600.campaign.witness import Witness
+from skillwing.evaluation.campaign.conditions import Condition
+from skillwing.evaluation.campaign.flight import processes
+from skillwing.evaluation.campaign.plan import FlightPlan
+from skillwing.evaluation.campaign.witness import Witness
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork, Traffic
 from skillwing.services.processes.in_process import RobotInProcess

@@ -21,12 +21,12 @@ from performance_page import machine, table, tell
 from scipy.stats import chi2
 from workers import workers
 
-from skillwing.m600.campaign.conditions import Condition as Befalls
-from skillwing.m600.campaign.course import in_process
-from skillwing.m600.campaign.flight import LONGEST, processes
-from skillwing.m600.campaign.plan import FlightPlan
-from skillwing.m600.campaign.result import End
-from skillwing.m600.campaign.witness import Witness
+from skillwing.evaluation.campaign.conditions import Condition as Befalls
+from skillwing.evaluation.campaign.course import in_process
+from skillwing.evaluation.campaign.flight import LONGEST, processes
+from skillwing.evaluation.campaign.plan import FlightPlan
+from skillwing.evaluation.campaign.result import End
+from skillwing.evaluation.campaign.witness import Witness
 from skillwing.m600.robot import ROBOT
 from skillwing.onboard.sensor_data.names import GNSS
 from skillwing.onboard.topics import HEALTH, Health, SensorStatus

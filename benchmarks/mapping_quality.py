@@ -25,6 +25,7 @@ from mapping_flight import free_route
 from numpy.typing import NDArray
 from performance_page import machine, spread, table, tell
 
+from skillwing.evaluation.judge.coverage import Coverage, Judge
 from skillwing.onboard import topics
 from skillwing.onboard.frames.motion import Motion
 from skillwing.onboard.frames.pose_history import PoseHistory
@@ -35,7 +36,6 @@ from skillwing.onboard.obstacles.free_space import FreeSpace, Sighting
 from skillwing.onboard.obstacles.views import CameraView, RingView
 from skillwing.onboard.sensor_data.scans import DepthPicture, LidarScan, PlacedPoints
 from skillwing.services.protocol import encode
-from skillwing.sim_mujoco.judge.coverage import Coverage, Judge
 from skillwing.sim_mujoco.sensors import depth_camera, lidar
 from skillwing.sim_mujoco.sensors.rays import RayScene
 from skillwing.sim_mujoco.world.world import World

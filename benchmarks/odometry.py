@@ -30,6 +30,7 @@ from performance_page import PAGE, machine, make_parser, spread, spread_said, ta
 from recorded_flight import flights
 from workers import workers
 
+from skillwing.evaluation.judge.coverage import Judge
 from skillwing.onboard.frames.motion import Motion
 from skillwing.onboard.mapping.localiser import ByNavigation
 from skillwing.onboard.mapping.mapper import REACH, Mapper
@@ -38,7 +39,6 @@ from skillwing.onboard.mapping.occupancy import OccupancyGrid
 from skillwing.onboard.odometry.gicp import MissingLibraryError
 from skillwing.onboard.odometry.odometry import Fix, Odometry, Phase
 from skillwing.onboard.odometry.vigil import FEWEST_MATCHES, LARGEST_SURPRISE, LEAST_CLOSE
-from skillwing.sim_mujoco.judge.coverage import Judge
 from skillwing.sim_mujoco.sensors.channel import Measurement
 from skillwing.sim_mujoco.sensors.corruptors import make_corruptor
 

@@ -16,12 +16,12 @@ from statistics import median
 
 from performance_page import against, machine, make_flight_parser, table, tell
 
-from skillwing.m600.campaign.conditions import Condition
-from skillwing.m600.campaign.course import over_zenoh
-from skillwing.m600.campaign.flight import processes
-from skillwing.m600.campaign.plan import FlightPlan, Network
-from skillwing.m600.campaign.result import End
-from skillwing.m600.campaign.witness import Witness
+from skillwing.evaluation.campaign.conditions import Condition
+from skillwing.evaluation.campaign.course import over_zenoh
+from skillwing.evaluation.campaign.flight import processes
+from skillwing.evaluation.campaign.plan import FlightPlan, Network
+from skillwing.evaluation.campaign.result import End
+from skillwing.evaluation.campaign.witness import Witness
 from skillwing.m600.robot import ROBOT
 from skillwing.onboard.topics import TRUTH, Truth
 from skillwing.services.bus import Bus

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from skillwing.m600.campaign.conditions import Condition
-from skillwing.m600.campaign.plan import FlightPlan, planned_way, way_time
-from skillwing.m600.demo.story import INSPECTION, MAPPING, tell
+from skillwing.evaluation.campaign.conditions import Condition
+from skillwing.evaluation.campaign.plan import FlightPlan, planned_way, way_time
+from skillwing.evaluation.demo.story import INSPECTION, MAPPING, tell
 
 HERE = Path(__file__).parent
 FIRST, LAST = 0.3125, 1.4375

@@ -13,11 +13,11 @@ from typing import TypeAlias
 
 from paper_flights import POLICIES, Policy, camera_fails_at
 
-from skillwing.m600.campaign.page import machine
-from skillwing.m600.campaign.plan import FlightPlan
-from skillwing.m600.campaign.price import Price
-from skillwing.m600.campaign.result import FlightResult
-from skillwing.m600.demo.story import INSPECTION, MAPPING
+from skillwing.evaluation.campaign.page import machine
+from skillwing.evaluation.campaign.plan import FlightPlan
+from skillwing.evaluation.campaign.price import Price
+from skillwing.evaluation.campaign.result import FlightResult
+from skillwing.evaluation.demo.story import INSPECTION, MAPPING
 from skillwing.services.terminal.doc_sections import Marks
 
 MARKS = Marks("<!-- figures: make paper -->", "<!-- end of figures -->")

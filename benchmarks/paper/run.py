@@ -21,14 +21,14 @@ from paper_page import MARKS, PICTURES, SHOWN, picture_name, write_page
 from price_picture import PRICE_PICTURE, draw_price
 from way_picture import WAYS_PICTURE, draw_ways, flights_drawn
 
-from skillwing.m600.campaign.command import parse_seeds
-from skillwing.m600.campaign.crew import Crew, LostFlight
-from skillwing.m600.campaign.flight_code import FlyingCode
-from skillwing.m600.campaign.ledger import LEDGER_FILE, Ledger, read_results
-from skillwing.m600.campaign.plan import FlightPlan
-from skillwing.m600.campaign.recordings import begin_recording, is_recorded, keep_recording
-from skillwing.m600.campaign.result import End, FlightResult
-from skillwing.m600.campaign.telling import lost_flights
+from skillwing.evaluation.campaign.command import parse_seeds
+from skillwing.evaluation.campaign.crew import Crew, LostFlight
+from skillwing.evaluation.campaign.flight_code import FlyingCode
+from skillwing.evaluation.campaign.ledger import LEDGER_FILE, Ledger, read_results
+from skillwing.evaluation.campaign.plan import FlightPlan
+from skillwing.evaluation.campaign.recordings import begin_recording, is_recorded, keep_recording
+from skillwing.evaluation.campaign.result import End, FlightResult
+from skillwing.evaluation.campaign.telling import lost_flights
 from skillwing.services.errors import SkillwingError
 from skillwing.services.terminal.doc_sections import page_with
 

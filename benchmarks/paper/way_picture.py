@@ -15,9 +15,9 @@ from matplotlib.patches import Patch, Polygon, Rectangle
 from paper_flights import POLICIES
 from paper_page import NOMINAL
 
-from skillwing.m600.campaign.plan import FlightPlan, planned_circle
-from skillwing.m600.demo.story import INSPECTION
-from skillwing.m600.judge.flight_log import read_flight
+from skillwing.evaluation.campaign.plan import FlightPlan, planned_circle
+from skillwing.evaluation.demo.story import INSPECTION
+from skillwing.evaluation.judge.flight_log import read_flight
 from skillwing.m600.robot import ROBOT
 from skillwing.services.history.files import read_goals, read_records
 from skillwing.services.history.history import History

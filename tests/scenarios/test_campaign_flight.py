@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from skillwing.m600.campaign.conditions import Condition
-from skillwing.m600.campaign.flight import fly
-from skillwing.m600.campaign.plan import FlightPlan
-from skillwing.m600.campaign.result import End
-from skillwing.m600.campaign.witness import HELD_FOR, Witness
+from skillwing.evaluation.campaign.conditions import Condition
+from skillwing.evaluation.campaign.flight import fly
+from skillwing.evaluation.campaign.plan import FlightPlan
+from skillwing.evaluation.campaign.result import End
+from skillwing.evaluation.campaign.witness import HELD_FOR, Witness
 from skillwing.m600.robot import ROBOT
 from skillwing.onboard.extent import TIP_RADIUS
 from skillwing.onboard.topics import FLIGHT, TRUTH, FlightState, Truth

@@ -75,9 +75,9 @@ def _site(options: dict[str, Any]) -> dict[str, Any]:
 def recorder(options: dict[str, Any]) -> dict[str, Any]:
     """The drone's dashboard, with the site in it, and what the judge of a flight needs."""
     return {
-        "scene": "skillwing.m600.dashboard.scene:make_scene",
+        "scene": "skillwing.evaluation.dashboard.scene:make_scene",
         "scene_options": _site(options),
-        "collectors": ["skillwing.m600.judge.flight_log:make_flight_log"],
+        "collectors": ["skillwing.evaluation.judge.flight_log:make_flight_log"],
     }
 
 
@@ -88,7 +88,7 @@ ROBOT = Robot(
     recorder=recorder,
     briefing="skillwing.m600.briefing:brief",
     checker="skillwing.m600.briefing:check",
-    judge="skillwing.m600.judge.evaluation:judge",
+    judge="skillwing.evaluation.judge.evaluation:judge",
     hooks=HOOKS,
     published_by={
         "obstacle_distance": ("zed_depthmap", "lidar_depthmap"),

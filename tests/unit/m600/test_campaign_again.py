@@ -9,14 +9,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from skillwing.m600.campaign.again import Sample, choose, comparison, end_alike, take_sample, verdict
-from skillwing.m600.campaign.command import campaign
-from skillwing.m600.campaign.conditions import Condition
-from skillwing.m600.campaign.flight_code import FlightCode, claim
-from skillwing.m600.campaign.ledger import Ledger
-from skillwing.m600.campaign.plan import FlightPlan, Network
-from skillwing.m600.campaign.result import End, FlightResult
-from skillwing.m600.campaign.telling import line_of
+from skillwing.evaluation.campaign.again import Sample, choose, comparison, end_alike, take_sample, verdict
+from skillwing.evaluation.campaign.command import campaign
+from skillwing.evaluation.campaign.conditions import Condition
+from skillwing.evaluation.campaign.flight_code import FlightCode, claim
+from skillwing.evaluation.campaign.ledger import Ledger
+from skillwing.evaluation.campaign.plan import FlightPlan, Network
+from skillwing.evaluation.campaign.result import End, FlightResult
+from skillwing.evaluation.campaign.telling import line_of
 from skillwing.services.errors import InvalidOptionError
 
 CODE = FlightCode({"flight.py": "1"})

@@ -13,11 +13,11 @@ import pytest
 import typer
 
 from skillwing.dsl.model import UnknownNameError
-from skillwing.m600.campaign import command
-from skillwing.m600.campaign.crew import Crew
-from skillwing.m600.campaign.flight_code import CodeChangedError, FlyingCode
-from skillwing.m600.campaign.ledger import LEDGER_FILE, read_results
-from skillwing.m600.campaign.recordings import UNFINISHED
+from skillwing.evaluation.campaign import command
+from skillwing.evaluation.campaign.crew import Crew
+from skillwing.evaluation.campaign.flight_code import CodeChangedError, FlyingCode
+from skillwing.evaluation.campaign.ledger import LEDGER_FILE, read_results
+from skillwing.evaluation.campaign.recordings import UNFINISHED
 from skillwing.services.errors import InvalidOptionError
 
 PLAN = """

@@ -8,9 +8,9 @@ from typing import Any, Self, cast
 
 import pytest
 
-from skillwing.m600.campaign import course
-from skillwing.m600.campaign.result import End
-from skillwing.m600.campaign.witness import Witness
+from skillwing.evaluation.campaign import course
+from skillwing.evaluation.campaign.result import End
+from skillwing.evaluation.campaign.witness import Witness
 from skillwing.services.processes.launcher import Death
 from skillwing.services.robot import ProcessSpec
 

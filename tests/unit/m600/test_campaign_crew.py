@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from skillwing.m600.campaign.command import make_plans
-from skillwing.m600.campaign.crew import Crew, LostFlight
-from skillwing.m600.campaign.plan import FlightPlan
-from skillwing.m600.campaign.result import End, FlightResult
+from skillwing.evaluation.campaign.command import make_plans
+from skillwing.evaluation.campaign.crew import Crew, LostFlight
+from skillwing.evaluation.campaign.plan import FlightPlan
+from skillwing.evaluation.campaign.result import End, FlightResult
 
 LANDS = """
 import json, sys

@@ -13,10 +13,10 @@ from msgspec.structs import replace
 
 from skillwing.bt_missions.running.library import find_mission
 from skillwing.dsl.model import UnknownNameError
+from skillwing.evaluation.campaign.command import make_plans, parse_seeds
+from skillwing.evaluation.campaign.conditions import EARLIEST, LONGEST, SHORTEST, Condition, draw, met_from
+from skillwing.evaluation.campaign.plan import FlightPlan, planned_way, way_time
 from skillwing.m600.bridge.battery_level import CRITICAL_BELOW, LOW_BELOW
-from skillwing.m600.campaign.command import make_plans, parse_seeds
-from skillwing.m600.campaign.conditions import EARLIEST, LONGEST, SHORTEST, Condition, draw, met_from
-from skillwing.m600.campaign.plan import FlightPlan, planned_way, way_time
 from skillwing.m600.robot import ROBOT
 from skillwing.onboard.sensor_data.names import GNSS, IMU, LIDAR, RANGE, ZED
 from skillwing.services.errors import InvalidOptionError

@@ -14,14 +14,14 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 from rich.console import Console
 
-from skillwing.m600.campaign import page
-from skillwing.m600.campaign.command import campaign, make_plans
-from skillwing.m600.campaign.conditions import Condition
-from skillwing.m600.campaign.ledger import LEDGER_FILE, Ledger, read_results
-from skillwing.m600.campaign.outcomes import SHORT_HEADINGS, outcome_table, outcomes, worst_of
-from skillwing.m600.campaign.plan import FlightPlan, Network
-from skillwing.m600.campaign.recordings import UNFINISHED
-from skillwing.m600.campaign.result import End, FlightResult
+from skillwing.evaluation.campaign import page
+from skillwing.evaluation.campaign.command import campaign, make_plans
+from skillwing.evaluation.campaign.conditions import Condition
+from skillwing.evaluation.campaign.ledger import LEDGER_FILE, Ledger, read_results
+from skillwing.evaluation.campaign.outcomes import SHORT_HEADINGS, outcome_table, outcomes, worst_of
+from skillwing.evaluation.campaign.plan import FlightPlan, Network
+from skillwing.evaluation.campaign.recordings import UNFINISHED
+from skillwing.evaluation.campaign.result import End, FlightResult
 from skillwing.services.errors import InvalidOptionError
 from skillwing.sim_mujoco.world.kinds import KINDS
 

@@ -125,7 +125,11 @@ Rows = list[tuple[float, Any]]
 def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     run_dir = tmp_path_factory.mktemp("run")
     recorder = make_recorder(
-        {"run_dir": str(run_dir), "skillset": str(ROBOT.skillset), "scene": "skillwing.m600.dashboard.scene:make_scene"}
+        {
+            "run_dir": str(run_dir),
+            "skillset": str(ROBOT.skillset),
+            "scene": "skillwing.evaluation.dashboard.scene:make_scene",
+        }
     )
     network = InProcessNetwork()
     network.attach(recorder)

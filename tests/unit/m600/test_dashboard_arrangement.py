@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skillwing.m600.dashboard.arrangement import overview
+from skillwing.evaluation.dashboard.arrangement import overview
 from skillwing.sim_mujoco.world.kinds import KINDS, make_site
 
 HALF_HEIGHT = math.tan(math.radians(55.0 / 2))

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 from matplotlib.image import imread
 
-from skillwing.m600.dashboard.depth_png import depth_png
-from skillwing.m600.dashboard.geometry import DEPTH_STEP, GRAIN, Throttle, by_height, depth_levels, world_points
-from skillwing.m600.dashboard.voxel_pieces import VoxelPieces
+from skillwing.evaluation.dashboard.depth_png import depth_png
+from skillwing.evaluation.dashboard.geometry import DEPTH_STEP, GRAIN, Throttle, by_height, depth_levels, world_points
+from skillwing.evaluation.dashboard.voxel_pieces import VoxelPieces
 from skillwing.onboard.sensor_data.directions import lidar_directions
 from skillwing.onboard.topics import Navigation
 

@@ -9,7 +9,7 @@ import pytest
 
 from skillwing.bt_missions.running.library import find_mission
 from skillwing.dsl.model import UnknownNameError
-from skillwing.m600.demo.story import CAMERA_FAILS_AT, Story, tell
+from skillwing.evaluation.demo.story import CAMERA_FAILS_AT, Story, tell
 from skillwing.services.errors import InvalidOptionError
 from skillwing.sim_mujoco.link.radio import Radio, RadioOptions
 from skillwing.sim_mujoco.link.shadow import CRITICAL, POOR, shadow_of

@@ -10,9 +10,9 @@ from matplotlib.image import imread
 from recorded_way import BLOCKED, ROUTE, truth
 
 from skillwing.bt_missions.missions.mapping import MappingOptions
+from skillwing.evaluation.judge.evaluation import MAP_CLOUD, MAP_PICTURE, evaluate
+from skillwing.evaluation.judge.flight_log import FLIGHT_FILE, MAP_FILE
 from skillwing.m600.geofence import HOME
-from skillwing.m600.judge.evaluation import MAP_CLOUD, MAP_PICTURE, evaluate
-from skillwing.m600.judge.flight_log import FLIGHT_FILE, MAP_FILE
 from skillwing.m600.robot import ROBOT
 from skillwing.onboard.topics import Truth
 from skillwing.services.history.files import GOALS_FILE, TIMELINE_FILE, JsonLines

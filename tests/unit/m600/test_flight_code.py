@@ -14,8 +14,8 @@ from typing import Self
 import pytest
 from msgspec.structs import replace
 
-from skillwing.m600.campaign import flight_code as module
-from skillwing.m600.campaign.flight_code import (
+from skillwing.evaluation.campaign import flight_code as module
+from skillwing.evaluation.campaign.flight_code import (
     LIBRARIES,
     CodeChangedError,
     FlyingCode,
@@ -23,17 +23,17 @@ from skillwing.m600.campaign.flight_code import (
     flight_code,
     flying_files,
 )
-from skillwing.m600.campaign.ledger import LEDGER_FILE, read_results
-from skillwing.m600.campaign.plan import FlightPlan
-from skillwing.m600.campaign.result import End, FlightResult
+from skillwing.evaluation.campaign.ledger import LEDGER_FILE, read_results
+from skillwing.evaluation.campaign.plan import FlightPlan
+from skillwing.evaluation.campaign.result import End, FlightResult
 from skillwing.services.errors import InvalidOptionError
 
 PAPER = Path(__file__).parents[3] / "benchmarks" / "paper"
 A_MOMENT = """
 import json, sys
-from skillwing.m600.campaign.conditions import Condition
-from skillwing.m600.campaign.flight import fly
-from skillwing.m600.campaign.plan import FlightPlan
+from skillwing.evaluation.campaign.conditions import Condition
+from skillwing.evaluation.campaign.flight import fly
+from skillwing.evaluation.campaign.plan import FlightPlan
 
 fly(FlightPlan(mission="inspection", world="inspection", seed=0, condition=Condition.NONE), longest=0.1)
 files = (getattr(module, "__file__", None) for name, module in sys.modules.items() if name.startswith("skillwing."))
@@ -58,7 +58,7 @@ def repository(tmp_path: Path, paper: Path) -> Path:
     for name, text in {
         "services/skillwing/m600/skills/hover.py": '"""Stays."""\n\nSECONDS = 2.0\n"""So long."""\n',
         "services/skillwing/m600/m600.skillset": "skillset m600 {}\n",
-        "services/skillwing/m600/dashboard/scene.py": "COLOUR = 1\n",
+        "bt_missions/skillwing/evaluation/dashboard/scene.py": "COLOUR = 1\n",
         "benchmarks/paper/mapping_otherwise.py": "",
         "benchmarks/paper/inspection_otherwise.py": "",
     }.items():
@@ -70,19 +70,19 @@ def repository(tmp_path: Path, paper: Path) -> Path:
 @pytest.mark.parametrize(
     ("file", "text", "other"),
     [
-        ("m600/skills/hover.py", '# For now.\n"""Holds its place."""\n\nSECONDS = 2.0\n', False),
-        ("m600/skills/hover.py", "SECONDS = 2.5\n", True),
-        ("m600/m600.skillset", "skillset m600 { resource r { initial A } }\n", True),
-        ("m600/dashboard/scene.py", "COLOUR = 2\n", False),
-        ("m600/skills/more.py", "", True),
+        ("services/skillwing/m600/skills/hover.py", '# For now.\n"""Holds its place."""\n\nSECONDS = 2.0\n', False),
+        ("services/skillwing/m600/skills/hover.py", "SECONDS = 2.5\n", True),
+        ("services/skillwing/m600/m600.skillset", "skillset m600 { resource r { initial A } }\n", True),
+        ("bt_missions/skillwing/evaluation/dashboard/scene.py", "COLOUR = 2\n", False),
+        ("services/skillwing/m600/skills/more.py", "", True),
     ],
 )
 def test_code_is_another_one_when_what_flies_is(repository: Path, file: str, text: str, other: bool) -> None:
     before = flight_code(repository)
-    (repository / "services" / "skillwing" / file).write_text(text, encoding="utf-8")
+    (repository / file).write_text(text, encoding="utf-8")
     after = flight_code(repository)
     assert (after.digest != before.digest) is other
-    assert before.changes(after) == ([f"services/skillwing/{file}"] if other else [])
+    assert before.changes(after) == ([file] if other else [])
 
 
 @pytest.mark.timeout(300)  # A process of its own that loads everything, beside others that do.

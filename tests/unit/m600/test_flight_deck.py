@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from skillwing.m600.demo.command import CALLED_OFF, IN_AIR, Flight, _ending_well
-from skillwing.m600.demo.flight_deck import FlightDeck
+from skillwing.evaluation.demo.command import CALLED_OFF, IN_AIR, Flight, _ending_well
+from skillwing.evaluation.demo.flight_deck import FlightDeck
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.history.files import (

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from skillwing.m600.judge.flight_log import FlightLog, read_flight, read_map
+from skillwing.evaluation.judge.flight_log import FlightLog, read_flight, read_map
 from skillwing.onboard.topics import MAP, MAP_SNAPSHOT, MAPPING_STATUS, TRUTH, MapHeader, MappingStatus, Truth
 from skillwing.services.bus import Bus, Request
 from skillwing.services.bus.inprocess import InProcessNetwork

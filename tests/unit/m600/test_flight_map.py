@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from recorded_way import BLOCKED, ROUTE, truth
 
-from skillwing.m600.judge.flight_log import SavedMap
-from skillwing.m600.judge.flight_map import map_scene
+from skillwing.evaluation.judge.flight_log import SavedMap
+from skillwing.evaluation.judge.flight_map import map_scene
+from skillwing.evaluation.judge.map_picture import MapScene
 from skillwing.m600.robot import ROBOT
 from skillwing.services.history.history import History
 from skillwing.services.protocol import Record, RecordKind
-from skillwing.sim_mujoco.judge.map_picture import MapScene
 from skillwing.sim_mujoco.world.world import make_world
 
 WORLD = make_world(3)

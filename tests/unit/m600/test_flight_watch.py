@@ -9,8 +9,8 @@ from signal import SIGKILL
 import pytest
 from rich.console import Console
 
-from skillwing.m600.demo.flight_deck import FlightDeck
-from skillwing.m600.demo.flight_watch import RETURN, SILENCE, STALL, FlightWatch
+from skillwing.evaluation.demo.flight_deck import FlightDeck
+from skillwing.evaluation.demo.flight_watch import RETURN, SILENCE, STALL, FlightWatch
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus import Bus
 from skillwing.services.bus.inprocess import InProcessNetwork

@@ -8,15 +8,15 @@ from pathlib import Path
 
 import pytest
 
-from skillwing.m600.campaign import page
-from skillwing.m600.campaign.again import Sample, comparison
-from skillwing.m600.campaign.command import make_plans
-from skillwing.m600.campaign.conditions import Condition, conditions_of
-from skillwing.m600.campaign.flight_code import FlightCode, claim, read_code
-from skillwing.m600.campaign.ledger import LEDGER_FILE, Ledger, read_results
-from skillwing.m600.campaign.outcomes import outcomes
-from skillwing.m600.campaign.plan import FlightPlan
-from skillwing.m600.campaign.result import End, FlightResult
+from skillwing.evaluation.campaign import page
+from skillwing.evaluation.campaign.again import Sample, comparison
+from skillwing.evaluation.campaign.command import make_plans
+from skillwing.evaluation.campaign.conditions import Condition, conditions_of
+from skillwing.evaluation.campaign.flight_code import FlightCode, claim, read_code
+from skillwing.evaluation.campaign.ledger import LEDGER_FILE, Ledger, read_results
+from skillwing.evaluation.campaign.outcomes import outcomes
+from skillwing.evaluation.campaign.plan import FlightPlan
+from skillwing.evaluation.campaign.result import End, FlightResult
 
 ROOT = Path(__file__).parents[3]
 PAGE, CAMPAIGNS = ROOT / "docs" / "missions.md", ROOT / "docs" / "campaigns"

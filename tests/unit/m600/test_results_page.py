@@ -24,15 +24,15 @@ from skillwing.bt_missions.checking.rehearsal import grounded_context, rehearse
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.running.library import find_mission
 from skillwing.bt_missions.running.mission import MissionTrees
-from skillwing.m600.campaign.besides import BESIDES
-from skillwing.m600.campaign.conditions import Condition
-from skillwing.m600.campaign.crew import Crew
-from skillwing.m600.campaign.flight_code import FlyingCode
-from skillwing.m600.campaign.ledger import LEDGER_FILE, read_results
-from skillwing.m600.campaign.plan import FlightPlan, planned_circle
-from skillwing.m600.campaign.price import AWAY, LIVE_FOR, Price, PriceMeter
-from skillwing.m600.campaign.result import End, FlightResult
-from skillwing.m600.judge.flight_log import FLIGHT_FILE
+from skillwing.evaluation.campaign.besides import BESIDES
+from skillwing.evaluation.campaign.conditions import Condition
+from skillwing.evaluation.campaign.crew import Crew
+from skillwing.evaluation.campaign.flight_code import FlyingCode
+from skillwing.evaluation.campaign.ledger import LEDGER_FILE, read_results
+from skillwing.evaluation.campaign.plan import FlightPlan, planned_circle
+from skillwing.evaluation.campaign.price import AWAY, LIVE_FOR, Price, PriceMeter
+from skillwing.evaluation.campaign.result import End, FlightResult
+from skillwing.evaluation.judge.flight_log import FLIGHT_FILE
 from skillwing.m600.robot import ROBOT
 from skillwing.onboard.topics import Battery, FlightState, Truth, Vector3, VideoStatus
 from skillwing.services.errors import SkillwingError
@@ -159,8 +159,8 @@ RECORDS = """
 import sys
 from pathlib import Path
 import msgspec
-from skillwing.m600.campaign.plan import FlightPlan
-from skillwing.m600.campaign.result import End, FlightResult
+from skillwing.evaluation.campaign.plan import FlightPlan
+from skillwing.evaluation.campaign.result import End, FlightResult
 Path(sys.argv[2], "map.png").touch(exist_ok=False)
 plan = msgspec.json.decode(sys.argv[1], type=FlightPlan)
 sys.stdout.buffer.write(msgspec.json.encode(FlightResult(plan=plan, end=End.HOME)))

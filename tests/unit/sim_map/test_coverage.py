@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from skillwing.evaluation.judge.coverage import RANGE, Judge, observable_from
 from skillwing.onboard.mapping.occupancy import OccupancyGrid
-from skillwing.sim_mujoco.judge.coverage import RANGE, Judge, observable_from
 from skillwing.sim_mujoco.world.triangles import Triangles
 from skillwing.sim_mujoco.world.world import BUILDING, OTHER, TERRAIN, World, make_world
 

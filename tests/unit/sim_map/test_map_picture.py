@@ -10,8 +10,7 @@ import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.image import imread
 
-from skillwing.onboard.geofence import Box
-from skillwing.sim_mujoco.judge.map_picture import (
+from skillwing.evaluation.judge.map_picture import (
     BRANCH_COLOURS,
     END,
     FENCE,
@@ -22,7 +21,8 @@ from skillwing.sim_mujoco.judge.map_picture import (
     MapScene,
     draw_map,
 )
-from skillwing.sim_mujoco.judge.standing import STANDING
+from skillwing.evaluation.judge.standing import STANDING
+from skillwing.onboard.geofence import Box
 from skillwing.sim_mujoco.world.footprint import Footprint
 from skillwing.sim_mujoco.world.things.obstacle import Kind, Obstacle
 

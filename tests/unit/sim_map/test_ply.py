@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from skillwing.sim_mujoco.judge.ply import write_ply
+from skillwing.evaluation.judge.ply import write_ply
 
 
 def read(file: Path) -> tuple[list[str], np.ndarray]:

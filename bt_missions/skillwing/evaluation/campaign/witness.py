@@ -7,9 +7,9 @@ import math
 
 import numpy as np
 
-from skillwing.m600.campaign.price import PriceMeter
-from skillwing.m600.campaign.result import End
-from skillwing.m600.judge.flight_log import SavedMap
+from skillwing.evaluation.campaign.price import PriceMeter
+from skillwing.evaluation.campaign.result import End
+from skillwing.evaluation.judge.flight_log import SavedMap
 from skillwing.onboard.extent import TIP_RADIUS
 from skillwing.onboard.topics import (
     FLIGHT,

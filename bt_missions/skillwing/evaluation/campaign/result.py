@@ -6,9 +6,9 @@ from enum import StrEnum
 
 import msgspec
 
-from skillwing.m600.campaign.conditions import met_from
-from skillwing.m600.campaign.plan import FlightPlan
-from skillwing.m600.campaign.price import Price
+from skillwing.evaluation.campaign.conditions import met_from
+from skillwing.evaluation.campaign.plan import FlightPlan
+from skillwing.evaluation.campaign.price import Price
 
 
 class End(StrEnum):

@@ -8,8 +8,8 @@ from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
-from skillwing.m600.campaign.result import End
-from skillwing.m600.campaign.witness import Witness
+from skillwing.evaluation.campaign.result import End
+from skillwing.evaluation.campaign.witness import Witness
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus.clock import FollowedClock
 from skillwing.services.bus.zenoh_bus import ZenohBus

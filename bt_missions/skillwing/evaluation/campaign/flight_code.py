@@ -13,7 +13,7 @@ from typing import TypeVar
 import msgspec
 from msgspec import Struct
 
-from skillwing.m600.campaign.besides import BESIDES, ROOT
+from skillwing.evaluation.campaign.besides import BESIDES, ROOT
 from skillwing.services.errors import InvalidOptionError, SkillwingError
 
 _Flight = TypeVar("_Flight")
@@ -30,19 +30,19 @@ FLIES_NOTHING = (
     "dsl/editor",
     "dsl/generating",
     "dsl/printing",
-    "m600/campaign/again.py",
-    "m600/campaign/command.py",
-    "m600/campaign/crew.py",
-    "m600/campaign/flight_code.py",
-    "m600/campaign/ledger.py",
-    "m600/campaign/outcomes.py",
-    "m600/campaign/page.py",
-    "m600/campaign/recordings.py",
-    "m600/campaign/telling.py",
+    "evaluation/campaign/again.py",
+    "evaluation/campaign/command.py",
+    "evaluation/campaign/crew.py",
+    "evaluation/campaign/flight_code.py",
+    "evaluation/campaign/ledger.py",
+    "evaluation/campaign/outcomes.py",
+    "evaluation/campaign/page.py",
+    "evaluation/campaign/recordings.py",
+    "evaluation/campaign/telling.py",
     "m600/commands.py",
-    "m600/dashboard",
-    "m600/demo",
-    "m600/judge/flight_map.py",
+    "evaluation/dashboard",
+    "evaluation/demo",
+    "evaluation/judge/flight_map.py",
     "services/commands",
     "services/diagnosis",
     "services/mocking",
@@ -53,8 +53,8 @@ FLIES_NOTHING = (
     "services/viewer",
     "services/wire",
     "onboard/interface",
-    "sim_mujoco/judge/map_picture.py",
-    "sim_mujoco/judge/standing.py",
+    "evaluation/judge/map_picture.py",
+    "evaluation/judge/standing.py",
     "sim_mujoco/world/command.py",
     "sim_mujoco/world/picture.py",
 )

@@ -9,10 +9,10 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
-from skillwing.m600.campaign.conditions import Condition, conditions_of, met_from
-from skillwing.m600.campaign.outcomes import HEADINGS, Outcomes, worst_of
-from skillwing.m600.campaign.plan import FlightPlan, Network
-from skillwing.m600.campaign.result import FlightResult
+from skillwing.evaluation.campaign.conditions import Condition, conditions_of, met_from
+from skillwing.evaluation.campaign.outcomes import HEADINGS, Outcomes, worst_of
+from skillwing.evaluation.campaign.plan import FlightPlan, Network
+from skillwing.evaluation.campaign.result import FlightResult
 from skillwing.services.terminal.doc_sections import Marks
 from skillwing.sim_mujoco.world.kinds import KINDS
 

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 
-from skillwing.m600.demo.flight_deck import FlightDeck
+from skillwing.evaluation.demo.flight_deck import FlightDeck
 from skillwing.services.bus import Bus
 from skillwing.services.processes.launcher import ROUTER, Death
 from skillwing.services.processes.stop_signal import Ending

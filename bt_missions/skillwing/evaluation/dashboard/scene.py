@@ -16,10 +16,17 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
-from skillwing.m600.dashboard.arrangement import SERIES, Arrangement, Front, overview
-from skillwing.m600.dashboard.depth_png import depth_png
-from skillwing.m600.dashboard.geometry import DEPTH_LEVELS, DEPTH_STEP, Throttle, by_height, depth_levels, world_points
-from skillwing.m600.dashboard.voxel_pieces import VoxelPieces
+from skillwing.evaluation.dashboard.arrangement import SERIES, Arrangement, Front, overview
+from skillwing.evaluation.dashboard.depth_png import depth_png
+from skillwing.evaluation.dashboard.geometry import (
+    DEPTH_LEVELS,
+    DEPTH_STEP,
+    Throttle,
+    by_height,
+    depth_levels,
+    world_points,
+)
+from skillwing.evaluation.dashboard.voxel_pieces import VoxelPieces
 from skillwing.onboard import topics
 from skillwing.onboard.options import read_options
 from skillwing.onboard.sensor_data.directions import depth_directions, lidar_directions

@@ -57,8 +57,8 @@ def _camera_fails(at: float | None) -> tuple[str, dict[str, Any]]:
 
 def _inspection(seed: int, *, fault: bool, fault_at: float | None) -> Story:
     """Round the site's building; behind it the link is critical, as in Section 2.1 of the paper."""
-    from skillwing.m600.campaign.conditions import Condition  # noqa: PLC0415
-    from skillwing.m600.campaign.plan import (  # noqa: PLC0415 - loads numpy
+    from skillwing.evaluation.campaign.conditions import Condition  # noqa: PLC0415
+    from skillwing.evaluation.campaign.plan import (  # noqa: PLC0415 - loads numpy
         FlightPlan,
         options_on,
         planned_way,

@@ -16,15 +16,15 @@ from typing import IO, Self
 
 import msgspec
 
-from skillwing.m600.campaign.plan import FlightPlan
-from skillwing.m600.campaign.result import FlightResult
+from skillwing.evaluation.campaign.plan import FlightPlan
+from skillwing.evaluation.campaign.result import FlightResult
 from skillwing.services.processes.single_threaded import SINGLE_THREADED
 
 LONGEST = 3600.0
 """Wall seconds after which a flight's process is taken for hung and killed."""
 LOOK_PERIOD = 0.2
 """Wall seconds between two looks whether the campaign is called off."""
-WORKER = (sys.executable, "-m", "skillwing.m600.campaign.worker")
+WORKER = (sys.executable, "-m", "skillwing.evaluation.campaign.worker")
 """The command of a flight's process; plan and run directory come behind it."""
 
 

@@ -10,10 +10,10 @@ import msgspec
 from rich.console import Console
 from rich.text import Text
 
-from skillwing.m600.campaign.again import Sample, end_alike, verdict
-from skillwing.m600.campaign.crew import LostFlight
-from skillwing.m600.campaign.outcomes import outcome_table, outcomes
-from skillwing.m600.campaign.result import FlightResult
+from skillwing.evaluation.campaign.again import Sample, end_alike, verdict
+from skillwing.evaluation.campaign.crew import LostFlight
+from skillwing.evaluation.campaign.outcomes import outcome_table, outcomes
+from skillwing.evaluation.campaign.result import FlightResult
 from skillwing.services.terminal.output import print_json
 
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from skillwing.m600.judge.flight_log import SavedMap
+from skillwing.evaluation.judge.flight_log import SavedMap
+from skillwing.evaluation.judge.map_picture import Flown, Happening, MapScene
 from skillwing.onboard.topics import Truth, Vector3
 from skillwing.services.history.history import History
 from skillwing.services.recording.palette import is_trouble
-from skillwing.sim_mujoco.judge.map_picture import Flown, Happening, MapScene
 from skillwing.sim_mujoco.world.world import World
 
 DEPTH_MAP, FLIGHT = "depthmap_source", "flight_status"

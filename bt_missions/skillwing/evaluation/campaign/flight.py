@@ -9,13 +9,13 @@ import os
 from pathlib import Path
 from typing import Any
 
-from skillwing.m600.campaign.conditions import Condition
-from skillwing.m600.campaign.course import in_process, over_zenoh
-from skillwing.m600.campaign.plan import FlightPlan, Network, planned_circle, planned_way
-from skillwing.m600.campaign.price import PriceMeter
-from skillwing.m600.campaign.result import FlightResult
-from skillwing.m600.campaign.witness import Witness
-from skillwing.m600.judge.map_coverage import judge_map
+from skillwing.evaluation.campaign.conditions import Condition
+from skillwing.evaluation.campaign.course import in_process, over_zenoh
+from skillwing.evaluation.campaign.plan import FlightPlan, Network, planned_circle, planned_way
+from skillwing.evaluation.campaign.price import PriceMeter
+from skillwing.evaluation.campaign.result import FlightResult
+from skillwing.evaluation.campaign.witness import Witness
+from skillwing.evaluation.judge.map_coverage import judge_map
 from skillwing.m600.robot import ROBOT
 from skillwing.services.processes.run_options import AS_FAST_AS_POSSIBLE
 from skillwing.services.robot import ProcessSpec
@@ -84,7 +84,7 @@ def _coverage(plan: FlightPlan, witness: Witness, run_dir: Path | None) -> float
     With a run directory the report is written as well.
     """
     if run_dir is not None:
-        from skillwing.m600.judge.evaluation import evaluate  # noqa: PLC0415 - loads what draws pictures
+        from skillwing.evaluation.judge.evaluation import evaluate  # noqa: PLC0415 - loads what draws pictures
 
         way = planned_way(plan.site(), plan.mission)
         skillset = ROBOT.load_skillset()

@@ -15,16 +15,16 @@ from rich.console import Console
 from rich.text import Text
 
 from skillwing.dsl.model import UnknownNameError
-from skillwing.m600.campaign import page
-from skillwing.m600.campaign.again import comparison, same_flight, take_sample
-from skillwing.m600.campaign.conditions import Condition, conditions_of
-from skillwing.m600.campaign.crew import Crew, LostFlight
-from skillwing.m600.campaign.flight_code import FlyingCode, claim
-from skillwing.m600.campaign.ledger import Ledger
-from skillwing.m600.campaign.outcomes import outcomes, worst_of
-from skillwing.m600.campaign.plan import FlightPlan, Network, usual_world
-from skillwing.m600.campaign.recordings import begin_recording, is_recorded, keep_recording
-from skillwing.m600.campaign.telling import Found, line_of, print_summary, tell, words
+from skillwing.evaluation.campaign import page
+from skillwing.evaluation.campaign.again import comparison, same_flight, take_sample
+from skillwing.evaluation.campaign.conditions import Condition, conditions_of
+from skillwing.evaluation.campaign.crew import Crew, LostFlight
+from skillwing.evaluation.campaign.flight_code import FlyingCode, claim
+from skillwing.evaluation.campaign.ledger import Ledger
+from skillwing.evaluation.campaign.outcomes import outcomes, worst_of
+from skillwing.evaluation.campaign.plan import FlightPlan, Network, usual_world
+from skillwing.evaluation.campaign.recordings import begin_recording, is_recorded, keep_recording
+from skillwing.evaluation.campaign.telling import Found, line_of, print_summary, tell, words
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.processes.run_options import LARGEST_SEED
 from skillwing.services.processes.stop_signal import Ending, ended_by_signals

@@ -11,9 +11,9 @@ from typing import Any, TypeAlias
 
 import msgspec
 
+from skillwing.evaluation.campaign.besides import ROOT, name_in_repository
+from skillwing.evaluation.campaign.conditions import Condition, draw
 from skillwing.m600.briefing import inspection_options, mapping_options
-from skillwing.m600.campaign.besides import ROOT, name_in_repository
-from skillwing.m600.campaign.conditions import Condition, draw
 from skillwing.services.errors import InvalidOptionError
 from skillwing.sim_mujoco.world.kinds import make_site
 from skillwing.sim_mujoco.world.site import Site
@@ -78,7 +78,7 @@ class FlightPlan(msgspec.Struct, frozen=True, kw_only=True):
     def command(self) -> str:
         """What flies this flight again, and records it; one of a comparison is not recorded."""
         if self.label:
-            return f"python -m skillwing.m600.campaign.worker {shlex.quote(msgspec.json.encode(self).decode())}"
+            return f"python -m skillwing.evaluation.campaign.worker {shlex.quote(msgspec.json.encode(self).decode())}"
         kind = "" if self.watched else " --without-obstacles"
         kind += "" if self.network is Network.IN_PROCESS else f" --on {self.network}"
         return (

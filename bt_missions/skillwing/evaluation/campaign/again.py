@@ -8,11 +8,11 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
-from skillwing.m600.campaign.flight_code import FlightCode, read_code
-from skillwing.m600.campaign.ledger import LEDGER_FILE, read_results
-from skillwing.m600.campaign.outcomes import metres, share
-from skillwing.m600.campaign.plan import FlightPlan, Network
-from skillwing.m600.campaign.result import FlightResult
+from skillwing.evaluation.campaign.flight_code import FlightCode, read_code
+from skillwing.evaluation.campaign.ledger import LEDGER_FILE, read_results
+from skillwing.evaluation.campaign.outcomes import metres, share
+from skillwing.evaluation.campaign.plan import FlightPlan, Network
+from skillwing.evaluation.campaign.result import FlightResult
 from skillwing.services.errors import InvalidOptionError
 
 HEADINGS = ("flight", "ended", "again", "nearest", "again", "mapped", "again", "time", "again")

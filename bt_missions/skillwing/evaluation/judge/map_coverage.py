@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from skillwing.m600.judge.flight_log import SavedMap
+from skillwing.evaluation.judge.coverage import Judge
+from skillwing.evaluation.judge.flight_log import SavedMap
 from skillwing.onboard.topics import Vector3
 from skillwing.services.history.report import Coverage
-from skillwing.sim_mujoco.judge.coverage import Judge
 from skillwing.sim_mujoco.world.world import World
 
 

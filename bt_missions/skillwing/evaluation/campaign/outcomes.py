@@ -8,8 +8,8 @@ from statistics import median
 import msgspec
 from rich.table import Table
 
-from skillwing.m600.campaign.conditions import Condition
-from skillwing.m600.campaign.result import SAFE_ENDS, End, FlightResult
+from skillwing.evaluation.campaign.conditions import Condition
+from skillwing.evaluation.campaign.result import SAFE_ENDS, End, FlightResult
 
 HEADINGS = (
     "world",

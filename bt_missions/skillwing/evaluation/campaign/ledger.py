@@ -15,8 +15,8 @@ from typing import BinaryIO
 
 import msgspec
 
-from skillwing.m600.campaign.plan import FlightPlan
-from skillwing.m600.campaign.result import FlightResult
+from skillwing.evaluation.campaign.plan import FlightPlan
+from skillwing.evaluation.campaign.result import FlightResult
 from skillwing.services.errors import InvalidOptionError
 
 LEDGER_FILE = "flights.jsonl"

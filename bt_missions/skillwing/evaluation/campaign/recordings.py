@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
-from skillwing.m600.campaign.plan import FlightPlan
+from skillwing.evaluation.campaign.plan import FlightPlan
 
 UNFINISHED = ".part"
 """Ends the name of the folder until then."""

@@ -12,16 +12,16 @@ from pathlib import Path
 from msgspec.structs import replace as replaced
 
 from skillwing.dsl.model import Skillset
-from skillwing.m600.campaign.plan import planned_way
-from skillwing.m600.judge.flight_log import SavedMap, read_flight, read_map
-from skillwing.m600.judge.flight_map import map_scene
-from skillwing.m600.judge.map_coverage import judge_map
+from skillwing.evaluation.campaign.plan import planned_way
+from skillwing.evaluation.judge.flight_log import SavedMap, read_flight, read_map
+from skillwing.evaluation.judge.flight_map import map_scene
+from skillwing.evaluation.judge.map_coverage import judge_map
+from skillwing.evaluation.judge.map_picture import draw_map
+from skillwing.evaluation.judge.ply import write_ply
 from skillwing.onboard.topics import Truth, Vector3
 from skillwing.services.history.history import History
 from skillwing.services.history.report import Coverage, ProcessEntry, Report
 from skillwing.services.report.mission_report import FlownMission, Verdict, report_flight
-from skillwing.sim_mujoco.judge.map_picture import draw_map
-from skillwing.sim_mujoco.judge.ply import write_ply
 from skillwing.sim_mujoco.world.world import make_world
 
 MAP_PICTURE = "map.png"

@@ -19,9 +19,9 @@ from rich.console import Console
 from rich.text import Text
 
 from skillwing.dsl.model import Skillset
-from skillwing.m600.demo.flight_deck import FlightDeck
-from skillwing.m600.demo.flight_watch import FlightWatch
-from skillwing.m600.demo.story import CAMERA_FAILS_AT, MAPPING, Story, tell
+from skillwing.evaluation.demo.flight_deck import FlightDeck
+from skillwing.evaluation.demo.flight_watch import FlightWatch
+from skillwing.evaluation.demo.story import CAMERA_FAILS_AT, MAPPING, Story, tell
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus import Topology
 from skillwing.services.bus.clock import FollowedClock
@@ -291,7 +291,7 @@ def _ending_well(flight: Flight) -> Iterator[None]:
 
 def _judge(flight: Flight, story: Story, run_dir: Path, seed: int, console: Console) -> int:
     """Judge the run against the true world, write and print the report; returns the exit code."""
-    from skillwing.m600.judge.evaluation import evaluate  # noqa: PLC0415 - loads physics and pictures
+    from skillwing.evaluation.judge.evaluation import evaluate  # noqa: PLC0415 - loads physics and pictures
     from skillwing.services.report.mission_report import UNRECORDED  # noqa: PLC0415 - loads pictures
 
     notes = [flight.ended_by] if flight.ended_by else []

@@ -1,1 +1,0 @@
-"""Judges of a finished flight, who alone know the true world."""
