@@ -27,9 +27,9 @@ import pytest
 
 from skillwing.m600.mocked import ROBOT as MOCKS
 from skillwing.services.client.connection import Connection, find_target, open_connection
-from skillwing.services.commands.report import write_reports
 from skillwing.services.protocol import Keys
 from skillwing.services.recording.run_facts import read_facts
+from skillwing.services.report.run_reports import write_reports
 
 ROOT = Path(__file__).parents[2]
 PROJECT = f"skillwing-test-{os.getpid()}"

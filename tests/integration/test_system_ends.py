@@ -18,7 +18,7 @@ import psutil
 import pytest
 
 from skillwing.services.processes.run_state import RunState, read_run_state
-from skillwing.services.processes.stop_signal import ONE_WISH
+from skillwing.services.processes.stop_signal import SAME_REQUEST
 from skillwing.services.terminal.exit_codes import OK
 
 pytestmark = pytest.mark.slow
@@ -85,7 +85,7 @@ def test_when_one_of_its_processes_hangs_and_it_is_told_twice(command: Sequence[
         hung.suspend()
         process.send_signal(signal.SIGINT)
         other.wait(PATIENCE)
-        time.sleep(ONE_WISH)  # until then it is the same Ctrl-C
+        time.sleep(SAME_REQUEST)  # until then it is the same Ctrl-C
         process.send_signal(signal.SIGINT)
 
 

@@ -15,14 +15,14 @@ from rich.console import Console
 
 from skillwing.bt_missions.at_a_terminal import ABORTING, aborted_by_signals
 from skillwing.bt_missions.running.phase import Phase
-from skillwing.services.processes.stop_signal import ONE_WISH
+from skillwing.services.processes.stop_signal import SAME_REQUEST
 
 IN_THE_AIR = 17.0
 INT, TERM, HUP = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
 
 
 @contextmanager
-def told(flight: Flight, signals: Sequence[signal.Signals], apart: float = 0.3 * ONE_WISH) -> Iterator[io.StringIO]:
+def told(flight: Flight, signals: Sequence[signal.Signals], apart: float = 0.3 * SAME_REQUEST) -> Iterator[io.StringIO]:
     """What is said while a mission flies that gets these signals. apart: wall seconds between two of them."""
     console = Console(file=io.StringIO(), width=200)
     assert isinstance(console.file, io.StringIO)
@@ -55,14 +55,14 @@ def test_the_mission_is_aborted_once_and_lands(signals: list[signal.Signals]) ->
 @pytest.mark.parametrize("first", [INT, TERM, HUP])
 def test_ctrl_c_after_that_leaves_the_drone_to_itself(first: signal.Signals) -> None:
     flight = Flight()
-    with pytest.raises(KeyboardInterrupt), told(flight, [first, INT], apart=1.1 * ONE_WISH):
+    with pytest.raises(KeyboardInterrupt), told(flight, [first, INT], apart=1.1 * SAME_REQUEST):
         flight.fly()
     assert not flight.on_ground
 
 
 def test_what_no_person_sends_never_leaves_the_drone_to_itself() -> None:
     flight = Flight()
-    with told(flight, [INT, TERM, HUP], apart=1.1 * ONE_WISH):
+    with told(flight, [INT, TERM, HUP], apart=1.1 * SAME_REQUEST):
         flight.fly()
     assert flight.on_ground
 

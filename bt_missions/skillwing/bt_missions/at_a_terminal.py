@@ -11,7 +11,7 @@ from rich.console import Console, RenderableType
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.bt_missions.running.stopped_system import when_stopped
 from skillwing.services.bus import Bus
-from skillwing.services.processes.stop_signal import Ending
+from skillwing.services.processes.stop_signal import StopSignal
 from skillwing.services.terminal.connection import System
 
 ABORTING = {
@@ -40,14 +40,14 @@ def aborted_by_signals(bus: Bus, node: MissionNode, console: Console | None) -> 
     After that only another Ctrl-C, which a person presses, raises KeyboardInterrupt and leaves the drone to itself;
     what repeats the first signal does not. Under `nohup` a closed terminal aborts nothing.
     """
-    ending = Ending(bus.wall)
+    stop = StopSignal(bus.wall)
 
     def on_signal(number: int, frame: object) -> None:
-        if not ending.told:
+        if not stop.received:
             bus.post(lambda: abort(signal.Signals(number)))
-            ending.note()
+            stop.receive()
         elif number == signal.SIGINT:
-            ending.note()
+            stop.receive()
 
     def abort(number: signal.Signals) -> None:
         again = " again" if number is signal.SIGINT else ""

@@ -28,9 +28,8 @@ from skillwing.services.errors import InvalidOptionError, NoSystemError, Refused
 from skillwing.services.protocol import AbortMission, ErrorCode, Keys, MissionStatus, PauseMission, ResumeMission
 from skillwing.services.robot import find_robot
 from skillwing.services.terminal.completion import missions
-from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect
+from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect, mission_context
 from skillwing.services.terminal.exit_codes import FAILED, OK
-from skillwing.services.terminal.mission_context import briefing
 from skillwing.services.terminal.output import make_console, print_json, print_table
 
 MissionName = Annotated[
@@ -113,7 +112,7 @@ def run(
     console = None if as_json else make_console()
     with _connected_to_fly(chosen, robot) as system:
         _refuse_beside_another(system)
-        known = briefing(system.target, chosen.name)
+        known = mission_context(system.target, chosen.name)
         told = {key: value for key, value in known.items() if key in chosen.option_names and key not in asked}
         given = chosen.read_options(told | asked)
         require_fit(chosen, system.skillset, given)

@@ -17,7 +17,7 @@ from skillwing.services.protocol import (
     State,
     Terminal,
 )
-from skillwing.services.terminal.live_state import RECORDS_REMEMBERED, Present, ResourceNow, SkillNow
+from skillwing.services.terminal.live_state import RECORDS_REMEMBERED, LiveState, ResourceNow, SkillNow
 
 DONE = Terminal(ending=Ending.SUCCEEDED, reason="done", result="DONE", success=True)
 BUSY = Terminal(ending=Ending.BUSY, reason="`hover` is busy with goal b.", running_goal="b")
@@ -39,7 +39,7 @@ STORY = (
 
 @pytest.mark.parametrize("order", list(itertools.permutations(range(len(STORY)))))
 def test_in_whatever_order_it_is_heard_the_same_goal_runs(order: tuple[int, ...]) -> None:
-    present = Present()
+    present = LiveState()
     for index in order:
         present.add_status(STORY[index])
     now = present.skill("hover")
@@ -56,7 +56,7 @@ REFUSED = (
 
 @pytest.mark.parametrize("order", list(itertools.permutations(REFUSED)))
 def test_a_goal_that_was_refused_for_the_one_that_runs_leaves_it_running(order: tuple[GoalStatus, ...]) -> None:
-    present = Present()
+    present = LiveState()
     for each in order:
         present.add_status(each)
     now = present.skill("hover")
@@ -67,11 +67,11 @@ def test_a_goal_that_was_refused_for_the_one_that_runs_leaves_it_running(order: 
 
 
 def test_a_skill_of_which_nothing_was_heard_is_idle() -> None:
-    assert Present().skill("hover") == SkillNow("hover")
+    assert LiveState().skill("hover") == SkillNow("hover")
 
 
 def test_progress_belongs_to_its_goal() -> None:
-    present = Present()
+    present = LiveState()
     present.add_status(status("a", State.RUNNING, 1.0))
     present.add_progress(GoalProgress(goal_id="old", skill="hover", t=0.5, feedback={"left": 9}))
     assert present.skill("hover").feedback is None
@@ -84,7 +84,7 @@ def record(name: str, kind: RecordKind, subject: str, after: str, t: float, **mo
 
 
 def test_a_hook_that_blocked_is_told_until_the_next_goal_has_done_better() -> None:
-    present = Present()
+    present = LiveState()
     present.add_status(status("a", State.RUNNING, 1.0))
     for t, text in ((3.0, "blocked for 2.0 s"), (2.0, "blocked for 1.5 s")):
         present.add_record(record(f"r{t}", RecordKind.PROCESS, "skill/hover", "BLOCKED", t, goal_id="a", text=text))
@@ -100,7 +100,7 @@ def test_a_hook_that_blocked_is_told_until_the_next_goal_has_done_better() -> No
 
 @pytest.mark.parametrize("record_first", [True, False])
 def test_a_goal_whose_manager_died_is_lost(record_first: bool) -> None:
-    present = Present()
+    present = LiveState()
     lost = record("r1", RecordKind.GOAL, "hover", "LOST", 2.0, goal_id="a", text="Its manager is gone.")
     if record_first:
         present.add_record(lost)
@@ -114,7 +114,7 @@ def test_a_goal_whose_manager_died_is_lost(record_first: bool) -> None:
 
 
 def test_resources_tell_since_when_and_by_whom() -> None:
-    present = Present()
+    present = LiveState()
     present.add_record(record("c", RecordKind.GOAL, "takeoff", "RUNNING", 1.0))
     present.add_record(record("r", RecordKind.RESOURCE, "axes", "USED", 1.0, cause="c"))
     states = ResourceStates(revision=1, states={"axes": "USED", "link": "GOOD"}, t=2.0)
@@ -125,14 +125,14 @@ def test_resources_tell_since_when_and_by_whom() -> None:
 
 
 def test_a_state_that_nobody_has_explained_has_no_age() -> None:
-    present = Present()
+    present = LiveState()
     present.add_record(record("r", RecordKind.RESOURCE, "axes", "USED", 1.0))
     states = ResourceStates(revision=2, states={"axes": "AVAILABLE"}, t=2.0)
     assert present.resources(states) == [ResourceNow("axes", "AVAILABLE")]
 
 
 def test_memory_is_bounded() -> None:
-    present = Present()
+    present = LiveState()
     present.add_record(record("first", RecordKind.GOAL, "takeoff", "RUNNING", 0.0))
     for number in range(RECORDS_REMEMBERED):
         present.add_record(record(f"n{number}", RecordKind.GOAL, "takeoff", "RUNNING", 1.0))

@@ -19,7 +19,7 @@ from skillwing.services.protocol import Keys, MissionStatus, Record, RecordKind,
 from skillwing.services.recording.run_facts import RunFacts, write_facts
 from skillwing.services.terminal import cli
 from skillwing.services.terminal.exit_codes import USAGE
-from skillwing.services.terminal.mission_reporter import LAST_WORDS, FlightReports
+from skillwing.services.terminal.mission_reporter import LAST_WORDS, MissionReporter
 
 STATES = (ProcessState(name="router"), ProcessState(name="recorder", restarts=1, last_words="It was killed."))
 
@@ -32,8 +32,8 @@ class System:
         write_facts(run_dir, RunFacts(robot="m600", skillset=str(SKILLSET)))
         self.network = InProcessNetwork()
         self.told: list[str] = []
-        self.reports = FlightReports(run_dir, "m600", lambda: STATES)
-        self.bus: Bus = self.network.bus("attendance")
+        self.reports = MissionReporter(run_dir, "m600", lambda: STATES)
+        self.bus: Bus = self.network.bus("supervisor")
         self.reports.attach(self.bus, lambda text, _style: self.told.append(text))
         self._mission = self.network.bus("mission")
         self._out = self._mission.advertise(Keys("m600").mission_status, events=True)
@@ -195,7 +195,7 @@ def test_a_run_that_cannot_be_reported_gets_a_sentence(
     ("words", "sentence"),
     [
         (["--no-record", "--viewer", "web"], "Leave out `--no-record`."),
-        ([], "holds the recording of a run already"),
+        ([], "holds the recording of a run"),
     ],
 )
 def test_what_cannot_be_shown_or_recorded_starts_nothing(

@@ -8,8 +8,8 @@ import pytest
 
 from skillwing.dsl import parse
 from skillwing.services.mocking.script import Reaction, When
-from skillwing.services.terminal.start_advice import way_out_of_busy, ways_out
-from skillwing.services.terminal.system_state import Reporter, Situation
+from skillwing.services.terminal.start_advice import busy_advice, start_advice
+from skillwing.services.terminal.system_state import Reporter, SystemState
 
 ROVER = parse(
     """
@@ -41,8 +41,8 @@ STATES = {"stop": "RELEASED", "lamp": "OFF", "wheels": "PARKED"}
 ONLY_IT = "only the robot can report that"
 
 
-def situation(reporter: Reporter = "robot", changed: dict[str, str] | None = None) -> Situation:
-    return Situation("rover", reporter, STATES | (changed or {}), running={})
+def situation(reporter: Reporter = "robot", changed: dict[str, str] | None = None) -> SystemState:
+    return SystemState("rover", reporter, STATES | (changed or {}), running={})
 
 
 @pytest.mark.parametrize(
@@ -68,7 +68,7 @@ def situation(reporter: Reporter = "robot", changed: dict[str, str] | None = Non
         (
             *("drive", ["charged"], {}),
             [
-                "charged: `battery` is for the robot to tell; see it with `skillwing data battery`.",
+                "charged: `battery` comes from the robot; see it with `skillwing data battery`.",
                 "charged: `speed` is an input of the start; give another one.",
             ],
         ),
@@ -86,7 +86,7 @@ def situation(reporter: Reporter = "robot", changed: dict[str, str] | None = Non
 def test_who_can_change_it_is_told(
     skill: str, failing: list[str], changed: dict[str, str], sentences: list[str]
 ) -> None:
-    assert list(ways_out(ROVER, ROVER.skill(skill), failing, situation(changed=changed))) == sentences
+    assert list(start_advice(ROVER, ROVER.skill(skill), failing, situation(changed=changed))) == sentences
 
 
 @pytest.mark.parametrize(
@@ -102,7 +102,7 @@ def test_who_can_change_it_is_told(
 )
 def test_by_hand_is_told_only_where_no_robot_would_contradict(reporter: Reporter, way: str) -> None:
     now = situation(reporter, {"stop": "PRESSED"})
-    assert list(ways_out(ROVER, ROVER.skill("drive"), ["released"], now)) == [
+    assert list(start_advice(ROVER, ROVER.skill("drive"), ["released"], now)) == [
         f"released: `stop` has to become RELEASED; {way}."
     ]
 
@@ -138,10 +138,10 @@ ROUNDS = Reaction(when=When(ends="wait", ending=("DONE", "RI")), trigger={"place
 
 def in_balloon(skill: str, failing: str, states: str, **known: Any) -> list[str]:
     place, burner = states.split()
-    now = Situation(
+    now = SystemState(
         "balloon", **{"reporter": "robot", "running": {}} | known, states={"place": place, "burner": burner}
     )
-    return list(ways_out(BALLOON, BALLOON.skill(skill), [failing], now))
+    return list(start_advice(BALLOON, BALLOON.skill(skill), [failing], now))
 
 
 @pytest.mark.parametrize("burner", ["FREE", "USED"])
@@ -185,19 +185,19 @@ def test_a_datum_that_never_came_leads_on() -> None:
         "then `skillwing up --robot balloon --mock`."
     ]
     assert in_balloon("wait", "calm", "UP FREE", unheard=["wind"]) == [
-        "calm: `wind` was never received; `skillwing doctor` tells whether all runs that should publish it."
+        "calm: `wind` was never received; `skillwing doctor` checks the processes that should publish it."
     ]
     by = {"published_by": {"wind": ("rise", "sink")}}
     assert in_balloon("wait", "calm", "UP FREE", **by) == [
         "calm: `wind` comes only while one runs that publishes it: `rise` and `sink`."
     ]
     assert in_balloon("wait", "calm", "UP FREE", **by, running={"sink": None}) == [
-        "calm: `wind` is for the robot to tell; see it with `skillwing data wind`."
+        "calm: `wind` comes from the robot; see it with `skillwing data wind`."
     ]
 
 
 def test_what_keeps_a_skill_busy_can_be_ended() -> None:
-    assert way_out_of_busy("wait", None) == "`wait` runs; `skillwing interrupt wait` ends it."
-    assert way_out_of_busy("wait", "patrol") == (
+    assert busy_advice("wait", None) == "`wait` runs; `skillwing interrupt wait` ends it."
+    assert busy_advice("wait", "patrol") == (
         "`wait` runs for mission `patrol`; `skillwing mission abort` calls it off, which lands a drone."
     )

@@ -15,7 +15,7 @@ from skillwing.services.mocking import MockRun, MockScript, MockWorld, make_mock
 from skillwing.services.names import MISSION
 from skillwing.services.protocol import DataSample, Keys, MissionStatus, encode
 from skillwing.services.terminal.connection import System
-from skillwing.services.terminal.system_state import situation
+from skillwing.services.terminal.system_state import system_state
 
 if TYPE_CHECKING:
     from skillwing.services.bus.zenoh_bus import ZenohBus
@@ -70,40 +70,40 @@ def test_a_mission_is_named_for_the_skills_that_it_has_started(balloon: Balloon)
     balloon.bus.advertise(KEYS.mission_status, events=True).put(encode(status))
     balloon.start("rise", MISSION)
     balloon.start("look", "cli")
-    found = situation(balloon.system)
+    found = system_state(balloon.system)
     assert found.running == {"rise": "patrol", "look": None}
     assert found.states == {"place": "DOWN"}
 
 
 def test_a_mission_that_is_gone_is_not_named(balloon: Balloon) -> None:
     balloon.start("rise", MISSION)
-    assert situation(balloon.system).running == {"rise": None}
+    assert system_state(balloon.system).running == {"rise": None}
 
 
 def test_it_is_known_who_reports(balloon: Balloon) -> None:
-    assert situation(balloon.system).reporter == "nobody"
+    assert system_state(balloon.system).reporter == "nobody"
     balloon.bus.declare_alive(KEYS.alive(MISSION))
     balloon.bus.declare_alive(KEYS.alive("client/cli-1"))
-    assert situation(balloon.system).reporter == "nobody"
+    assert system_state(balloon.system).reporter == "nobody"
     balloon.bus.declare_alive(KEYS.alive("bridge"))
-    assert situation(balloon.system).reporter == "robot"
+    assert system_state(balloon.system).reporter == "robot"
 
 
 def test_data_tell_that_there_is_a_robot(balloon: Balloon) -> None:
-    assert situation(balloon.system).unheard == ["wind"]
+    assert system_state(balloon.system).unheard == ["wind"]
     balloon.bus.advertise(KEYS.data("wind")).put(encode(DataSample(name="wind", value=1.0, t=0.0)))
     balloon.network.run_for(0.1)
-    found = situation(balloon.system)
+    found = system_state(balloon.system)
     assert (found.reporter, found.unheard) == ("robot", [])
 
 
 def test_a_mocked_world_is_no_robot(balloon: Balloon) -> None:
     balloon.network.attach(MockWorld(balloon.skillset, balloon.script))
     balloon.network.run_for(2.0)
-    assert situation(balloon.system).reporter == "mock"
+    assert system_state(balloon.system).reporter == "mock"
 
 
 def test_what_a_mock_would_do_is_read_beside_the_skillset(balloon: Balloon, tmp_path: Path) -> None:
-    assert [reaction.trigger for reaction in situation(balloon.system).reactions] == [{"place": "UP"}]
+    assert [reaction.trigger for reaction in system_state(balloon.system).reactions] == [{"place": "UP"}]
     (tmp_path / "balloon.mock.toml").write_text("no script")
-    assert situation(balloon.system).reactions == ()
+    assert system_state(balloon.system).reactions == ()

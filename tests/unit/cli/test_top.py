@@ -14,8 +14,8 @@ from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.client.connection import Target
 from skillwing.services.commands.top import FEWEST, SystemTop, busiest
 from skillwing.services.processes.proc_files import Usage
-from skillwing.services.processes.process_monitor import Entry
-from skillwing.services.processes.process_state import Condition, ProcessState
+from skillwing.services.processes.process_monitor import ProcessStatus
+from skillwing.services.processes.process_state import ProcessCondition, ProcessState
 from skillwing.services.terminal.connection import System
 from skillwing.services.terminal.process_table import duration, process_table
 
@@ -24,7 +24,9 @@ if TYPE_CHECKING:
 
 USED = Usage(cpu=1.0, memory=46 << 20, uptime=200.0, stopped=False)
 ENTRIES = [
-    Entry(ProcessState(name=name, pid=pid), Condition.DOWN if name == "d" else Condition.RUNS, USED)
+    ProcessStatus(
+        ProcessState(name=name, pid=pid), ProcessCondition.DOWN if name == "d" else ProcessCondition.RUNS, USED
+    )
     for pid, name in enumerate("abcdef", start=1)
 ]
 CPU = {"a": 1.0, "b": 9.0, "c": 5.0, "f": 2.0}

@@ -17,7 +17,7 @@ from skillwing.services.processes.run_state import announced
 from skillwing.services.robot import Robot
 from skillwing.services.terminal import cli
 from skillwing.services.terminal.exit_codes import FAILED, OK, USAGE
-from skillwing.services.terminal.system_runner import how_many_run, run_detached
+from skillwing.services.terminal.system_runner import run_detached, running_processes
 
 
 class LaunchedError(Exception):
@@ -44,8 +44,8 @@ def launched(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Any:
 
 def test_up_counts_what_lives() -> None:
     states = [ProcessState(name=name) for name in ("router", "data_manager", "skill/go")]
-    assert how_many_run(states) == "2"
-    assert how_many_run([*states, ProcessState(name="skill/refill", life="waits")]) == "2 of 3"
+    assert running_processes(states) == "2"
+    assert running_processes([*states, ProcessState(name="skill/refill", life="waits")]) == "2 of 3"
 
 
 @pytest.mark.parametrize(
@@ -130,13 +130,13 @@ def test_the_detached_process_has_the_same_world(launched: Any, tmp_path: Path) 
     ("words", "sentence"),
     [
         (["--world", "moon"], "There is no world of kind 'moon'; known are courtyard,"),
-        (["--mock", "--world", "village"], "Mock some skills only"),
+        (["--mock", "--world", "village"], "Name the skills to mock"),
         (["goto"], "Write `up --mock goto`."),
         (["--mock", "gotoo"], "did you mean `goto`?"),
         (["--script", "x.toml"], "Write `up --mock --script FILE`."),
         (["--mock", "--script", "no_such.toml"], "`no_such.toml` cannot be used"),
         (["--scenario", "no_such.toml"], "There is no scenario file no_such.toml."),
-        (["--mock", "--scenario", "x.toml"], "Mock some skills only"),
+        (["--mock", "--scenario", "x.toml"], "Name the skills to mock"),
         (["--mock", "--robot-name", "a b"], "A robot cannot be called `a b`."),
         (["--mock", "--router", "tcp/127.0.0.1:1", "--listen", "tcp/127.0.0.1:2"], "Leave out `--listen`."),
     ],

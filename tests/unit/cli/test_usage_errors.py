@@ -38,7 +38,7 @@ from skillwing.services.terminal.exit_codes import USAGE, exit_code_of
             "up --viewer it's",
             "`--viewer` of `skillwing up` does not fit: `it's` is not one of `none`, `native`, `web`.",
         ),
-        ("up --speed it's", "`--speed` of `skillwing up` does not fit: `it's` is no pace: give a number"),
+        ("up --speed it's", "`--speed` of `skillwing up` does not fit: `it's` is no speed: give a number"),
     ],
 )
 def test_it_is_a_sentence_and_a_way_out(line: str, sentence: str) -> None:

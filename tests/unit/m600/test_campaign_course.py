@@ -11,7 +11,7 @@ import pytest
 from skillwing.evaluation.campaign import course
 from skillwing.evaluation.campaign.result import End
 from skillwing.evaluation.campaign.witness import Witness
-from skillwing.services.processes.launcher import Death
+from skillwing.services.processes.child import ProcessExit
 from skillwing.services.robot import ProcessSpec
 
 SPECS = [
@@ -26,7 +26,7 @@ class LauncherOnPaper:
     """Starts nothing, and says who died."""
 
     endpoint = ""
-    deaths: Sequence[Death] = ()
+    exits: Sequence[ProcessExit] = ()
 
     def __init__(self, *arguments: object, **options: object) -> None:
         pass
@@ -60,8 +60,8 @@ class BusOnPaper:
 
 @pytest.fixture
 def fly(monkeypatch: pytest.MonkeyPatch) -> Callable[..., course.Course]:
-    def fly(*deaths: Death) -> course.Course:
-        monkeypatch.setattr(LauncherOnPaper, "deaths", deaths)
+    def fly(*deaths: ProcessExit) -> course.Course:
+        monkeypatch.setattr(LauncherOnPaper, "exits", deaths)
         monkeypatch.setattr(course, "Launcher", LauncherOnPaper)
         monkeypatch.setattr(course, "ZenohBus", BusOnPaper)
         sees: Any = SimpleNamespace(
@@ -73,13 +73,13 @@ def fly(monkeypatch: pytest.MonkeyPatch) -> Callable[..., course.Course]:
 
 
 def test_a_death_that_a_flight_survives_is_told(fly: Callable[..., course.Course]) -> None:
-    again, gone = Death("sim", 1, 1, None, (), pause=0.5), Death("recorder", 1, 1, None, ())
+    again, gone = ProcessExit("sim", 1, 1, None, (), pause=0.5), ProcessExit("recorder", 1, 1, None, ())
     survived = ("sim ended with exit code 1.", "recorder ended with exit code 1.")
     assert fly() == course.Course(End.HOME, 60.0)
     assert fly(again, gone) == course.Course(End.HOME, 60.0, deaths=survived)
 
 
 def test_a_death_that_breaks_a_flight_off_is_why(fly: Callable[..., course.Course]) -> None:
-    gone, again = Death("mission", 1, None, 9, ()), Death("hover", 1, 1, None, (), pause=0.5)
+    gone, again = ProcessExit("mission", 1, None, 9, ()), ProcessExit("hover", 1, 1, None, (), pause=0.5)
     told = ("hover ended with exit code 1.",)
     assert fly(again, gone) == course.Course(End.BROKE_OFF, 60.0, "mission was killed by SIGKILL.", told)

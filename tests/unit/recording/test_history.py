@@ -13,14 +13,14 @@ from synthetic_mission import SKILLSET, tell
 from skillwing.dsl import parse
 from skillwing.dsl.model import Resource, Skillset
 from skillwing.services.history import history as folding
-from skillwing.services.history.history import History, Outcome, Span
-from skillwing.services.history.wording import NEAREST, abridged, in_words
+from skillwing.services.history.history import GoalOutcome, History, StateSpan
+from skillwing.services.history.wording import NEAREST, abridge, chain_text
 from skillwing.services.protocol import Ending, GoalStatus, Record, RecordKind, State, Terminal
 
 STORY = tell()
 
 
-def outcomes(history: History) -> dict[str, Outcome]:
+def outcomes(history: History) -> dict[str, GoalOutcome]:
     return {bar.goal_id: bar.outcome for bar in history.bars}
 
 
@@ -39,14 +39,14 @@ def test_order_and_repetition_change_nothing(data: st.DataObject) -> None:
 def test_bars_have_the_colours_of_their_endings() -> None:
     history = History.of(STORY.records, STORY.statuses)
     assert outcomes(history) == {
-        "g1": Outcome.SUCCESS,
-        "g2": Outcome.FAILURE,
-        "g3": Outcome.FAILURE,
-        "g4": Outcome.INTERRUPTED,
-        "g5": Outcome.FAILURE,
-        "g6": Outcome.INTERRUPTED,
-        "g7": Outcome.SUCCESS,
-        "g8": Outcome.SUCCESS,
+        "g1": GoalOutcome.SUCCESS,
+        "g2": GoalOutcome.FAILURE,
+        "g3": GoalOutcome.FAILURE,
+        "g4": GoalOutcome.INTERRUPTED,
+        "g5": GoalOutcome.FAILURE,
+        "g6": GoalOutcome.INTERRUPTED,
+        "g7": GoalOutcome.SUCCESS,
+        "g8": GoalOutcome.SUCCESS,
     }
     bar = history.bar("g3")
     assert (bar.t_start, bar.t_end, bar.terminal) == (6.4, 12.0, "S_BLOCKED")
@@ -58,7 +58,7 @@ def test_only_a_success_that_held_is_green(ending: Ending) -> None:
     for success in (True, False):
         terminal = Terminal(ending=ending, reason="", result="R", success=success)
         status = GoalStatus(goal_id="g", skill="s", state=State.TERMINATED, t=1.0, terminal=terminal)
-        green = History.of([], [status]).bar("g").outcome is Outcome.SUCCESS
+        green = History.of([], [status]).bar("g").outcome is GoalOutcome.SUCCESS
         assert green == (ending is Ending.SUCCEEDED and success)
 
 
@@ -75,9 +75,9 @@ def test_a_goal_whose_manager_died_is_ended_by_whoever_noticed() -> None:
         text="the manager of goto is gone",
         goal_id="g",
     )
-    assert History.of([], [running]).bar("g").outcome is Outcome.RUNNING
+    assert History.of([], [running]).bar("g").outcome is GoalOutcome.RUNNING
     bar = History.of([noticed], [running]).bar("g")
-    assert (bar.t_end, bar.terminal, bar.outcome, bar.reason) == (5.0, "LOST", Outcome.FAILURE, noticed.text)
+    assert (bar.t_end, bar.terminal, bar.outcome, bar.reason) == (5.0, "LOST", GoalOutcome.FAILURE, noticed.text)
 
 
 def test_the_manager_knows_better_than_whoever_noticed() -> None:
@@ -92,7 +92,7 @@ def test_the_manager_knows_better_than_whoever_noticed() -> None:
 def test_one_failure_reads_as_one_chain() -> None:
     (switch,) = History.of(STORY.records).switches
     assert (switch.t, switch.before, switch.after) == (20.54, "ZED branch", "LiDAR branch")
-    assert in_words(switch.chain) == (
+    assert chain_text(switch.chain) == (
         "zed blackout ON -> zed FAILED -> zed_status FAILED -> zed_depthmap RI -> branch LiDAR branch"
     )
 
@@ -104,15 +104,15 @@ def test_of_what_a_goal_went_through_a_chain_says_the_end() -> None:
         Record(id=f"p#{n}", t=0.0, source="p", kind=kind, subject=subject, before=None, after=after)
         for n, (subject, kind, after) in enumerate(steps)
     ]
-    assert in_words(chain) == "zed blackout -> zed FAILED -> goto LOST"
-    assert in_words([]) == ""
+    assert chain_text(chain) == "zed blackout -> zed FAILED -> goto LOST"
+    assert chain_text([]) == ""
 
 
 def test_of_a_long_chain_the_root_and_the_nearest_causes_are_told() -> None:
     """Nothing is left out where saying so would take as much room."""
     for length in range(20):
         causes = [f"cause {number}" for number in range(length)]
-        told = abridged(causes)
+        told = abridge(causes)
         left_out = [cause for cause in causes if cause not in told]
         assert told[:1] == causes[:1]
         assert told[-NEAREST:] == causes[-NEAREST:]
@@ -133,7 +133,7 @@ def test_a_chain_ends_at_what_was_not_seen_and_in_a_circle() -> None:
 
 def test_unchanged_resources_keep_their_initial_state() -> None:
     lanes = History.of(STORY.records, (), SKILLSET).lanes
-    assert lanes["battery_status"] == (Span("NORMAL", 0.0, None),)
+    assert lanes["battery_status"] == (StateSpan("NORMAL", 0.0, None),)
     assert [span.state for span in lanes["zed_status"]] == ["UNKNOWN", "OK", "FAILED"]
 
 

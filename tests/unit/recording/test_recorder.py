@@ -160,7 +160,7 @@ def test_a_viewer_that_is_gone_at_the_end_is_no_failure(
 
     monkeypatch.setattr(rr.RecordingStream, "flush", flush)
     record(tell(), tmp_path)
-    assert "did not get the end" in caplog.text
+    assert "did not receive the end" in caplog.text
     assert states_of(tmp_path, "/skills/02_zed_depthmap") == {6.2: "RI", 20.53: ""}
 
 

@@ -13,11 +13,12 @@ from skillwing.dsl import parse
 from skillwing.dsl.expressions import And, Comparison, Environment, Expression, Implies, Name, Not, Or, Symbol, evaluate
 from skillwing.dsl.model import Precondition, Predicate, Resource, Skill, Skillset
 from skillwing.services.history.history import History
-from skillwing.services.history.refusal_causes import obstacles
-from skillwing.services.history.report import as_markdown, make_report
-from skillwing.services.history.wording import in_words
+from skillwing.services.history.refusal_causes import refusal_causes
+from skillwing.services.history.report import make_report
+from skillwing.services.history.wording import chain_text
 from skillwing.services.mocking import MockRun, MockScript
 from skillwing.services.protocol import GoalStatus, RecordKind, State
+from skillwing.services.report.rendering import as_markdown
 from skillwing.services.testing import GoalUnderTest, SkillsetInProcess
 
 CRANE = parse(
@@ -103,9 +104,9 @@ def test_the_chain_is_told_by_records_that_name_each_other(crane: SkillsetInProc
     chain = crane.history.chain(record)
     assert [each.id for each in chain[:-1]] == [each.cause for each in chain[1:]]
     part = crane.history.part(crane.now() - 1.0)
-    assert in_words(part.chain(record)) == in_words(chain)
+    assert chain_text(part.chain(record)) == chain_text(chain)
     for stranger in (None, Skillset("crane")):
-        assert in_words(History.of(crane.history.records, (), stranger).chain(record)) == "turn NR"
+        assert chain_text(History.of(crane.history.records, (), stranger).chain(record)) == "turn NR"
 
 
 def test_the_report_tells_it(crane: SkillsetInProcess) -> None:
@@ -135,8 +136,8 @@ def test_a_start_effect_that_cannot_be_applied_counts() -> None:
         """
     )
     arm = {(RecordKind.RESOURCE, "arm")}
-    assert obstacles(eager, "reach", {"arm": "BROKEN", "lamp": "OFF"}, ()) == arm
-    assert obstacles(eager, "reach", {"arm": "FREE", "lamp": "OFF"}, ()) == frozenset()
+    assert refusal_causes(eager, "reach", {"arm": "BROKEN", "lamp": "OFF"}, ()) == arm
+    assert refusal_causes(eager, "reach", {"arm": "FREE", "lamp": "OFF"}, ()) == frozenset()
 
 
 RESOURCES = tuple(Resource(name, ("A", "B", "C"), "A", ()) for name in ("x", "y", "z"))
@@ -158,7 +159,7 @@ GUARDS: st.SearchStrategy[Expression] = st.recursive(
 def test_there_is_an_obstacle_exactly_where_the_guard_fails(guard: Expression, states: dict[str, str]) -> None:
     """And if changing one resource would do, it is one of those that are told."""
     skill = Skill("s", preconditions=Precondition((Predicate("guard", "resource", guard),)))
-    found = obstacles(Skillset("k", resources=RESOURCES, skills=(skill,)), "s", states, ())
+    found = refusal_causes(Skillset("k", resources=RESOURCES, skills=(skill,)), "s", states, ())
     assert bool(found) != evaluate(guard, Environment(resources=states))
     if found:
         would_do = {

@@ -14,17 +14,14 @@ from synthetic_mission import MISSION, SKILLSET, tell
 from skillwing.services.history.history import History
 from skillwing.services.history.report import (
     REPORT_FILE,
-    REPORT_TEXT_FILE,
-    Coverage,
+    MapCoverage,
+    MissionReport,
     ProcessEntry,
-    Report,
-    figures,
     make_report,
     read_report,
-    summary_table,
-    write_report,
 )
 from skillwing.services.protocol import Record, RecordKind
+from skillwing.services.report.rendering import REPORT_TEXT_FILE, figures, summary_table, write_report
 
 KEYS = {
     "mission",
@@ -47,7 +44,7 @@ def history() -> History:
     return History.of(story.records, story.statuses, SKILLSET)
 
 
-def full_report() -> Report:
+def full_report() -> MissionReport:
     return make_report(
         history(),
         mission=MISSION,
@@ -55,12 +52,12 @@ def full_report() -> Report:
         wall_time_s=20.0,
         collisions=0,
         min_clearance_m=2.345678,
-        coverage=Coverage(all=0.871, buildings=0.9, terrain=0.8),
+        coverage=MapCoverage(all=0.871, buildings=0.9, terrain=0.8),
         processes=[ProcessEntry(name="sim", state="stopped"), ProcessEntry(name="guidance", state="died", detail="-9")],
     )
 
 
-def on_terminal(report: Report) -> str:
+def on_terminal(report: MissionReport) -> str:
     console = Console(file=io.StringIO(), width=100)
     console.print(summary_table(report))
     assert isinstance(console.file, io.StringIO)
@@ -123,7 +120,7 @@ def test_a_run_that_left_nothing_is_unfinished_and_claims_no_figures() -> None:
     report = make_report(History(), mission=MISSION)
     assert report.result == "unfinished"
     assert (report.collisions, report.min_clearance_m, report.real_time_factor) == (None, None, None)
-    assert report.coverage == Coverage(all=None, buildings=None, terrain=None)
+    assert report.coverage == MapCoverage(all=None, buildings=None, terrain=None)
     assert on_terminal(report).count("not known") == 7
 
 
@@ -173,4 +170,4 @@ def test_why_a_mission_failed_stands_first_as_a_sentence(tmp_path: Path, text: s
 
 
 def test_the_schema_knows_no_more_than_the_file() -> None:
-    assert {field.encode_name for field in msgspec.structs.fields(Report)} == KEYS
+    assert {field.encode_name for field in msgspec.structs.fields(MissionReport)} == KEYS

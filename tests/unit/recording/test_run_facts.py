@@ -8,10 +8,10 @@ import msgspec
 import pytest
 
 from skillwing.m600.robot import ROBOT
-from skillwing.services.commands.report import write_reports
 from skillwing.services.history.files import TIMELINE_FILE, JsonLines
 from skillwing.services.protocol import Record, RecordKind
-from skillwing.services.recording.run_facts import RUN_FILE, RunFacts, other_version, read_facts, write_facts
+from skillwing.services.recording.run_facts import RUN_FILE, RunFacts, read_facts, version_note, write_facts
+from skillwing.services.report.run_reports import write_reports
 
 FACTS = RunFacts(robot=ROBOT.name, skillset=str(ROBOT.skillset))
 OLD = "0123456789abcdef"
@@ -35,8 +35,8 @@ def test_a_run_tells_which_version_of_its_skillset_was_run(tmp_path: Path) -> No
 def test_it_is_said_where_the_skillset_that_is_here_is_another_one(tmp_path: Path) -> None:
     skillset = ROBOT.load_skillset()
     for schema in (None, skillset.schema_hash):
-        assert other_version(flown_elsewhere(tmp_path, schema), skillset) is None
-    said = other_version(flown_elsewhere(tmp_path, OLD), skillset)
+        assert version_note(flown_elsewhere(tmp_path, schema), skillset) is None
+    said = version_note(flown_elsewhere(tmp_path, OLD), skillset)
     assert said is not None and all(word in said for word in (OLD, skillset.schema_hash, str(ROBOT.skillset)))
 
 

@@ -10,7 +10,7 @@ from synthetic_mission import MISSION, SKILLSET, tell
 from skillwing.services.history.history import History
 from skillwing.services.history.report import make_report
 from skillwing.services.protocol import Record, RecordKind
-from skillwing.services.report.run_reports import Flight, flights_of
+from skillwing.services.report.run_reports import MissionInterval, mission_intervals
 
 
 def phase(t: float, mission: str, before: str, after: str) -> Record:
@@ -29,23 +29,23 @@ def test_missions_come_one_after_the_other() -> None:
         phase(15.0, "mapping", "RUNNING", "ABORTED"),
         phase(20.0, "patrol", "IDLE", "RUNNING"),
     ]
-    assert flights_of(records) == (
-        Flight(1, "mapping", 1.0, 9.0),
-        Flight(2, "mapping", 12.0, 15.0),
-        Flight(3, "patrol", 20.0, None),
+    assert mission_intervals(records) == (
+        MissionInterval(1, "mapping", 1.0, 9.0),
+        MissionInterval(2, "mapping", 12.0, 15.0),
+        MissionInterval(3, "patrol", 20.0, None),
     )
 
 
 @pytest.mark.parametrize("second", ["mapping", "patrol"])
 def test_a_mission_that_was_killed_is_over_just_before_the_next_one_begins(second: str) -> None:
     records = [phase(1.0, "mapping", "IDLE", "RUNNING"), phase(5.0, second, "IDLE", "RUNNING")]
-    first, following = flights_of(records)
-    assert first == Flight(1, "mapping", 1.0, math.nextafter(5.0, 0.0))
-    assert following == Flight(2, second, 5.0, None)
+    first, following = mission_intervals(records)
+    assert first == MissionInterval(1, "mapping", 1.0, math.nextafter(5.0, 0.0))
+    assert following == MissionInterval(2, second, 5.0, None)
 
 
 def test_a_mission_that_never_began_has_an_end() -> None:
-    assert flights_of([phase(30.0, "mapping", "IDLE", "FAILED")]) == (Flight(1, "mapping", 30.0, 30.0),)
+    assert mission_intervals([phase(30.0, "mapping", "IDLE", "FAILED")]) == (MissionInterval(1, "mapping", 30.0, 30.0),)
 
 
 def test_a_part_of_a_history_counts_from_its_beginning_and_knows_older_causes() -> None:

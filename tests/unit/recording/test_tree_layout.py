@@ -22,10 +22,10 @@ def trees(draw: st.DrawFn) -> list[TreeNode]:
 @given(trees())
 def test_each_node_has_a_row_below_its_parent_and_is_indented(nodes: list[TreeNode]) -> None:
     layout = lay_out(nodes)
-    assert sorted(place.y / layout.row - 0.5 for place in layout.places) == pytest.approx(list(range(len(nodes))))
-    for node, place in zip(nodes, layout.places, strict=True):
+    assert sorted(place.y / layout.row - 0.5 for place in layout.boxes) == pytest.approx(list(range(len(nodes))))
+    for node, place in zip(nodes, layout.boxes, strict=True):
         if node.parent is not None:
-            parent = layout.places[node.parent]
+            parent = layout.boxes[node.parent]
             assert (place.left, place.y) > (parent.left, parent.y)
     assert len(layout.branches) == len(nodes) - 1
 
@@ -34,7 +34,7 @@ def test_each_node_has_a_row_below_its_parent_and_is_indented(nodes: list[TreeNo
 def test_rows_are_in_the_order_of_ticking(nodes: list[TreeNode]) -> None:
     """Between a node and its next sibling stand its descendants and nobody else."""
     layout = lay_out(nodes)
-    rows = sorted(zip(nodes, layout.places, strict=True), key=lambda item: item[1].y)
+    rows = sorted(zip(nodes, layout.boxes, strict=True), key=lambda item: item[1].y)
     open_branch: list[int] = []
     for node, _ in rows:
         while open_branch and open_branch[-1] != node.parent:
@@ -45,7 +45,7 @@ def test_rows_are_in_the_order_of_ticking(nodes: list[TreeNode]) -> None:
 
 def test_a_large_tree_fits_the_panel_too() -> None:
     nodes = [TreeNode(index, None if index == 0 else 0, "n", "Sequence", "RUNNING") for index in range(100)]
-    assert max(place.y for place in lay_out(nodes).places) <= ROWS * ROW
+    assert max(place.y for place in lay_out(nodes).boxes) <= ROWS * ROW
 
 
 def test_a_branch_opens_when_it_is_visited_and_stays_open() -> None:
@@ -92,7 +92,7 @@ def test_what_is_shown_hangs_together(nodes: list[TreeNode], ticks: list[list[st
 
 
 def test_an_empty_tree_has_no_size() -> None:
-    assert lay_out([]).places == ()
+    assert lay_out([]).boxes == ()
 
 
 def test_what_is_not_a_tree_is_refused() -> None:

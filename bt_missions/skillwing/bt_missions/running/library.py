@@ -10,7 +10,7 @@ from skillwing.bt_missions.running.python_file import load_python_mission
 from skillwing.bt_missions.xml.mission import load_mission
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.errors import InvalidOptionError
-from skillwing.services.user_code_errors import load_failure
+from skillwing.services.user_code_errors import load_error_message
 
 ENTRY_POINTS = "skillwing.missions"
 
@@ -54,5 +54,5 @@ def find_draft(name: str) -> Mission:
     try:
         return found[name].load()
     except (Exception, SystemExit) as error:  # what somebody else installs may fail in any way
-        told = load_failure(found[name].module, error)
+        told = load_error_message(found[name].module, error)
         raise InvalidOptionError("mission", f"`{name}` is installed as `{found[name].value}`, but {told}") from error

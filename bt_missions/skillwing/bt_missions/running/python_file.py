@@ -11,7 +11,7 @@ from types import CodeType, ModuleType
 from skillwing.bt_missions.checking.misfit import FaultyMissionError, Misfit
 from skillwing.bt_missions.running.mission import Mission
 from skillwing.bt_missions.running.source_file import read_source, refuse_if_not_utf8
-from skillwing.services.user_code_errors import failure, import_failure
+from skillwing.services.user_code_errors import exception_message, import_error_message
 
 ATTRIBUTE = "MISSION"
 """What the file calls its mission."""
@@ -45,8 +45,8 @@ def failure_in(file: Path | None, error: BaseException, when: str) -> Misfit:
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(file)]
     place = f"{file}:{frames[-1].lineno}" if frames else file and str(file)
     if isinstance(error, ImportError):
-        return Misfit(import_failure(error, told_at=place or ""), place)
-    return Misfit(failure(error, when=f" {when}"), place)
+        return Misfit(import_error_message(error, after=place or ""), place)
+    return Misfit(exception_message(error, when=f" {when}"), place)
 
 
 def _compiled(file: Path) -> CodeType:
@@ -58,7 +58,7 @@ def _compiled(file: Path) -> CodeType:
         # Of a file as a whole some Pythons tell line -1.
         known = takewhile(lambda number: number is not None and number > 0, (error.lineno, error.offset))
         place = ":".join(map(str, (file, *known)))
-        raise FaultyMissionError([Misfit(f"This is no Python: {error.msg}. Mend it.", place)]) from error
+        raise FaultyMissionError([Misfit(f"This is no Python: {error.msg}. Fix it.", place)]) from error
     except ValueError as error:
         refuse_if_not_utf8(content, file)
         raise FaultyMissionError([Misfit("This is no Python: there is a zero byte in it.", str(file))]) from error

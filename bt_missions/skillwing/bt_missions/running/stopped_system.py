@@ -8,7 +8,7 @@ from skillwing.services.bus import Bus
 from skillwing.services.client.connection import Target
 from skillwing.services.processes.run_state import read_run_state
 
-LOOK_PERIOD = 0.1
+CHECK_PERIOD = 0.1
 """Wall seconds; `up` says that it ends before it ends anything."""
 
 
@@ -23,6 +23,6 @@ def when_stopped(bus: Bus, target: Target, act: Callable[[], None]) -> None:
         if state is None or state.pid != target.pid:
             act()
         else:
-            bus.after(LOOK_PERIOD, look, wall=True)
+            bus.after(CHECK_PERIOD, look, wall=True)
 
     look()

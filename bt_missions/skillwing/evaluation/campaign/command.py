@@ -27,7 +27,7 @@ from skillwing.evaluation.campaign.recordings import begin_recording, is_recorde
 from skillwing.evaluation.campaign.telling import Found, line_of, print_summary, tell, words
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.processes.run_options import LARGEST_SEED
-from skillwing.services.processes.stop_signal import Ending, ended_by_signals
+from skillwing.services.processes.stop_signal import StopSignal, stop_on_signals
 from skillwing.services.terminal.cli import INTERRUPTED
 from skillwing.services.terminal.completion import missions
 from skillwing.services.terminal.doc_sections import PageError
@@ -119,14 +119,14 @@ def campaign(
     console = make_console()
     shown = Console(quiet=True) if as_json else console
     called_off = False
-    with closing(Ledger(folder, resume=resume)) as ledger, ended_by_signals() as ending:
+    with closing(Ledger(folder, resume=resume)) as ledger, stop_on_signals() as stop:
         ledger.require(plans)
         flying = FlyingCode()
         claim(folder, flying.code, begun=bool(ledger.results))
         found = Found(ledger.results, earlier)
         try:
-            _fly(plans, ledger, flying, found.lost, at_once, record=record, console=shown, ending=ending)
-            _record_worst(ledger, flying, worst, found, at_once, shown, ending)
+            _fly(plans, ledger, flying, found.lost, at_once, record=record, console=shown, stop=stop)
+            _record_worst(ledger, flying, worst, found, at_once, shown, stop)
         except KeyboardInterrupt:
             called_off = True
             shown.print("Called off. Go on with --resume.", style="red")
@@ -217,7 +217,7 @@ def _fly(
     *,
     record: bool,
     console: Console,
-    ending: Ending,
+    stop: StopSignal,
 ) -> None:
     """Fly what has not been flown. What comes to no end is added to `lost`."""
     flown = {result.plan.name for result in ledger.results}
@@ -229,7 +229,7 @@ def _fly(
         return begin_recording(ledger.folder, plan) if record else None
 
     with Crew(jobs) as crew:
-        for count, result in enumerate(flying.kept(crew.fly(missing, run_dir, ending.look)), start=1):
+        for count, result in enumerate(flying.kept(crew.fly(missing, run_dir, stop.check)), start=1):
             if isinstance(result, LostFlight):
                 lost.append(result)
             else:
@@ -246,7 +246,7 @@ def _record_worst(
     found: Found,
     jobs: int,
     console: Console,
-    ending: Ending,
+    stop: StopSignal,
 ) -> None:
     """Fly the worst flights again with the recorder. `found` gets those that were not the same again, or are lost."""
     chosen = worst_of(ledger.results, count)
@@ -256,7 +256,7 @@ def _record_worst(
     console.print(f"Flying the {len(before)} worst flights again, recorded.")
     with Crew(jobs) as crew:
         plans = [each.plan for each in before.values()]
-        flights = crew.fly(plans, lambda plan: begin_recording(ledger.folder, plan), ending.look)
+        flights = crew.fly(plans, lambda plan: begin_recording(ledger.folder, plan), stop.check)
         for again in flying.kept(flights):
             told = Text(f"  {ledger.folder / again.plan.name}")
             if isinstance(again, LostFlight):

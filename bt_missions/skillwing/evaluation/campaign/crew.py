@@ -18,11 +18,11 @@ import msgspec
 
 from skillwing.evaluation.campaign.plan import FlightPlan
 from skillwing.evaluation.campaign.result import FlightResult
-from skillwing.services.processes.single_threaded import SINGLE_THREADED
+from skillwing.services.processes.child import SINGLE_THREADED
 
 LONGEST = 3600.0
 """Wall seconds after which a flight's process is taken for hung and killed."""
-LOOK_PERIOD = 0.2
+CHECK_PERIOD = 0.2
 """Wall seconds between two looks whether the campaign is called off."""
 WORKER = (sys.executable, "-m", "skillwing.evaluation.campaign.worker")
 """The command of a flight's process; plan and run directory come behind it."""
@@ -78,7 +78,7 @@ class Crew:
             if not flying:
                 return
             look()
-            done, flying = wait(flying, LOOK_PERIOD, FIRST_COMPLETED)
+            done, flying = wait(flying, CHECK_PERIOD, FIRST_COMPLETED)
             yield from (future.result() for future in done)
 
     def _fly(self, plan: FlightPlan, run_dir: Path | None) -> FlightResult | LostFlight:

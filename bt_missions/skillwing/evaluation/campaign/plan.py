@@ -13,7 +13,7 @@ import msgspec
 
 from skillwing.evaluation.campaign.besides import ROOT, name_in_repository
 from skillwing.evaluation.campaign.conditions import Condition, draw
-from skillwing.m600.briefing import inspection_options, mapping_options
+from skillwing.m600.mission_context import inspection_options, mapping_options
 from skillwing.services.errors import InvalidOptionError
 from skillwing.sim_mujoco.world.kinds import make_site
 from skillwing.sim_mujoco.world.site import Site

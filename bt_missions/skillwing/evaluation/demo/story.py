@@ -78,7 +78,7 @@ def _inspection(seed: int, *, fault: bool, fault_at: float | None) -> Story:
 
 
 def _by_scenario(story: Story, path: Path) -> Story:
-    from skillwing.m600.briefing import check_scenario  # noqa: PLC0415 - loads numpy
+    from skillwing.m600.mission_context import check_scenario  # noqa: PLC0415 - loads numpy
 
     check_scenario(path)
     robot = {name: value for name, value in story.robot.items() if name not in ("faults", "link")}

@@ -30,7 +30,7 @@ NEWS = 1.5
 """The ground's last report counts for so long; it comes over the link, four times a second [s]."""
 PATIENCE = 4.0
 """Without a status for this long the video process is gone [s]."""
-LOOK_PERIOD = 0.25
+CHECK_PERIOD = 0.25
 LINK = KEYS.resource("link_status")
 
 
@@ -58,7 +58,7 @@ class StreamManager(AbstractStreamManager):
         self._encoder.follow()
         begun = self.bus.now()
         shortfall = Shortfall(begun + SETTLING)
-        self._watch = self.bus.every(LOOK_PERIOD, lambda: self._judge(goal, begun, shortfall))
+        self._watch = self.bus.every(CHECK_PERIOD, lambda: self._judge(goal, begun, shortfall))
         self._video.on(goal)
 
     def progress(self, goal: Goal[StreamInputs]) -> StreamFeedback | None:

@@ -1,4 +1,4 @@
-"""Reading a skill's inputs from words: `height=5`, `target=10,5,4`, `target.x=10`, `target={"x": 10}`."""
+"""A skill's inputs as words: `height=5`, `target=10,5,4`, `target.x=10`, `target={"x": 10}`."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from skillwing.services.errors import InvalidInputError
 
 TRUTHS = {"true": True, "false": False}
 MOST_SHOWN = 80
-"""Letters of what was typed that are shown again."""
+"""Letters of a word that a message repeats."""
 
 
 class MalformedValueError(Exception):
-    """A text that does not stand for a value of its type; `str()` says what it would have to be."""
+    """A text that is no value of its type; `str()` describes the expected form."""
 
 
 def parse_inputs(skill: Skill, words: Sequence[str]) -> dict[str, Any]:
-    """The inputs that words of the form NAME=VALUE give, typed as the skill declares them.
+    """The inputs in words of the form NAME=VALUE, with the types that the skill declares.
 
-    Structures and arrays are written as values separated by commas, as JSON, or field by field. Raises
-    InvalidInputError with a sentence for each word that cannot be read, and for each input that is missing besides.
-    Where every word can be read, what is missing or out of range is for others to judge.
+    Structures and arrays are values separated by commas, JSON, or field by field. Raises InvalidInputError with a
+    sentence for each word that cannot be read, and then also for each missing input. If all words can be read, missing
+    inputs and ranges are checked elsewhere.
     """
     values: dict[str, Any] = {}
     problems: dict[str, str] = {}
@@ -61,13 +61,13 @@ def parse_inputs(skill: Skill, words: Sequence[str]) -> dict[str, Any]:
     return values
 
 
-def _unfit(skill: Skill, values: dict[str, Any], told: Collection[str]) -> dict[str, str]:
-    """What is wrong with values besides their ranges. told: places of which, or of a part of which, that is said."""
+def _unfit(skill: Skill, values: dict[str, Any], reported: Collection[str]) -> dict[str, str]:
+    """Problems of values except for their ranges. reported: paths that have, or contain, a reported problem."""
     _, found = fit_fields(skill.inputs, values)
     return {
         each.path: each.sentence
         for each in found
-        if each.kind != "range" and not any(f"{path}.".startswith(f"{each.path}.") for path in told)
+        if each.kind != "range" and not any(f"{path}.".startswith(f"{each.path}.") for path in reported)
     }
 
 
@@ -82,7 +82,7 @@ def _type_at(field: Field, path: Sequence[str]) -> Type | None:
 
 
 def _put(values: dict[str, Any], path: Sequence[str], value: Any) -> bool:
-    """Put a value at its place in nested mappings; False if something is there already."""
+    """Put a value at its place in nested mappings; False for a place that is taken."""
     *parents, last = path
     for name in parents:
         inner = values.setdefault(name, {})
@@ -96,7 +96,7 @@ def _put(values: dict[str, Any], path: Sequence[str], value: Any) -> bool:
 
 
 def read_value(text: str, kind: Type, path: str) -> Any:
-    """The value that a text stands for. Raises MalformedValueError; `path` is what it calls the value."""
+    """The value of a text. Raises MalformedValueError. path: name of the value in messages."""
     match kind:
         case ScalarType():
             return _read_scalar(text, kind)
@@ -142,7 +142,7 @@ def _read_json(text: str, kind: Type) -> Any:
 
 
 def _wrong_in(text: str) -> str:
-    """What is wrong in a text that is no JSON; Python's own reader takes more, and tells the place."""
+    """The error in a text that is no JSON. Python's own reader accepts more, and gives the place."""
     try:
         json.loads(text, parse_int=_finite, parse_float=_finite, parse_constant=_finite)
     except json.JSONDecodeError as error:
@@ -153,7 +153,8 @@ def _wrong_in(text: str) -> str:
 
 
 def _finite(number: str) -> float:
-    """Also of `NaN` and `Infinity`, which Python writes, and of numbers that are too large for a computer's."""
+    """A finite number; raises for `NaN` and `Infinity`, which Python accepts, and for numbers beyond a float's
+    range."""
     value = float(number)
     if not math.isfinite(value):
         raise MalformedValueError(f"finite numbers only, and `{_shown(number)}` is none")

@@ -37,8 +37,8 @@ def down(robot: RobotOption = None) -> None:
         _wait_for_end(state.pid, state.pid_started)
     remove_run_state(state.robot)
     typer.echo(f"{state.robot} has stopped.")
-    if state.unfinished:
-        typer.echo(state.unfinished)
+    if state.active_work:
+        typer.echo(state.active_work)
 
 
 def _wait_for_end(pid: int, pid_started: str, patience: float = PATIENCE) -> bool:

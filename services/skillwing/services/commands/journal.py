@@ -13,13 +13,20 @@ from rich.text import Text
 from skillwing.services.client.connection import find_target
 from skillwing.services.core.kept import Kept
 from skillwing.services.errors import NoSystemError
+from skillwing.services.history.wording import time_text
 from skillwing.services.journal.journal import look_into
 from skillwing.services.journal.schema import Identity
 from skillwing.services.names import JOURNAL_FILE
 from skillwing.services.protocol import Ended, GoalVerdict, Lost, NotReady, Record, Terminal, Violated
 from skillwing.services.terminal.connection import JsonOption
-from skillwing.services.terminal.output import make_console, print_json, print_table, state_text, value_text
-from skillwing.services.terminal.records import print_records, time_text
+from skillwing.services.terminal.output import (
+    make_console,
+    print_json,
+    print_records,
+    print_table,
+    state_text,
+    value_text,
+)
 
 OUTCOMES = 10
 """Goals that are over and shown."""

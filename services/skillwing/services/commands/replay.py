@@ -10,14 +10,14 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
+from skillwing.services.history.wording import time_text
 from skillwing.services.names import STEPS_FOLDER
-from skillwing.services.recording.run_facts import lacking
+from skillwing.services.recording.run_facts import missing_run_file
 from skillwing.services.replay.replaying import Divergence, Replayed, replay_folder
 from skillwing.services.replay.wording import answer_in_words, asked_in_words
 from skillwing.services.terminal.connection import JsonOption
 from skillwing.services.terminal.exit_codes import FAILED
 from skillwing.services.terminal.output import make_console, print_json, value_text
-from skillwing.services.terminal.records import time_text
 
 DIFFERENCES_SHOWN = 6
 LONGEST_VALUE = 70
@@ -35,7 +35,7 @@ def replay(
     Exit codes: 0 every answer is the same, 1 one is not, 2 no such run, or one that cannot be replayed.
     """
     if not (run / STEPS_FOLDER).is_dir():
-        raise lacking(run, STEPS_FOLDER)
+        raise missing_run_file(run, STEPS_FOLDER)
     replayed = replay_folder(run / STEPS_FOLDER)
     if as_json:
         print_json(_facts(replayed))

@@ -14,15 +14,14 @@ from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.client.inputs import parse_inputs
 from skillwing.services.errors import RefusedError, SkillwingError, UnansweredError
 from skillwing.services.names import skill_process
-from skillwing.services.processes.stop_signal import Ending
-from skillwing.services.protocol import Ending as GoalEnding
-from skillwing.services.protocol import State, Terminal
+from skillwing.services.processes.stop_signal import StopSignal
+from skillwing.services.protocol import Ending, State, Terminal
 from skillwing.services.terminal import completion
 from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.terminal.exit_codes import OK, exit_code_of_end
 from skillwing.services.terminal.output import end_text, make_console, print_json, value_text
-from skillwing.services.terminal.start_advice import way_out_of_busy, ways_out
-from skillwing.services.terminal.system_state import running_skills, situation
+from skillwing.services.terminal.start_advice import busy_advice, start_advice
+from skillwing.services.terminal.system_state import running_skills, system_state
 
 SILENCE = 2.0
 """Seconds without a word from a manager that seems to live, after which the user is told why nothing happens."""
@@ -80,11 +79,13 @@ def start(
 def _advice(system: System, skill: str, terminal: Terminal) -> list[str]:
     """How a skill that was refused can be made to start; nothing where nobody tells how the resources are."""
     try:
-        if terminal.ending is GoalEnding.NOT_READY:
-            return list(ways_out(system.skillset, system.skillset.skill(skill), terminal.failing, situation(system)))
-        if terminal.ending is GoalEnding.BUSY:
+        if terminal.ending is Ending.NOT_READY:
+            return list(
+                start_advice(system.skillset, system.skillset.skill(skill), terminal.failing, system_state(system))
+            )
+        if terminal.ending is Ending.BUSY:
             running = running_skills(system, system.alive())
-            return [way_out_of_busy(skill, running[skill])] if skill in running else []
+            return [busy_advice(skill, running[skill])] if skill in running else []
     except (UnansweredError, RefusedError):
         pass
     return []
@@ -104,14 +105,14 @@ def follow_to_end(
 
     Another one, which is no repetition of the first, raises KeyboardInterrupt and leaves the goal alone.
     """
-    ending = Ending(bus.wall)
+    stop = StopSignal(bus.wall)
 
     def on_signal(number: int, frame: object) -> None:
-        if not ending.told:
-            bus.post(stop)
-        ending.note()
+        if not stop.received:
+            bus.post(interrupt_goal)
+        stop.receive()
 
-    def stop() -> None:
+    def interrupt_goal() -> None:
         if console is not None:
             console.print("Interrupting; Ctrl-C again leaves the goal to itself.")
         interrupt(goal)

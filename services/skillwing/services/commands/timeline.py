@@ -14,10 +14,9 @@ from skillwing.services.errors import InvalidOptionError
 from skillwing.services.history.files import TIMELINE_FILE, read_goals, read_records
 from skillwing.services.history.history import History
 from skillwing.services.protocol import Record, RecordKind
-from skillwing.services.recording.run_facts import lacking, other_version, read_facts
+from skillwing.services.recording.run_facts import missing_run_file, read_facts, version_note
 from skillwing.services.terminal.connection import JsonOption
-from skillwing.services.terminal.output import make_console, print_json
-from skillwing.services.terminal.records import print_records
+from skillwing.services.terminal.output import make_console, print_json, print_records
 
 KINDS = tuple(kind.value for kind in RecordKind)
 LONGEST_FLIGHT = 1e8
@@ -53,7 +52,7 @@ def timeline(
     history = History.of(read_records(run), read_goals(run), skillset)
     records = [history.explained(record) for record in history.records]
     if not records:
-        raise lacking(run, TIMELINE_FILE)
+        raise missing_run_file(run, TIMELINE_FILE)
     if png is not None:
         _draw(history, run, png, () if skillset is None else skillset.resources)
         return
@@ -88,7 +87,7 @@ def _skillset_of(run: Path) -> Skillset | None:
         skillset = load(Path(facts.skillset))
     except (InvalidOptionError, SkillsetError, OSError):
         return None
-    if (remark := other_version(facts, skillset)) is not None:
+    if (remark := version_note(facts, skillset)) is not None:
         typer.echo(remark, err=True)
     return skillset
 

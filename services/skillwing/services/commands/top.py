@@ -15,8 +15,8 @@ from rich.text import Text
 
 from skillwing.services.bus import Answer, Answered, Unanswered
 from skillwing.services.bus.reading import message_reader
-from skillwing.services.processes.process_monitor import Entry
-from skillwing.services.processes.process_state import Condition
+from skillwing.services.processes.process_monitor import ProcessStatus
+from skillwing.services.processes.process_state import ProcessCondition
 from skillwing.services.protocol import (
     GoalProgress,
     GoalStatus,
@@ -30,7 +30,7 @@ from skillwing.services.protocol import (
 )
 from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.terminal.keyboard import when_pressed
-from skillwing.services.terminal.live_state import Present, ResourceNow, SkillNow
+from skillwing.services.terminal.live_state import LiveState, ResourceNow, SkillNow
 from skillwing.services.terminal.output import (
     DOES_NOT_ANSWER,
     end_text,
@@ -95,10 +95,10 @@ class SystemTop:
 
     def __init__(self, system: System) -> None:
         self._system = system
-        self._present = Present()
+        self._present = LiveState()
         self._states: ResourceStates | None = None
         self._alive: set[str] = set()
-        self._entries: list[Entry] = []
+        self._processes: list[ProcessStatus] = []
         self._cpu: dict[str, float] = {}
         self._used: dict[int, tuple[float, float]] = {}
         self._silent: set[str] = set()
@@ -122,11 +122,11 @@ class SystemTop:
             on_answer = partial(self._on_goal, skill.name)
             self._unheard += 1
             system.bus.ask(system.keys.goal(skill.name), encode(QueryGoal()), on_answer)
-        self._entries = system.entries(self._alive)
+        self._processes = system.process_statuses(self._alive)
         now = time.monotonic()
         shares: dict[str, float] = {}
         used: dict[int, tuple[float, float]] = {}
-        for entry in self._entries:
+        for entry in self._processes:
             pid = entry.state.pid
             if pid is None or entry.used is None:
                 continue
@@ -171,18 +171,18 @@ class SystemTop:
 
     def picture(self, height: int | None = None) -> RenderableType:
         """Three tables, one above the other. On a screen of that height what is well and at rest gives way."""
-        skills, resources, entries = list(self._skills()), list(self._resources()), self._entries
+        skills, resources, entries = list(self._skills()), list(self._resources()), self._processes
         if height is not None and height < FRAME + len(skills) + len(resources) + len(entries):
             skills = [skill for skill in skills if skill.goal_id is not None or skill.last is not None]
             entries = busiest(entries, self._cpu, height - FRAME - len(skills) - len(resources))
         target = self._system.target
         time_of_robot = "" if target.clock == "wall" else f" at {self._now:.1f} s"
         title = Text.assemble((f"{target.robot}{' (mock)' if target.mock else ''}{time_of_robot}", "bold"))
-        measured = any(entry.used is not None for entry in self._entries)
+        measured = any(entry.used is not None for entry in self._processes)
         use = f"   CPU {sum(self._cpu.values()):.0f} % of a core" if measured else ""
         title.append(f"   {target.endpoint}{use}", style="dim")
-        if len(entries) < len(self._entries):
-            title.append(f"   {len(self._entries) - len(entries)} more processes", style="dim")
+        if len(entries) < len(self._processes):
+            title.append(f"   {len(self._processes) - len(entries)} more processes", style="dim")
         skill_table = make_table(("SKILL", "STATE", "FOR", "PROGRESS", "ENDED LAST"), right=("FOR",))
         for skill in skills:
             skill_table.add_row(*self._skill_row(skill))
@@ -228,7 +228,7 @@ class SystemTop:
                     "cpu_percent": None if entry.used is None else round(self._cpu.get(entry.state.name, 0.0), 2),
                     "memory_bytes": None if entry.used is None else entry.used.memory,
                 }
-                for entry in self._entries
+                for entry in self._processes
             },
             "skills": {skill.skill: skill for skill in self._skills()},
             "silent_skills": sorted(self._silent),
@@ -236,11 +236,11 @@ class SystemTop:
         }
 
 
-def busiest(entries: Sequence[Entry], cpu: Mapping[str, float], room: int) -> list[Entry]:
+def busiest(entries: Sequence[ProcessStatus], cpu: Mapping[str, float], room: int) -> list[ProcessStatus]:
     """As many processes as there is room for, in their order: those that are not well, then those that use most."""
 
-    def rank(entry: Entry) -> tuple[bool, float]:
-        return entry.condition is Condition.RUNS, -cpu.get(entry.state.name, 0.0)
+    def rank(entry: ProcessStatus) -> tuple[bool, float]:
+        return entry.condition is ProcessCondition.RUNS, -cpu.get(entry.state.name, 0.0)
 
     chosen = sorted(entries, key=rank)[: max(room, FEWEST)]
     return [entry for entry in entries if entry in chosen]

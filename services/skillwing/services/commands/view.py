@@ -12,8 +12,8 @@ import typer
 from rich.console import Console
 
 from skillwing.services.errors import SkillwingError
-from skillwing.services.processes.stop_signal import ended_by_signals
-from skillwing.services.recording.run_facts import lacking
+from skillwing.services.processes.stop_signal import stop_on_signals
+from skillwing.services.recording.run_facts import missing_run_file
 from skillwing.services.terminal.output import make_console
 from skillwing.services.viewer.viewer import Viewer, has_screen, required_program
 
@@ -44,7 +44,7 @@ def view(
     console = make_console()
     kind = viewer or ("native" if has_screen() else "web")
     # Ctrl-C is how a viewer is put away, not a failure.
-    with suppress(KeyboardInterrupt), ended_by_signals() as ending, ending.at_once():
+    with suppress(KeyboardInterrupt), stop_on_signals() as stop, stop.raising():
         _show(kind, recordings, console)
 
 
@@ -67,7 +67,7 @@ def recordings_of(run: Path) -> tuple[Path, ...]:
         return (run,)
     found = sorted(run.glob(RECORDINGS), key=lambda path: (len(path.name), path.name))
     if not found:
-        raise lacking(run, "recording.rrd")
+        raise missing_run_file(run, "recording.rrd")
     return tuple(found)
 
 

@@ -12,7 +12,7 @@ LONGEST_PAUSE = 1.0
 """Seconds between two looks after which it was us who did not run."""
 RECOVERY = 1.0
 """Seconds that others may need longer than we do until they have found their way back to a restarted router."""
-LOOK_PERIOD = 0.25
+CHECK_PERIOD = 0.25
 """Seconds within which `look` has to be called again, so that pauses show."""
 _SHORTEST_DELAY = 0.001
 
@@ -79,7 +79,7 @@ class Leases:
         if not self._leases:
             return None
         earliest = min(_end(lease) for lease in self._leases.values())
-        return min(max(earliest - now, _SHORTEST_DELAY), LOOK_PERIOD)
+        return min(max(earliest - now, _SHORTEST_DELAY), CHECK_PERIOD)
 
 
 def _end(lease: _Lease) -> float:

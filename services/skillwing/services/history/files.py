@@ -1,7 +1,7 @@
-"""The part of a run's record that never fails to be written: JSON lines, one message each, flushed at once.
+"""Files of a run's history: JSON lines, one message each, flushed at once.
 
-`timeline.jsonl` holds every timeline record and `goals.jsonl` every change of a goal. Whatever else dies, they can
-be read up to the last line, so pictures and reports are made from them.
+`timeline.jsonl` holds every timeline record and `goals.jsonl` every change of a goal. They are readable up to the last
+line after every kind of crash, so pictures and reports are made from them.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ M = TypeVar("M", bound=Message)
 
 
 class JsonLines(Generic[M]):
-    """An append-only file of messages, one JSON object a line; on disk when `write` returns.
+    """An append-only file of messages, one JSON object a line, written when `write` returns.
 
-    Where nothing can be written, as on a full disk, that raises PassingError.
+    `write` raises PassingError if it fails, as on a full disk.
     """
 
     def __init__(self, path: Path) -> None:
@@ -48,25 +48,25 @@ class JsonLines(Generic[M]):
         self.close()
 
 
-def mend(path: Path) -> None:
-    """Take away a last line that its writer could not finish, for another one to go on."""
+def repair(path: Path) -> None:
+    """Remove an incomplete last line, so that another writer can continue."""
     if path.exists() and not (content := path.read_bytes()).endswith(b"\n"):
         with path.open("r+b") as file:
             file.truncate(content.rfind(b"\n") + 1)
 
 
 def read_records(run_dir: Path) -> list[Record]:
-    """The timeline records of a run, as they arrived; empty if nothing was recorded."""
+    """The timeline records of a run in order of their arrival; empty without a recording."""
     return read_lines(run_dir / TIMELINE_FILE, Record)
 
 
 def read_goals(run_dir: Path) -> list[GoalStatus]:
-    """The goal changes of a run, as they arrived; empty if nothing was recorded."""
+    """The goal changes of a run in order of their arrival; empty without a recording."""
     return read_lines(run_dir / GOALS_FILE, GoalStatus)
 
 
 def read_lines(path: Path, kind: type[M]) -> list[M]:
-    """Every message of the file. A last line that its writer could not finish is left out."""
+    """All messages of the file, without an incomplete last line."""
     if not path.exists():
         return []
     *lines, unfinished = path.read_bytes().split(b"\n")

@@ -1,7 +1,7 @@
-"""The history of a run, folded from what the managers publish: skill bars, resource lanes, causes and switches.
+"""The history of a run, folded from the managers' messages: skill bars, resource lanes, causes and switches.
 
-Pure: messages go in, in whatever order the network delivers them and as often as it repeats them; the same set of
-messages gives the same history. Times are robot time in seconds.
+Pure: the same set of messages gives the same history, in any order and with any repetition. Times are robot time in
+seconds.
 """
 
 from __future__ import annotations
@@ -15,21 +15,21 @@ from enum import StrEnum
 from msgspec.structs import replace as replaced
 
 from skillwing.dsl.model import Skillset, UnknownNameError
-from skillwing.services.history.refusal_causes import Subject, obstacles
+from skillwing.services.history.refusal_causes import Subject, refusal_causes
 from skillwing.services.protocol import Ending, GoalStatus, Record, RecordKind, State, Terminal
 
 OVER = frozenset({"SUCCEEDED", "FAILED", "ABORTED"})
 """Phases of a mission that is over."""
 PHASES = OVER | {"IDLE", "RUNNING", "PAUSED", "HELD"}
-"""Phases of a mission; a mission record that goes anywhere else is a switch between branches of its tree."""
+"""Phases of a mission. A mission record with any other state is a switch between branches of its tree."""
 NOT_READY = "NOT_READY"
-"""What becomes of a goal whose preconditions fail, in the resource manager's record of it."""
+"""State of a goal whose preconditions fail, in the resource manager's record."""
 STALE = "STALE"
-"""What becomes of a datum of which nothing new is heard."""
+"""State of a datum without new values."""
 
 
-class Outcome(StrEnum):
-    """The colour of a skill bar, as in the paper's timelines."""
+class GoalOutcome(StrEnum):
+    """Outcome of a goal: the colour of its skill bar, as in the paper's timelines."""
 
     RUNNING = "running"
     SUCCESS = "success"
@@ -39,10 +39,10 @@ class Outcome(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class SkillBar:
-    """One goal from the first sign of it to its end. `t_end` and `terminal` are None while it runs.
+    """One goal from its first message to its end. `t_end` and `terminal` are None while it runs.
 
-    `ran`: it got past validation and preconditions. `terminal` is the label of its ending (`S_ARRIVED`, `RI`, `IT`,
-    ...), `reason` a sentence, `record` the id of the timeline record of its last change.
+    ran: it passed validation and preconditions. terminal: label of its ending (`S_ARRIVED`, `RI`, `IT`, ...). reason: a
+    sentence. record: id of the timeline record of its last change.
     """
 
     skill: str
@@ -51,19 +51,19 @@ class SkillBar:
     ran: bool
     t_end: float | None = None
     terminal: str | None = None
-    outcome: Outcome = Outcome.RUNNING
+    outcome: GoalOutcome = GoalOutcome.RUNNING
     reason: str = ""
     record: str | None = None
 
     @property
     def refused(self) -> bool:
-        """The goal ended without having run: its inputs, the preconditions or another goal forbade it."""
+        """True for a goal that ended before it ran: its inputs, the preconditions or another goal prevented it."""
         return self.terminal is not None and not self.ran
 
 
 @dataclass(frozen=True, slots=True)
-class Span:
-    """A resource was in `state` from `t_start` to `t_end` (None: it still is)."""
+class StateSpan:
+    """Interval in which a resource had a state; `t_end` is None for the present one."""
 
     state: str
     t_start: float
@@ -71,8 +71,8 @@ class Span:
 
 
 @dataclass(frozen=True, slots=True)
-class Switch:
-    """The mission changed to another branch of its tree. `chain` leads from the root cause to the switch itself."""
+class BranchSwitch:
+    """Change of a mission to another branch of its tree. chain: records from the root cause to the switch itself."""
 
     t: float
     before: str
@@ -80,22 +80,22 @@ class Switch:
     chain: tuple[Record, ...]
 
 
-def outcome_of(terminal: Terminal) -> Outcome:
+def goal_outcome(terminal: Terminal) -> GoalOutcome:
     if terminal.ending is Ending.INTERRUPTED:
-        return Outcome.INTERRUPTED
-    return Outcome.SUCCESS if terminal.ending is Ending.SUCCEEDED and terminal.success else Outcome.FAILURE
+        return GoalOutcome.INTERRUPTED
+    return GoalOutcome.SUCCESS if terminal.ending is Ending.SUCCEEDED and terminal.success else GoalOutcome.FAILURE
 
 
 def is_switch(record: Record) -> bool:
-    """A mission record that leaves one branch for another. The first choice of a branch leaves none."""
+    """True for a mission record that leaves one branch for another; the first choice of a branch leaves none."""
     return record.kind is RecordKind.MISSION and bool(record.before) and record.after not in PHASES
 
 
 class History:
     """Folds records and goal statuses.
 
-    skillset: of the robot; from it come the resources' initial states, and what a goal that was not ready lacked.
-    Where nobody knows it a history holds what was recorded, and no more.
+    skillset: gives the resources' initial states, and the causes of goals that were not ready. Without it a history
+    holds just what was recorded.
     """
 
     def __init__(self, skillset: Skillset | None = None) -> None:
@@ -122,7 +122,7 @@ class History:
         return history
 
     def add_record(self, record: Record) -> bool:
-        """False if this record was known already."""
+        """Add a record; returns False for a known one."""
         if record.id in self._records:
             return False
         self._records[record.id] = record
@@ -132,12 +132,12 @@ class History:
         return True
 
     def _note_change(self, record: Record) -> None:
-        """Keep the changes of each resource and datum in order: a refusal must not cost a look at the whole history."""
+        """Keep the changes of each resource and datum in order, so that a refusal needs no search of the history."""
         if record.kind in (RecordKind.RESOURCE, RecordKind.DATA):
             insort(self._changes.setdefault((record.kind, record.subject), []), record, key=_moment)
 
     def add_status(self, status: GoalStatus) -> bool:
-        """False if this status was known already."""
+        """Add a status; returns False for a known one."""
         known = self._statuses.setdefault(status.goal_id, [])
         if status in known:
             return False
@@ -145,10 +145,7 @@ class History:
         return True
 
     def part(self, begin: float, end: float = math.inf) -> History:
-        """What happened from `begin` to `end`, in seconds since `begin`.
-
-        What is older can still be named as a cause, at a negative time.
-        """
+        """The history from `begin` to `end`, in seconds since `begin`. Older causes have negative times."""
         states = {name: _state_at(spans, begin) for name, spans in self.lanes.items()}
         part = History(self._skillset)
         part._initial = {name: state for name, state in states.items() if state is not None}
@@ -168,21 +165,21 @@ class History:
 
     @property
     def records(self) -> tuple[Record, ...]:
-        """In order of time; records of the same instant in the order in which their process wrote them."""
+        """Records in order of time; those of the same instant in the order of their process."""
         return tuple(sorted(self._records.values(), key=_moment))
 
     def __contains__(self, goal_id: str) -> bool:
-        """A status of this goal was seen."""
+        """True for a goal with a known status."""
         return goal_id in self._statuses
 
     @property
     def end(self) -> float:
-        """The latest time anything is known of; 0 for an empty history."""
+        """The latest time of all messages; 0 for an empty history."""
         return max(self._times(), default=0.0)
 
     @property
     def first(self) -> float:
-        """The earliest time anything is known of; 0 for an empty history."""
+        """The earliest time of all messages; 0 for an empty history."""
         return min(self._times(), default=0.0)
 
     def _times(self) -> Iterator[float]:
@@ -190,9 +187,9 @@ class History:
         yield from (status.t for known in self._statuses.values() for status in known)
 
     def bar(self, goal_id: str) -> SkillBar:
-        """The bar of a goal; KeyError for a goal no status was seen of.
+        """The bar of a goal; KeyError for a goal without a status.
 
-        A goal whose manager died before it could tell is ended by the record of whoever noticed.
+        If its manager died before it published the end, the record of another process ends the goal.
         """
         known = self._statuses[goal_id]
         start = min(status.t for status in known)
@@ -203,10 +200,10 @@ class History:
         if last.terminal is not None:
             terminal = last.terminal
             return replace(
-                bar, t_end=last.t, terminal=terminal.label, outcome=outcome_of(terminal), reason=terminal.reason
+                bar, t_end=last.t, terminal=terminal.label, outcome=goal_outcome(terminal), reason=terminal.reason
             )
         if (end := self._ends.get(goal_id)) is not None:
-            outcome = Outcome.INTERRUPTED if end.after == Ending.INTERRUPTED else Outcome.FAILURE
+            outcome = GoalOutcome.INTERRUPTED if end.after == Ending.INTERRUPTED else GoalOutcome.FAILURE
             return replace(
                 bar, t_end=max(start, end.t), terminal=end.after, outcome=outcome, reason=end.text, record=end.id
             )
@@ -214,13 +211,13 @@ class History:
 
     @property
     def bars(self) -> tuple[SkillBar, ...]:
-        """Every goal, in order of its start."""
+        """The bars of all goals, in order of their start."""
         bars = (self.bar(goal_id) for goal_id in self._statuses)
         return tuple(sorted(bars, key=lambda bar: (bar.t_start, bar.skill, bar.goal_id)))
 
     @property
-    def lanes(self) -> dict[str, tuple[Span, ...]]:
-        """The states of every resource without gaps: each span ends where the next one starts."""
+    def lanes(self) -> dict[str, tuple[StateSpan, ...]]:
+        """The states of every resource without gaps: each span ends at the start of the next one."""
         changes: dict[str, list[Record]] = {name: [] for name in self._initial}
         for record in self.records:
             if record.kind is RecordKind.RESOURCE:
@@ -228,7 +225,7 @@ class History:
         return {name: _spans(self._initial.get(name), records) for name, records in changes.items()}
 
     def chain(self, record_id: str | None) -> tuple[Record, ...]:
-        """The causes of a record, from the root to the record itself. Ends early at a record that was not seen."""
+        """The causes of a record, from the root to the record itself. An unknown record cuts the chain short."""
         chain: list[Record] = []
         seen: set[str] = set()
         while record_id is not None and record_id not in seen:
@@ -241,24 +238,24 @@ class History:
         return tuple(reversed(chain))
 
     def explained(self, record: Record) -> Record:
-        """The record with the cause that a reader looks for.
+        """The record with the cause that readers expect.
 
-        Of a goal that was not ready that is the latest change of what its preconditions lacked, as it is of a violated
-        invariant; the record itself names who asked, which stands where no such change is on record.
+        For a goal that was not ready, that is the latest change of a resource or datum that made a precondition fail.
+        The record itself names the request as its cause, which stays if there is no such change.
         """
         if record.kind is not RecordKind.GOAL or record.after != NOT_READY:
             return record
         changes, states = self._latest_changes(record)
         stale = [name for (kind, name), change in changes.items() if kind is RecordKind.DATA and change.after == STALE]
         try:
-            lacked = obstacles(self._skillset, record.subject, states, stale)
+            subjects = refusal_causes(self._skillset, record.subject, states, stale)
         except UnknownNameError:
             return record
-        latest = max((changes[subject] for subject in lacked & changes.keys()), key=_moment, default=None)
+        latest = max((changes[subject] for subject in subjects & changes.keys()), key=_moment, default=None)
         return record if latest is None else replaced(record, cause=latest.id)
 
     def _latest_changes(self, until: Record) -> tuple[dict[Subject, Record], dict[str, str]]:
-        """Of each resource and datum the latest change before a record, and all resources' states then."""
+        """The latest change of each resource and datum before a record, and the states of all resources then."""
         states, latest = dict(self._initial), dict[Subject, Record]()
         for (kind, name), changes in self._changes.items():
             before = bisect_left(changes, _moment(until), key=_moment)
@@ -269,16 +266,16 @@ class History:
         return latest, states
 
     @property
-    def switches(self) -> tuple[Switch, ...]:
+    def switches(self) -> tuple[BranchSwitch, ...]:
         return tuple(
-            Switch(record.t, record.before or "", record.after, self.chain(record.id))
+            BranchSwitch(record.t, record.before or "", record.after, self.chain(record.id))
             for record in self.records
             if is_switch(record)
         )
 
 
 _RAN = frozenset({State.DISPATCHING, State.RUNNING, State.INTERRUPTING})
-# The endings that somebody else than the skill's manager may have to declare.
+# Endings that another process than the skill's manager may publish.
 _ENDED_BY_OTHERS = frozenset({Ending.LOST, Ending.INVARIANT_VIOLATED, Ending.ERROR, Ending.INTERRUPTED})
 
 
@@ -291,15 +288,15 @@ def _moment(record: Record) -> tuple[float, str, int, str]:
     return record.t, process, int(number) if number.isdecimal() else 0, record.id
 
 
-def _spans(initial: str | None, changes: list[Record]) -> tuple[Span, ...]:
-    """Spans of one resource. Before the first change it was in that change's `before`, or else in `initial`."""
+def _spans(initial: str | None, changes: list[Record]) -> tuple[StateSpan, ...]:
+    """Spans of one resource. Its first state is the first change's `before`, or else `initial`."""
     first = changes[0].before if changes and changes[0].before else initial
     moments = [(0.0, first)] if first else []
     moments += [(change.t, change.after) for change in changes]
     ends = [t for t, _ in moments[1:]] + [None]
-    spans = (Span(state, t, end) for (t, state), end in zip(moments, ends, strict=True))
+    spans = (StateSpan(state, t, end) for (t, state), end in zip(moments, ends, strict=True))
     return tuple(span for span in spans if span.t_end is None or span.t_end > span.t_start)
 
 
-def _state_at(spans: tuple[Span, ...], t: float) -> str | None:
+def _state_at(spans: tuple[StateSpan, ...], t: float) -> str | None:
     return next((span.state for span in spans if span.t_end is None or span.t_end > t), None)

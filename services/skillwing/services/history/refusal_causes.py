@@ -1,7 +1,7 @@
-"""What kept a skill from starting, by its preconditions. Pure.
+"""Causes of a refused start: the resources and data that make a skill's preconditions fail. Pure.
 
-The record of a refusal names who asked as its cause, for nothing but the question made the resource manager judge. A
-reader wants to know what the answer came from, as with an invariant, whose record names what broke it.
+The record of a refusal has the request as its cause, because the request made the resource manager decide. Readers look
+for the state behind the answer, as in the record of a violated invariant.
 """
 
 from __future__ import annotations
@@ -15,36 +15,38 @@ from skillwing.dsl.model import Skill, Skillset
 from skillwing.services.protocol import RecordKind
 
 Subject: TypeAlias = tuple[RecordKind, str]
-"""A resource or a datum, as records name it."""
+"""A resource or a datum, in the terms of records."""
 
 
-def obstacles(skillset: Skillset, skill: str, states: Mapping[str, str], stale: Collection[str]) -> frozenset[Subject]:
-    """The resources and data because of which a skill may not start.
+def refusal_causes(
+    skillset: Skillset, skill: str, states: Mapping[str, str], stale: Collection[str]
+) -> frozenset[Subject]:
+    """The resources and data because of which a skill cannot start.
 
-    states: of all resources. stale: data that are too old to be judged. What nobody writes down is not judged: inputs,
-    and values of data. So nothing is found where only these forbid it. Raises UnknownNameError for an unknown skill.
+    states: of all resources. stale: data without new values. Inputs and values of data are not recorded. If only these
+    prevent the start, the result is empty. Raises UnknownNameError for an unknown skill.
     """
     model = skillset.skill(skill)
     guards = [check.expression for check in model.preconditions.checks]
-    by_guards = frozenset[Subject]().union(*(_obstacles_of(guard, skillset, states, stale) for guard in guards))
-    return by_guards or _obstacles_of_start(model, skillset, states)
+    by_guards = frozenset[Subject]().union(*(_causes_in_guard(guard, skillset, states, stale) for guard in guards))
+    return by_guards or _causes_in_start_effect(model, skillset, states)
 
 
-def _obstacles_of(
+def _causes_in_guard(
     guard: Expression, skillset: Skillset, states: Mapping[str, str], stale: Collection[str]
 ) -> frozenset[Subject]:
-    """Those of which each alone would do, were it another one; all that the guard names where none would."""
+    """Resources that could each make the guard hold alone; all that the guard names if none could."""
     data = names_used(guard, "data")
     if data:
         return frozenset((RecordKind.DATA, name) for name in data.intersection(stale))
     if names_used(guard, "input") or holds(guard, states):
         return frozenset()
-    culprits = sufficient_changes(guard, skillset, states) or names_used(guard, "resource")
-    return frozenset((RecordKind.RESOURCE, name) for name in culprits)
+    found = sufficient_changes(guard, skillset, states) or names_used(guard, "resource")
+    return frozenset((RecordKind.RESOURCE, name) for name in found)
 
 
-def _obstacles_of_start(skill: Skill, skillset: Skillset, states: Mapping[str, str]) -> frozenset[Subject]:
-    """Resources that the start effect cannot bring where it has to."""
+def _causes_in_start_effect(skill: Skill, skillset: Skillset, states: Mapping[str, str]) -> frozenset[Subject]:
+    """Resources from whose state the start effect has no transition."""
     return frozenset(
         (RecordKind.RESOURCE, name)
         for name, target in skill.transitions(skill.preconditions.success)

@@ -1,4 +1,4 @@
-"""The roll call of a running system: how each process is, and what to tell when that changes."""
+"""Monitor of a system's processes: the status of each, and a sentence for each change."""
 
 from __future__ import annotations
 
@@ -6,37 +6,38 @@ from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
 from skillwing.services.processes.proc_files import Usage, usage
-from skillwing.services.processes.process_state import Condition, ProcessState, condition
+from skillwing.services.processes.process_state import ProcessCondition, ProcessState, condition
 
 SILENCE = 3.0
-"""Seconds for which a process has to be silent until that is worth a word: a healing network lets tokens flap."""
+"""Seconds after which a silent process is reported: tokens disappear for a moment while a network recovers."""
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
-    """One process and how it is. used: what it uses, None if it does not live.
+class ProcessStatus:
+    """Status of one process. used: its usage, None for a process that does not live.
 
-    missing: those of its nodes without alive token, None if nobody could be asked.
+    missing: its nodes without alive token, None if unknown.
     """
 
     state: ProcessState
-    condition: Condition
+    condition: ProcessCondition
     used: Usage | None
     missing: frozenset[str] | None = None
 
     @property
-    def nodes(self) -> dict[str, Condition]:
-        """How each of the nodes is that share it: well in a process that is not quite well is who holds its token."""
-        here = frozenset[str]() if self.missing is None else frozenset(self.state.nodes) - self.missing
-        unwell = self.condition in (Condition.STARTS, Condition.SILENT) and not (self.used and self.used.stopped)
-        return {node: Condition.RUNS if unwell and node in here else self.condition for node in self.state.nodes}
+    def nodes(self) -> dict[str, ProcessCondition]:
+        """Condition of each node that shares the process. In a silent process, a node with its token runs."""
+        held = frozenset[str]() if self.missing is None else frozenset(self.state.nodes) - self.missing
+        silent = self.condition in (ProcessCondition.STARTS, ProcessCondition.SILENT)
+        runs = held if silent and not (self.used and self.used.stopped) else frozenset[str]()
+        return {node: ProcessCondition.RUNS if node in runs else self.condition for node in self.state.nodes}
 
 
-def entries_of(states: Iterable[ProcessState], alive: Collection[str] | None) -> list[Entry]:
-    """How processes are. alive: who holds an alive token, None if nobody could be asked."""
+def process_statuses(states: Iterable[ProcessState], alive: Collection[str] | None) -> list[ProcessStatus]:
+    """The status of each process. alive: holders of alive tokens, None if unknown."""
     used = {state: None if state.pid is None else usage(state.pid) for state in states}
     return [
-        Entry(
+        ProcessStatus(
             state,
             condition(state, found, alive),
             found,
@@ -46,44 +47,44 @@ def entries_of(states: Iterable[ProcessState], alive: Collection[str] | None) ->
     ]
 
 
-class RollCall:
-    """Compares each look at the system with what was told of it before."""
+class ProcessMonitor:
+    """Compares each status of a system with what was reported before."""
 
     def __init__(self) -> None:
-        self._told: dict[str, Condition] = {}
+        self._reported: dict[str, ProcessCondition] = {}
         self._silent: dict[str, float] = {}
         self._restarts: dict[str, int] = {}
 
-    def look(self, entries: Iterable[Entry], now: float) -> list[str]:
-        """A sentence for each process that has fallen silent, or runs again; `now` in seconds.
+    def changes(self, statuses: Iterable[ProcessStatus], now: float) -> list[str]:
+        """A sentence for each process that became silent or runs again; `now` in seconds.
 
-        Deaths are told by whoever sees them, with their reasons.
+        The launcher reports exits, with their reasons.
         """
-        told: list[str] = []
-        for entry in entries:
-            state = entry.state
+        sentences: list[str] = []
+        for status in statuses:
+            state = status.state
             if state.restarts > self._restarts.get(state.name, 0):
-                # A restart may be over sooner than the next look.
-                self._told[state.name] = Condition.RESTARTS
+                # A restart may be over before the next check.
+                self._reported[state.name] = ProcessCondition.RESTARTS
             self._restarts[state.name] = state.restarts
-            told.append(self._sentence(entry, now))
-        return [sentence for sentence in told if sentence]
+            sentences.append(self._sentence(status, now))
+        return [sentence for sentence in sentences if sentence]
 
-    def _sentence(self, entry: Entry, now: float) -> str:
-        name, found = entry.state.name, entry.condition
-        if found is not Condition.SILENT:
+    def _sentence(self, status: ProcessStatus, now: float) -> str:
+        name, found = status.state.name, status.condition
+        if found is not ProcessCondition.SILENT:
             self._silent.pop(name, None)
         elif now - self._silent.setdefault(name, now) < SILENCE:
             return ""
-        before = self._told.get(name)
-        self._told[name] = found
-        if found is Condition.SILENT and before is not Condition.SILENT:
-            silent = [node for node, how in entry.nodes.items() if how is Condition.SILENT]
-            who = f"{', '.join(silent)} in {name}" if len(silent) < len(entry.nodes) else name
-            return f"{who} does not answer any more: it is stopped, hangs or is cut off."
-        if found is Condition.RUNS and before not in (None, Condition.RUNS):
+        before = self._reported.get(name)
+        self._reported[name] = found
+        if found is ProcessCondition.SILENT and before is not ProcessCondition.SILENT:
+            silent = [node for node, how in status.nodes.items() if how is ProcessCondition.SILENT]
+            subject = f"{', '.join(silent)} in {name}" if len(silent) < len(status.nodes) else name
+            return f"{subject} does not answer any more: it is stopped, hangs or is cut off."
+        if found is ProcessCondition.RUNS and before not in (None, ProcessCondition.RUNS):
             return f"{name} runs again."
-        if found is Condition.STARTS:
-            # Whether it comes up is still to be seen.
-            self._told[name] = before or Condition.RUNS
+        if found is ProcessCondition.STARTS:
+            # It may still fail to come up.
+            self._reported[name] = before or ProcessCondition.RUNS
         return ""

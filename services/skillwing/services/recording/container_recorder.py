@@ -1,12 +1,12 @@
-"""The recorder where no launcher prepares a run for it: in a container.
+"""The recorder in a container, without a launcher that prepares its run.
 
     python -m skillwing.services.recording.container_recorder --process recorder
 
-Each life of the system gets a directory of its own in `runs/`, called after its beginning. A recorder that has died
-finds its name in a file and goes on there. One that was told to end takes that file away, since what begins after it is
-another flight, at time 0 again.
+Each life of the system gets a directory in `runs/`, named after its start time. A recorder that restarts after a crash
+finds the name in a file, and continues there. A recorder that is told to end removes that file: the next life is
+another flight, from time 0.
 
-Everything else, options and exit codes included, is as of node_host.py.
+All else, options and exit codes included, is as in node_host.py.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ if TYPE_CHECKING:
 
 RUNS = Path("runs")
 MARK = Path(".current-run")
-"""Not in `RUNS`, which outlives the container."""
+"""File with the name of the current run. It is not in `RUNS`, which outlives the container."""
 
 
 class _ToldToEndError(BaseException):
-    """No KeyboardInterrupt: where that passes through `exec`, as in the making of a dataclass, Python exits with 130
-    even if it was caught."""
+    """Request to end. A KeyboardInterrupt would not do: after it passes through `exec`, as in the making of a
+    dataclass, Python exits with 130 even if it is caught."""
 
 
 def _end(number: int, frame: FrameType | None) -> None:
@@ -40,8 +40,8 @@ def _end(number: int, frame: FrameType | None) -> None:
 
 
 def main(arguments: list[str]) -> int:
-    """Record one life of the system; returns the process's exit code."""
-    # Whoever is told to end before the host has its own handlers has ended in good order as well.
+    """Record one life of the system; returns the exit code."""
+    # A request to end before the host has its own handlers is a good end, too.
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, _end)
     try:
@@ -54,7 +54,7 @@ def main(arguments: list[str]) -> int:
 
 
 def _record(arguments: list[str]) -> int:
-    # Imported late, since it takes a while, in which the process may be told to end.
+    # These imports take a while, in which a request to end may come.
     from skillwing.services.errors import SkillwingError  # noqa: PLC0415
     from skillwing.services.processes import node_host  # noqa: PLC0415
     from skillwing.services.processes.hosting import give_up  # noqa: PLC0415
@@ -72,7 +72,7 @@ def _record(arguments: list[str]) -> int:
 
 
 def begin_or_go_on(folder: Path, mark: Path, now: datetime) -> Path:
-    """The directory of the run whose recorder has died, or that of a new one; raises OSError."""
+    """The directory of the run whose recorder has crashed, or else a new one; raises OSError."""
     name = mark.read_text() if mark.exists() else ""
     if not name:
         name = f"{now:%Y%m%d-%H%M%S}-up"
@@ -81,7 +81,8 @@ def begin_or_go_on(folder: Path, mark: Path, now: datetime) -> Path:
 
 
 def _what_is_run(arguments: list[str]) -> RunFacts:
-    """By the command line and the environment, as the host reads them; raises SkillwingError where they do not tell."""
+    """Facts of the run from command line and environment, as the host reads them; raises SkillwingError without
+    them."""
     from skillwing.services.errors import InvalidOptionError  # noqa: PLC0415
     from skillwing.services.processes.run_options import run_options  # noqa: PLC0415
     from skillwing.services.recording.run_facts import RunFacts  # noqa: PLC0415

@@ -1,6 +1,6 @@
-"""What Rerun shows of any mission: skills and resources as lanes, the tree as pills, causes as a log.
+"""A mission in Rerun: skills and resources as lanes, the tree as pills, causes as a log.
 
-Nothing here knows the robot; its scene is a `Scene` that the recorder is given by name.
+It is the same for every robot. A robot's own part is a `Scene`, whose factory is an option of the recorder.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ import rerun.blueprint as rrb
 
 from skillwing.dsl.model import Skill, Skillset
 from skillwing.services.bus import Bus
-from skillwing.services.history.history import History, Outcome, SkillBar, is_switch
-from skillwing.services.history.wording import abridged, brief, headlines
+from skillwing.services.history.history import GoalOutcome, History, SkillBar, is_switch
+from skillwing.services.history.wording import abridge, brief, headlines
 from skillwing.services.protocol import Ending, MissionStatus, Record, RecordKind, State, TreeNode, TreeSnapshot
 from skillwing.services.recording import palette
 from skillwing.services.recording.tree_layout import ROW, ROWS, WIDTH, Outline, TreeLayout, lay_out
@@ -27,15 +27,15 @@ TIMELINE = "mission_time"
 _AHEAD = 2.0
 """Seconds after the cursor that the lanes show."""
 _WINDOW = 120.0
-"""Seconds of the lanes that are in view where not all of a run is."""
+"""Seconds of the lanes in a view that does not show the whole run."""
 _LEAD = 1.0
-"""Seconds for which the first change finds its resource in the state before."""
+"""Seconds for which the lanes show the state before the first change."""
 _PILL = 0.45
 """Half the height of a pill, in rows."""
 _LABEL_BELOW = 12.5
 """Rerun writes a label this many pixels below its point."""
 _LOG_WIDTH = 54
-"""Letters that fit a row of the log: a row is one line, and what does not fit is hidden."""
+"""Letters that fit a row of the log: a row is one line, and Rerun hides the rest."""
 _INDENT = "    "
 _HARD_BLANK = "\u00a0"
 _PASSING = frozenset({State.VALIDATING, State.DISPATCHING, State.INTERRUPTING, "GRANTED", "ENDED", "NOT_READY"})
@@ -69,7 +69,7 @@ class Scene(Protocol):
 
 
 def at(recording: rr.RecordingStream, t: float) -> None:
-    """What is logged next happened at robot time `t`."""
+    """Set the robot time of the data that is logged next."""
     recording.set_time(TIMELINE, duration=t)
 
 
@@ -90,7 +90,7 @@ def whole_run(ahead: float = 0.0) -> rrb.TimeAxis:
 class MissionView:
     """Logs one robot's mission into `recording`. A skill or resource has a lane from its first use or change on.
 
-    from_zero: robot time begins with the run, as it does where a world is simulated; of mocks it is the time of day.
+    from_zero: robot time begins with the run, as in a simulated world; for mocks it is the time of day.
     """
 
     def __init__(self, recording: rr.RecordingStream, skillset: Skillset, *, from_zero: bool = True) -> None:
@@ -130,13 +130,13 @@ class MissionView:
     # --- skills and resources ------------------------------------------------------------------------------
 
     def show_goal(self, bar: SkillBar) -> None:
-        """Draw or recolour the bar of one goal. A goal that never ran has no bar: the log tells of it."""
+        """Draw or recolour the bar of one goal. A goal that never ran has no bar, but a line in the log."""
         if bar.skill not in self._skills or not bar.ran or bar == self._drawn.get(bar.goal_id):
             return
         lane = self._lanes.get(bar.skill) or self._new_lane("skills", bar.skill, _bar_colours(self._skills[bar.skill]))
         self._drawn[bar.goal_id] = bar
         # Logging again at the start recolours the whole bar; the empty state ends it.
-        self._state(lane, bar.t_start, bar.terminal or Outcome.RUNNING)
+        self._state(lane, bar.t_start, bar.terminal or GoalOutcome.RUNNING)
         if bar.t_end is not None:
             self._state(lane, bar.t_end, "")
 
@@ -179,7 +179,7 @@ class MissionView:
         self._log(record.kind, record.t, text, level)
 
     def show_mission(self, status: MissionStatus) -> None:
-        """What a mission waits for before it begins; of every later phase there is a record."""
+        """Log the reason for which a mission waits before it begins; every later phase has a record."""
         if status.phase == _WAITING and status.text != self._waited_for:
             self._waited_for = status.text
             self._log("mission_status", status.t, f"{status.mission} {status.text}", rr.TextLogLevel.INFO)
@@ -200,7 +200,7 @@ class MissionView:
             self._shape = shape
             self._log_names(nodes)
         radius = _PILL * self._layout.row
-        pills = [((place.left + radius, place.y), (place.right - radius, place.y)) for place in self._layout.places]
+        pills = [((box.left + radius, box.y), (box.right - radius, box.y)) for box in self._layout.boxes]
         fill = _rgba(self._pill_colour(node) for node in nodes)
         self._recording.log("tree/pills", rr.LineStrips2D(pills, colors=fill, radii=radius, draw_order=5.0))
 
@@ -212,7 +212,7 @@ class MissionView:
     def _log_names(self, nodes: tuple[TreeNode, ...]) -> None:
         lines = [list(branch) for branch in self._layout.branches]
         self._recording.log("tree/branches", rr.LineStrips2D(lines, colors=[[110, 118, 130]], radii=0.6, draw_order=0))
-        centres = [((place.left + place.right) / 2, place.y - _LABEL_BELOW) for place in self._layout.places]
+        centres = [((box.left + box.right) / 2, box.y - _LABEL_BELOW) for box in self._layout.boxes]
         names = rr.Points2D(
             centres,
             labels=[node.name for node in nodes],
@@ -225,13 +225,13 @@ class MissionView:
 
 
 def causes_in_words(chain: list[str]) -> str:
-    """A chain of causes, given root first, abridged and nearest first. Blanks within a cause do not break, so that it
-    is not torn apart where the text is broken into lines."""
-    return " ".join(f"<- {cause}".replace(" ", _HARD_BLANK) for cause in reversed(abridged(chain)))
+    """A chain of causes, given root first, abridged and nearest first. Blanks within a cause do not break, so that line
+    breaks come between causes."""
+    return " ".join(f"<- {cause}".replace(" ", _HARD_BLANK) for cause in reversed(abridge(chain)))
 
 
 def in_lines(text: str, width: int = _LOG_WIDTH) -> list[str]:
-    """A text whose first line stands out: further lines, and what does not fit one, are indented below it."""
+    """A text in lines, with all lines but the first indented."""
     lines: list[str] = []
     for line in text.splitlines():
         indent = _INDENT if lines else ""
@@ -247,15 +247,15 @@ def in_lines(text: str, width: int = _LOG_WIDTH) -> list[str]:
 
 
 def _bar_colours(skill: Skill) -> dict[str, str]:
-    """Every label that can stand on a bar of this skill, with its colour."""
-    colours: dict[str, str] = {Outcome.RUNNING: palette.BLUE, Ending.INTERRUPTED: palette.GREY}
+    """Every label of this skill's bars, with its colour."""
+    colours: dict[str, str] = {GoalOutcome.RUNNING: palette.BLUE, Ending.INTERRUPTED: palette.GREY}
     colours |= {f"S_{result.name}": palette.GREEN if result.success else palette.RED for result in skill.results}
     colours |= {f"N_{result.name}": palette.RED for result in skill.results}
     return colours | dict.fromkeys(_RULES, palette.RED)
 
 
 def _level(record: Record) -> rr.TextLogLevel:
-    """What a reader of the log has to see first. Steps that the lanes show better are only for debugging."""
+    """Log level of a record. Steps that the lanes show better have the level for debugging."""
     if record.after.startswith(_BAD):
         return rr.TextLogLevel.ERROR
     if record.kind is RecordKind.FAULT or is_switch(record) or record.after.startswith(_DOUBTFUL):

@@ -1,4 +1,4 @@
-"""What a recorder can be told, and how it finds the parts that are named to it."""
+"""Options of the recorder, and the factories that they name."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from skillwing.services.options import imported
 
 
 class RecorderOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """run_dir: where everything is written. skillset: path of the `.skillset` file.
+    """Options of the recorder. run_dir: directory of all its files. skillset: path of the `.skillset` file.
 
-    scene: `"module:factory"` of the robot's part of the dashboard; collectors: `"module:factory"` of whatever else
-    writes into the run directory. viewer: `none`; `spawn` a window on this machine; `serve` the run to viewers that
+    scene: `"module:factory"` of the robot's part of the dashboard. collectors: `"module:factory"` of each further
+    writer into the run directory. viewer: `none`; `spawn` a window on this machine; `serve` the run to viewers that
     connect to `bind`:`port`; `connect` to the viewer or server at `url`.
     """
 
@@ -38,9 +38,8 @@ def read_options(options: dict[str, Any]) -> RecorderOptions:
         return msgspec.convert(options, RecorderOptions)
     except msgspec.ValidationError as error:
         known = ", ".join(RecorderOptions.__struct_fields__)
-        raise InvalidOptionError(
-            "recorder", f"These options do not fit a recorder: {error}. It knows {known}."
-        ) from error
+        text = f"These options do not fit a recorder: {error}. Its options: {known}."
+        raise InvalidOptionError("recorder", text) from error
 
 
 def part(reference: str) -> Callable[..., Any]:

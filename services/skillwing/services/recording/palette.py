@@ -1,8 +1,8 @@
-"""One set of colours for everything people look at: green success, red failure, grey interrupted, blue running."""
+"""One palette for all pictures: green success, red failure, grey interrupted, blue running."""
 
 from __future__ import annotations
 
-from skillwing.services.history.history import Outcome
+from skillwing.services.history.history import GoalOutcome
 
 GREEN = "#2e9e4f"
 RED = "#d64545"
@@ -14,14 +14,14 @@ NIGHT = (27, 31, 38)
 """Background of drawn panels, as RGB."""
 
 OUTCOME_COLOURS = {
-    Outcome.RUNNING: BLUE,
-    Outcome.SUCCESS: GREEN,
-    Outcome.FAILURE: RED,
-    Outcome.INTERRUPTED: GREY,
+    GoalOutcome.RUNNING: BLUE,
+    GoalOutcome.SUCCESS: GREEN,
+    GoalOutcome.FAILURE: RED,
+    GoalOutcome.INTERRUPTED: GREY,
 }
 
 TREE_COLOURS = {"RUNNING": BLUE, "SUCCESS": GREEN, "FAILURE": RED}
-"""By status; a node that is not visited has `REST`, or `GAVE_UP` if it failed the last time it was."""
+"""Colours by status. A node that is not visited has `REST`, or `GAVE_UP` if it failed at its last visit."""
 REST = "#555d68"
 GAVE_UP = "#7d3a3e"
 
@@ -37,18 +37,18 @@ STATE_COLOURS = {
     "in doubt, or low": (AMBER,),
     "failed, lost or critical": (RED,),
 }
-"""What the colours of a resource's states say."""
+"""Meanings of the colours of a resource's states."""
 
 
 def is_trouble(state: str) -> bool:
-    """Something failed, was lost or is critical."""
+    """True for the name of a state that is failed, lost or critical."""
     return state.startswith(_BAD)
 
 
 def state_colours(states: tuple[str, ...], initial: str) -> dict[str, str]:
-    """A colour for each state of a resource: names of trouble are red or amber, others tell states apart.
+    """A colour for each state of a resource: red or amber for names of trouble, distinct colours for others.
 
-    The first harmless state, or the initial one if that is harmless, is pale: it is the one that needs no attention.
+    The first harmless state, or the initial one if that is harmless, is pale: it needs no attention.
     """
     colours: dict[str, str] = {}
     harmless = [state for state in states if not state.startswith(_BAD + _DOUBTFUL)]
@@ -65,5 +65,5 @@ def state_colours(states: tuple[str, ...], initial: str) -> dict[str, str]:
 
 
 def rgba(colour: str, alpha: int = 255) -> int:
-    """`#rrggbb` as the 0xRRGGBBAA number that Rerun takes."""
+    """`#rrggbb` as Rerun's number 0xRRGGBBAA."""
     return int(colour.lstrip("#"), 16) << 8 | alpha

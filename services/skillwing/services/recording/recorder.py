@@ -1,10 +1,10 @@
-"""The recorder: a process that listens to a run and writes it down, live and for later.
+"""The recorder: a process that listens to a run and writes its files.
 
-It always writes the journal (`timeline.jsonl`, `goals.jsonl`). With Rerun installed it also writes
-`recording.rrd` and can show the run while it happens. It only listens: no other process waits for it.
+It always writes `timeline.jsonl` and `goals.jsonl`. With Rerun it also writes `recording.rrd`, and can show the run
+live. No other process waits for it.
 
-One that is started again, after its death or with the same run directory, reads the journal and goes on with it. What
-it then draws goes into a recording of its own, `recording-2.rrd`, which a viewer shows as one with the first.
+A recorder that starts again with the same run directory reads these files and continues them. It draws into a new
+recording, `recording-2.rrd`, which a viewer shows as one with the first.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from skillwing.services.history.files import (
     GOALS_FILE,
     TIMELINE_FILE,
     JsonLines,
-    mend,
     read_goals,
     read_records,
+    repair,
 )
 from skillwing.services.history.history import History
 from skillwing.services.protocol import GoalStatus, Keys, MissionStatus, Record, TreeSnapshot
@@ -40,7 +40,7 @@ log = logging.getLogger("skillwing.recorder")
 
 
 class Collector(Protocol):
-    """Writes something of its own into the run directory. Made by a factory `(run_dir: Path) -> Collector`."""
+    """A further writer into the run directory, made by a factory `(run_dir: Path) -> Collector`."""
 
     def attach(self, bus: Bus) -> None: ...
 
@@ -48,7 +48,7 @@ class Collector(Protocol):
 
 
 class Recorder:
-    """The node. Everything that happens is folded into one `History`, which the journal and Rerun share."""
+    """The node. It folds all messages into one `History`, from which it writes the files and the recording."""
 
     owns_clock = False
 
@@ -59,7 +59,7 @@ class Recorder:
         self._skillset = skillset
         self._run_dir = Path(options.run_dir)
         for file in (TIMELINE_FILE, GOALS_FILE):
-            mend(self._run_dir / file)
+            repair(self._run_dir / file)
         self._earlier = read_records(self._run_dir), read_goals(self._run_dir)
         self._records = JsonLines[Record](self._run_dir / TIMELINE_FILE)
         self._goals = JsonLines[GoalStatus](self._run_dir / GOALS_FILE)
@@ -68,7 +68,7 @@ class Recorder:
 
     def attach(self, bus: Bus) -> None:
         self._recording = self._open_recording()
-        self._take_up()
+        self._show_earlier()
         keys = Keys(self._skillset.name)
         bus.subscribe(keys.timeline, message_reader(Record, self._on_record), events=True)
         bus.subscribe(keys.status("*"), message_reader(GoalStatus, self._on_status), events=True)
@@ -92,7 +92,7 @@ class Recorder:
             from skillwing.services.recording.rerun_stream import Recording  # noqa: PLC0415  Rerun is optional
         except ModuleNotFoundError as missing:
             log.warning(
-                "%s is not installed, so only the timeline is recorded. For %s: pip install 'skillwing[viewer]'.",
+                "%s is not installed; only the timeline is recorded. For %s: pip install 'skillwing[viewer]'.",
                 missing.name,
                 RECORDING_FILE,
             )
@@ -103,8 +103,8 @@ class Recorder:
         except (RuntimeError, OSError) as error:
             raise PassingError(f"{path} cannot be written: {error}.") from error
 
-    def _take_up(self) -> None:
-        """Show again what an earlier recorder of this run has written down."""
+    def _show_earlier(self) -> None:
+        """Show the messages that an earlier recorder of this run has written."""
         records, statuses = self._earlier
         for record in sorted(records, key=lambda record: record.t):
             if self.history.add_record(record):
@@ -139,7 +139,7 @@ class Recorder:
             try:
                 self._recording.mission.show_tree(snapshot)
             except ValueError as error:
-                log.warning("left out a tree of %s: %s", snapshot.mission, error)
+                log.warning("A tree of %s is left out: %s.", snapshot.mission, error)
 
     def _on_mission(self, status: MissionStatus) -> None:
         if self._recording:
@@ -147,7 +147,7 @@ class Recorder:
 
 
 def free_name(path: Path) -> Path:
-    """`path`, or with a number the first beside it that there is not yet."""
+    """`path` if it is free, else with the first number that makes it free."""
     names = (path.with_stem(f"{path.stem}-{number}") for number in count(2))
     return next(name for name in chain([path], names) if not name.exists())
 

@@ -15,8 +15,8 @@ from skillwing.services.recording.options import RecorderOptions, part
 
 APPLICATION = "skillwing"
 FILE_TICK, LIVE_TICK = 1.0, 0.1
-"""Wall seconds that rows may wait for company. A viewer wants them soon; a file wants them together, for each chunk
-costs it a kilobyte."""
+"""Wall seconds for which rows are collected into chunks. A viewer needs them soon; in a file each chunk costs a
+kilobyte."""
 FLUSH_TIMEOUT = 2.0
 
 log = logging.getLogger("skillwing.recorder")
@@ -28,7 +28,7 @@ class Recording:
     def __init__(self, options: RecorderOptions, skillset: Skillset, path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         batching = rr.ChunkBatcherConfig(flush_tick=FILE_TICK if options.viewer == "none" else LIVE_TICK)
-        # All recordings of a run are one to a viewer.
+        # With the same name, a viewer shows all recordings of a run as one.
         name = options.recording_id or path.parent.name
         self.stream = rr.RecordingStream(APPLICATION, recording_id=name, batcher_config=batching)
         self._scene = _make_scene(options, self.stream)
@@ -50,13 +50,13 @@ class Recording:
         try:
             self.stream.flush(timeout_sec=FLUSH_TIMEOUT)
         except RuntimeError as error:
-            # Somebody closed the viewer, or the server is gone: the file has everything all the same.
-            log.warning("The viewer did not get the end of the recording: %s.", error)
+            # The viewer or the server is gone; the file is complete anyway.
+            log.warning("The viewer did not receive the end of the recording: %s.", error)
         self.stream.disconnect()
 
 
 def plain_blueprint(panels: MissionPanels) -> rrb.Blueprint:
-    """The mission alone, for a robot without a scene."""
+    """The mission's panels alone, for a robot without a scene."""
     return framed(
         rrb.Vertical(panels.tree, rrb.Horizontal(panels.skills, panels.resources, panels.log), row_shares=[2, 3])
     )
@@ -90,6 +90,6 @@ def _live_sinks(options: RecorderOptions) -> list[rr.GrpcSink | rr.GrpcServerSin
             try:
                 rr.spawn(port=options.port, connect=False, hide_welcome_screen=True)
             except RuntimeError as error:
-                log.warning("No viewer window: %s. The recording is written all the same.", error)
+                log.warning("No viewer window: %s. The recording is written anyway.", error)
                 return []
             return [rr.GrpcSink(f"rerun+http://127.0.0.1:{options.port}/proxy")]

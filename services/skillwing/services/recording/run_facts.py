@@ -1,4 +1,4 @@
-"""`run.json`: what was run, for whoever reports it, or looks at it later."""
+"""`run.json`: facts of a run, for its reports and pictures."""
 
 from __future__ import annotations
 
@@ -17,10 +17,11 @@ RUN_FILE = "run.json"
 
 
 class RunFacts(msgspec.Struct, frozen=True, kw_only=True):
-    """robot: its name. skillset: the path of its file. schema: the version of it that was run, None where that is not
-    known. judge: of its flights, as `Robot.judge` names it. options: of
-    the run (`seed`, `world`, ...). mission: the only one of this run, whose report stands in the run directory itself;
-    None where missions come and go."""
+    """Facts of a run. robot: its name. skillset: path of its file. schema: its version, None if unknown.
+
+    judge: as in `Robot.judge`. options: of the run (`seed`, `world`, ...). mission: the only mission of this run, with
+    its report in the run directory itself; None for a system to which missions come and go.
+    """
 
     robot: str
     skillset: str
@@ -31,36 +32,36 @@ class RunFacts(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def write_facts(run_dir: Path, facts: RunFacts) -> None:
-    """Write them down, with the version that the skillset has now; raises OSError."""
-    with suppress(SkillsetError, OSError):  # whoever runs it says so
+    """Write the facts with the skillset's present version; raises OSError."""
+    with suppress(SkillsetError, OSError):  # the processes of the run report it
         facts = msgspec.structs.replace(facts, schema=load(Path(facts.skillset)).schema_hash)
     run_dir.mkdir(parents=True, exist_ok=True)
     (run_dir / RUN_FILE).write_bytes(msgspec.json.format(msgspec.json.encode(facts), indent=2) + b"\n")
 
 
-def lacking(run: Path, file: str) -> InvalidOptionError:
-    """What to tell who named a run in which there is no such file, or where there is nothing at all."""
+def missing_run_file(run: Path, file: str) -> InvalidOptionError:
+    """The error for a run without such a file, or without a directory."""
     if not run.exists():
-        text = f"There is no folder `{run}`. Name the directory of a run; they are in `runs/`, unless said otherwise."
+        text = f"There is no folder `{run}`. Name the directory of a run; by default they are in `runs/`."
     else:
         text = f"`{run}` holds no `{file}`. Name the directory of a run that was recorded."
     return InvalidOptionError("RUN", text)
 
 
 def read_facts(run_dir: Path) -> RunFacts:
-    """What was run there, with the skillset's file as it is here; raises InvalidOptionError if nobody has written it
-    down."""
+    """The facts of a run, with the skillset's file of this machine; raises InvalidOptionError for a run without
+    them."""
     try:
         return _here(msgspec.json.decode((run_dir / RUN_FILE).read_bytes(), type=RunFacts))
     except FileNotFoundError as error:
-        raise lacking(run_dir, RUN_FILE) from error
+        raise missing_run_file(run_dir, RUN_FILE) from error
     except msgspec.DecodeError as error:
         raise InvalidOptionError("RUN", f"`{run_dir / RUN_FILE}` cannot be read: {error}.") from error
 
 
 def _here(facts: RunFacts) -> RunFacts:
-    """A run that comes from another machine, or out of a container, names a file that was there: this machine's robot
-    of that name has it, too."""
+    """The facts with a skillset file that exists here. A run from another machine or a container names a file of that
+    machine; the robot of that name has it here, too."""
     if Path(facts.skillset).exists():
         return facts
     try:
@@ -69,12 +70,11 @@ def _here(facts: RunFacts) -> RunFacts:
         return facts
 
 
-def other_version(facts: RunFacts, skillset: Skillset) -> str | None:
-    """What to tell who reads a run by another version of its skillset than was run; None if it is the same, or nobody
-    has written down which it was."""
+def version_note(facts: RunFacts, skillset: Skillset) -> str | None:
+    """A note for a run that is read with another version of its skillset; None for the same or an unknown version."""
     if facts.schema in (None, skillset.schema_hash):
         return None
     return (
-        f"Version {facts.schema} of `{skillset.name}` was run; `{facts.skillset}` is version {skillset.schema_hash}, "
-        "by which this is told. Why goals were refused, and what resources there are, may have been otherwise."
+        f"Version {facts.schema} of `{skillset.name}` was run; `{facts.skillset}` is version {skillset.schema_hash}. "
+        "Resources, and reasons for which goals were refused, may have been different."
     )

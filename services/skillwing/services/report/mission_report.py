@@ -1,7 +1,7 @@
-"""What a flight leaves behind when it is over: report and pictures, made from the files of its run.
+"""Report and pictures of one flight, made from the files of its run.
 
-The same for whoever ran it: `demo` and campaigns, which fly one mission, and `up`, in which missions come and go. What
-only the robot's own judge can say, such as whether it hit anything, that judge is asked.
+They are the same for `demo` and campaigns, which fly one mission, and for `up`, to which missions come and go. Facts
+that need the true world, such as collisions, come from the robot's own judge.
 """
 
 from __future__ import annotations
@@ -17,20 +17,21 @@ from msgspec.structs import replace as replaced
 from skillwing.dsl.model import Skillset
 from skillwing.services.history.files import read_goals, read_records
 from skillwing.services.history.history import History
-from skillwing.services.history.report import Coverage, ProcessEntry, Report, make_report, write_report
+from skillwing.services.history.report import MapCoverage, MissionReport, ProcessEntry, make_report
+from skillwing.services.report.rendering import write_report
 from skillwing.services.report.timeline_picture import MISSION_TIME, ROBOT_TIME, draw_timeline
 from skillwing.services.robot import RECORDER
 
 TIMELINE_PICTURE = "timeline.png"
-UNRECORDED = "The recorder died: what happened after that is known in part only, or not at all."
+UNRECORDED = "The recorder died: the record is incomplete from then on."
 
 
 @dataclass(frozen=True, kw_only=True)
 class FlownMission:
-    """A flight to be reported. run_dir: with the recorder's files; folder: where report and pictures go.
+    """A flight to be reported. run_dir: directory with the recorder's files. folder: for report and pictures.
 
-    begin, end: of the flight in the run's robot time. options: those of the run (`seed`, `world`, ...). wall_time_s,
-    processes, notes: what only the one who ran it knows; notes are sentences for readers of `report.md`.
+    begin, end: of the flight in the run's robot time. options: of the run (`seed`, `world`, ...). wall_time_s,
+    processes: facts of the command that ran it. notes: sentences for readers of `report.md`.
     """
 
     mission: str
@@ -46,29 +47,29 @@ class FlownMission:
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """What a robot's judge says of a flight; None for what cannot be known. notes: how that was found."""
+    """Verdict of a robot's judge on a flight; None for unknown figures. notes: sentences on their origin."""
 
     collisions: int | None = None
     min_clearance_m: float | None = None
-    coverage: Coverage = field(default_factory=Coverage)
+    coverage: MapCoverage = field(default_factory=MapCoverage)
     notes: tuple[str, ...] = ()
 
 
 Judge: TypeAlias = Callable[[FlownMission, History, str], Verdict]
-"""Called with the flight, its history since its beginning, and a title for pictures, which go into the folder."""
+"""Called with the flight, its history since its begin, and a title for pictures in the folder."""
 
 
 def read_history(run_dir: Path, skillset: Skillset) -> History:
-    """The history that the recorder's journal tells."""
+    """The history in the recorder's files."""
     return History.of(read_records(run_dir), read_goals(run_dir), skillset)
 
 
 def report_flight(
     flown: FlownMission, skillset: Skillset, judge: Judge | None = None, history: History | None = None
-) -> Report:
-    """Write `report.json`, `report.md` and `timeline.png`, and have the judge add what it has to say.
+) -> MissionReport:
+    """Write `report.json`, `report.md` and `timeline.png`, with the judge's verdict.
 
-    history: of the whole run, which is read otherwise. Raises OSError where nothing can be written.
+    history: of the whole run; without it, it is read. Raises OSError for a folder that is not writable.
     """
     history = history or read_history(flown.run_dir, skillset)
     if flown.begin > 0.0 or flown.end < math.inf:

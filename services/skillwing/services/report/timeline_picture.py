@@ -1,7 +1,7 @@
-"""`timeline.png`: a run at a glance, after Figures 11 and 12 of the paper.
+"""`timeline.png`: a picture of a run, after Figures 11 and 12 of the paper.
 
-Skills above, resources below, one axis of time. Every switch between branches of the mission is a numbered
-line through both; its causes stand in words under the title.
+Skills are above, resources below, on one axis of time. Every switch between branches of the mission is a numbered line
+through both, with its causes in words under the title.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from skillwing.dsl.model import Resource
-from skillwing.services.history.history import History, SkillBar, Span, Switch
-from skillwing.services.history.wording import in_words
+from skillwing.services.history.history import BranchSwitch, History, SkillBar, StateSpan
+from skillwing.services.history.wording import chain_text
 from skillwing.services.recording import palette
 
 WIDTH, HEIGHT, DPI = 1600, 900, 100
 ROBOT_TIME, MISSION_TIME, RUN_TIME = "robot time", "time since the mission began", "time since the first record"
-"""What the times of a history may count: robot time, which begins before any mission, or time since a moment in it."""
+"""Labels of the time axis: robot time, which begins before any mission, or time since a moment in it."""
 _LETTER_PX = 6.3
-"""Width of a letter of bar text; a text that would not fit its bar is left out."""
+"""Width of a letter in a bar; a text that does not fit its bar is left out."""
 _MAX_SWITCHES = 6
 _REFUSED: dict[str, Any] = {"marker": "v", "markersize": 6}
-"""A goal that never ran has no bar."""
+"""Marker of a goal that never ran, which has no bar."""
 
 
 def draw_timeline(
@@ -39,7 +39,7 @@ def draw_timeline(
 ) -> None:
     """Write the picture of `history` to `path` (PNG), whose folder exists.
 
-    resources: gives the order and colours of resource lanes. clock: what the times of `history` count.
+    resources: order and colours of resource lanes. clock: label of the time axis.
     """
     end = max(history.end, 1.0)
     skills = list(dict.fromkeys(bar.skill for bar in history.bars))
@@ -102,12 +102,12 @@ def _draw_skills(axes: Axes, bars: Sequence[SkillBar], skills: Sequence[str], en
 
 def _draw_resources(
     axes: Axes,
-    lanes: Mapping[str, Sequence[Span]],
+    lanes: Mapping[str, Sequence[StateSpan]],
     colours: Mapping[str, Mapping[str, str]],
     end: float,
     letter: float,
 ) -> set[str]:
-    """Returns the colours that it took."""
+    """Draw the lanes of resources; returns the colours in use."""
     _prepare(axes, list(lanes), "Resources")
     drawn = set[str]()
     for lane, (name, spans) in enumerate(lanes.items()):
@@ -125,7 +125,7 @@ def _draw_resources(
 
 
 def _explain_states(figure: Figure, drawn: set[str]) -> None:
-    """Say below the resources what those colours mean that were drawn."""
+    """Add a legend of the drawn colours below the resources."""
     meanings: dict[str, Any] = {
         meaning: tuple(Patch(color=colour) for colour in colours if colour in drawn)
         for meaning, colours in palette.STATE_COLOURS.items()
@@ -159,7 +159,7 @@ def _write_inside(axes: Axes, text: str, start: float, width: float, lane: int, 
         axes.text(start + width / 2, lane, text, ha="center", va="center", fontsize=8, color=ink, clip_on=True)
 
 
-def _draw_switches(figure: Figure, upper: Axes, lower: Axes, switches: Sequence[Switch]) -> None:
+def _draw_switches(figure: Figure, upper: Axes, lower: Axes, switches: Sequence[BranchSwitch]) -> None:
     for number, switch in enumerate(switches, start=1):
         for axes in (upper, lower):
             axes.axvline(switch.t, color=palette.INK, linewidth=1.6, linestyle=(0, (5, 2)))
@@ -179,6 +179,6 @@ def _draw_switches(figure: Figure, upper: Axes, lower: Axes, switches: Sequence[
         more = len(switches) - _MAX_SWITCHES
         last = row == _MAX_SWITCHES - 1 and more > 0
         change = f"({row + 1}) at {switch.t:.1f} s  {switch.before} -> {switch.after}"
-        text = f"{change}  because  {in_words(switch.chain[:-1])}"
+        text = f"{change}  because  {chain_text(switch.chain[:-1])}"
         text = f"... and {more + 1} more switches" if last else shorten(text, 190, placeholder=" ...")
         figure.text(0.017, 0.926 - 0.026 * row, text, fontsize=10.5, color=palette.INK, va="center")

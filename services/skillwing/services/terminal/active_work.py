@@ -1,4 +1,4 @@
-"""What a system that ends leaves unfinished: a mission, skills, and a robot that should not be left alone."""
+"""Active work, which the end of a system cuts short: a mission, goals, and a robot that is not to be left."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from collections.abc import Callable, Mapping
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader
+from skillwing.services.names import MISSION
 from skillwing.services.protocol import GoalStatus, Keys, MissionStatus, Record, RecordKind
-from skillwing.services.terminal.live_state import Present
-from skillwing.services.terminal.mission_reporter import MISSION
+from skillwing.services.terminal.live_state import LiveState
 
 SIMULATED = "It was simulated, and is gone with its simulator."
 REAL = "Nobody commands it any more."
 
 
-class Unfinished:
-    """Follows on the bus what would be cut short if the system ended now; `words` may be asked on any thread.
+class ActiveWork:
+    """Follows goals and missions on the bus. `text` may be read on any thread.
 
-    robot: its name; not_to_be_left: as in its table. simulated: the robot ends with its processes.
+    robot: its name. not_to_be_left: as in its table. simulated: the robot ends with its processes.
     """
 
     def __init__(
@@ -28,14 +28,14 @@ class Unfinished:
         self._skillset = skillset
         self._not_to_be_left = not_to_be_left
         self._fate = SIMULATED if simulated else REAL
-        self._present = Present()
+        self._live_state = LiveState()
         self._changes: dict[str, Record] = {}
         self._mission: str | None = None
-        self._told = ""
+        self._last_text = ""
         self._on_change: Callable[[], None] = lambda: None
 
     def attach(self, bus: Bus, on_change: Callable[[], None]) -> None:
-        """on_change: called by the bus whenever `words` are others than before."""
+        """on_change: called by the bus after each change of `text`."""
         self._on_change = on_change
         keys = Keys(self._skillset.name)
         bus.subscribe(keys.timeline, message_reader(Record, self._on_record), events=True)
@@ -44,40 +44,40 @@ class Unfinished:
         bus.watch_alive(keys.alive(MISSION), self._on_alive)
 
     @property
-    def words(self) -> str:
-        """`Cut short: mission patrol, goto. m600 was in the air. ...`; empty if nothing is under way."""
-        running = [skill.name for skill in self._skillset.skills if self._present.skill(skill.name).goal_id is not None]
+    def text(self) -> str:
+        """`Cut short: mission patrol, goto. m600 was in the air. ...`; empty without active work."""
+        live = self._live_state
+        running = [skill.name for skill in self._skillset.skills if live.skill(skill.name).goal_id is not None]
         cut_short = [*([] if self._mission is None else [f"mission {self._mission}"]), *running]
         warnings = [
             f"{self._robot} was {states[change.after]}."
             for resource, states in self._not_to_be_left.items()
             if (change := self._changes.get(resource)) is not None and change.after in states
         ]
-        told = [f"Cut short: {', '.join(cut_short)}."] if cut_short else []
-        return " ".join([*told, *warnings, *([self._fate] if warnings else [])])
+        sentences = [f"Cut short: {', '.join(cut_short)}."] if cut_short else []
+        return " ".join([*sentences, *warnings, *([self._fate] if warnings else [])])
 
     def _on_record(self, record: Record) -> None:
-        self._present.add_record(record)
+        self._live_state.add_record(record)
         known = self._changes.get(record.subject)
         if record.kind is RecordKind.RESOURCE and (known is None or record.t >= known.t):
             self._changes[record.subject] = record
-        self._look()
+        self._notify()
 
     def _on_status(self, status: GoalStatus) -> None:
-        self._present.add_status(status)
-        self._look()
+        self._live_state.add_status(status)
+        self._notify()
 
     def _on_mission(self, status: MissionStatus) -> None:
         self._mission = None if status.over or status.phase == "IDLE" else status.mission
-        self._look()
+        self._notify()
 
     def _on_alive(self, _key: str, alive: bool) -> None:
         if not alive:
             self._mission = None
-            self._look()
+            self._notify()
 
-    def _look(self) -> None:
-        words = self.words
-        if words != self._told:
-            self._told = words
+    def _notify(self) -> None:
+        if self.text != self._last_text:
+            self._last_text = self.text
             self._on_change()

@@ -94,9 +94,9 @@ def _misuse_told(command: Callable[[], str]) -> Iterator[None]:
     try:
         yield
     except _Misuse as error:
-        from skillwing.services.terminal.usage_errors import told  # noqa: PLC0415 - needed for a slip of the user only
+        from skillwing.services.terminal.usage_errors import usage_error  # noqa: PLC0415 - needed for a slip of the user only
 
-        instead = told(error, command())
+        instead = usage_error(error, command())
         raise instead from (None if instead is error else error)
 
 
@@ -200,10 +200,10 @@ def main() -> None:
     except Exception as error:
         from skillwing.services.terminal.exit_codes import (  # noqa: PLC0415 - needed where it fails only
             exit_code_of,
-            sentence_on,
+            user_message,
         )
 
-        if (sentence := sentence_on(error)) is None:
+        if (sentence := user_message(error)) is None:
             raise
         sys.stderr.write(f"{sentence}\n")
         sys.exit(exit_code_of(error))

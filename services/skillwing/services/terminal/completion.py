@@ -1,7 +1,7 @@
-"""What a shell may complete: names of the skillset that runs, else of the robot that `up` starts unless told otherwise.
+"""Shell completion: names of the running skillset, or else of the robot that `up` starts by default.
 
-Nothing is asked of the system; its skillset's file is read. Where that cannot be done nothing is offered: a shell that
-completes is no place for complaints.
+They come from the skillset's file, without a question to the system. For a file that cannot be read nothing is offered:
+a shell shows no errors while it completes.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from skillwing.services.robot import ROBOTS, find_robot
 MISSIONS = "skillwing.missions"
 
 Complete: TypeAlias = Callable[[typer.Context, str], list[str]]
-"""From what stands on the command line already, and the beginning of a word, to the words that it may become."""
+"""From the words before it, and the beginning of a word, to its completions."""
 
 
 def one_of(names: Callable[[], Iterable[str]]) -> Complete:
-    """Complete to names that do not depend on what else stands on the line."""
+    """Completion to names that do not depend on the other words of the line."""
 
     def complete(ctx: typer.Context, incomplete: str) -> list[str]:
         del ctx
@@ -36,7 +36,7 @@ def one_of(names: Callable[[], Iterable[str]]) -> Complete:
 
 
 def of_skillset(names: Callable[[Skillset, typer.Context], Iterable[str]]) -> Complete:
-    """Complete to names of the skillset."""
+    """Completion to names of the skillset."""
 
     def complete(ctx: typer.Context, incomplete: str) -> list[str]:
         try:
@@ -54,7 +54,7 @@ def _input_words(skillset: Skillset, ctx: typer.Context) -> Iterable[str]:
 
 
 def _states(skillset: Skillset, ctx: typer.Context) -> Iterable[str]:
-    """Those that an operator may bring the resource to, from some state."""
+    """States that an operator may give the resource, from some state."""
     resource = skillset.resource(ctx.params.get("resource") or "")
     return dict.fromkeys(edge.target for edge in resource.transitions if edge.extern)
 

@@ -7,19 +7,21 @@ with connect(robot) as system:
 from __future__ import annotations
 
 import contextlib
+import os
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from skillwing.dsl import UnknownNameError
-from skillwing.services.client.connection import Connection, find_target, open_connection
+from skillwing.services.client.connection import DEFAULT_ROBOT, Connection, Target, find_target, open_connection
 from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.errors import RefusedError, UnansweredError
 from skillwing.services.names import CLIENT
-from skillwing.services.processes.process_monitor import Entry, entries_of
+from skillwing.services.processes.process_monitor import ProcessStatus, process_statuses
 from skillwing.services.processes.process_state import ProcessState
+from skillwing.services.processes.run_options import run_options
 from skillwing.services.processes.run_state import read_run_state
 from skillwing.services.protocol import ErrorCode, GoalStatus, QueryGoal, QueryStates, ResourceStates
 from skillwing.services.robot import find_robot
@@ -31,7 +33,7 @@ RobotOption = Annotated[
         "--robot",
         "-r",
         metavar="NAME",
-        help="Which running robot; needed if there are several.",
+        help="Running robot; needed if there are several.",
         autocompletion=running,
     ),
 ]
@@ -45,14 +47,14 @@ class System(Connection):
         return super().make_interface(client, owns_goals=owns_goals)
 
     def goal(self, skill: str, goal_id: str | None = None) -> GoalStatus | None:
-        """How a skill's goal is doing: that one, or the running, else the latest. None if nobody knows of one."""
+        """Status of a skill's goal: that one, or the running, else the latest. None without such a goal or answer."""
         try:
             return self.ask_for_goal(skill, goal_id)
         except UnansweredError:
             return None
 
     def ask_for_goal(self, skill: str, goal_id: str | None = None) -> GoalStatus | None:
-        """The same, None if there is no such goal. Raises UnansweredError if its manager says nothing."""
+        """The same, None without such a goal. Raises UnansweredError for a manager that does not answer."""
         try:
             return self.ask(self.keys.goal(skill), QueryGoal(goal_id=goal_id), GoalStatus)
         except RefusedError as error:
@@ -60,16 +62,18 @@ class System(Connection):
                 return None
             raise
 
-    def entries(self, alive: Collection[str]) -> list[Entry]:
-        """Every process and how it is, the known ones first: those that were started, as far as is known, else those
-        of the robot's table. Then whoever else holds an alive token and is no client. alive: who holds one."""
+    def process_statuses(self, alive: Collection[str]) -> list[ProcessStatus]:
+        """Status of every process. First those that were started, or else those of the robot's table.
+
+        Then all other holders of an alive token that are no clients. alive: the holders of alive tokens.
+        """
         target = self.target
         state = None if target.pid is None else read_run_state(target.robot)
         known = target.processes if state is None else state.processes
         known = known or tuple(ProcessState(name=name) for name in self._table())
         names = {name for each in known for name in (each.name, *each.nodes)}
         others = sorted(name for name in alive if name not in names and not name.startswith(CLIENT))
-        return entries_of((*known, *(ProcessState(name=name) for name in others)), alive)
+        return process_statuses((*known, *(ProcessState(name=name) for name in others)), alive)
 
     def _table(self) -> tuple[str, ...]:
         try:
@@ -79,11 +83,11 @@ class System(Connection):
         return tuple(spec.name for spec in (*table.functional_layer({}), *table.managers()))
 
     def alive(self) -> set[str]:
-        """The processes that hold a liveliness token, by name."""
+        """Names of the processes that hold a liveliness token."""
         prefix = self.keys.alive("")
         names: set[str] = set()
         watch = self.bus.watch_alive(self.keys.alive("**"), lambda key, alive: names.add(key.removeprefix(prefix)))
-        # The router names the tokens it knows before it passes on what is asked next, be that answered or not.
+        # The router delivers its tokens before the next question. An answer to that question does not matter.
         with contextlib.suppress(UnansweredError, RefusedError):
             self.ask(self.keys.resource_states, QueryStates(), ResourceStates)
         watch.cancel()
@@ -95,3 +99,18 @@ def connect(robot: str | None = None, *, wait_for_clock: bool = True) -> Iterato
     """Connect to the running system; raises as `find_target` and `open_connection` do."""
     with open_connection(find_target(robot), client="cli", wait_for_clock=wait_for_clock) as connection:
         yield System(connection.target, connection.bus, connection.skillset)
+
+
+def mission_context(target: Target, mission: str) -> dict[str, Any]:
+    """Options of a mission that follow from the site of a running robot; empty for an unknown site.
+
+    For a system that runs here they come from its run state. For another one, such as containers, they come from the
+    environment, as its processes read it. Raises InvalidOptionError for an unknown site, and as `find_robot` does.
+    """
+    if target.pid is not None:
+        state = read_run_state(target.robot)
+        known = {} if state is None else state.mission_context
+    else:
+        robot = find_robot(os.environ.get("SKILLWING_ROBOT") or DEFAULT_ROBOT)
+        known = robot.mission_options(run_options(os.environ))
+    return known.get(mission, {})

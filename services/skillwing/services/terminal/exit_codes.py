@@ -1,4 +1,4 @@
-"""How the command line says that something failed: exit codes, the same for every command, and a user's mistakes."""
+"""Exit codes, the same for every command, and messages for a user's mistakes."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from skillwing.services.replay.errors import BadStepsError
 
 OK = 0
 FAILED = 1
-"""It was done, and did not succeed: a goal ended in failure, a process died, nobody answered."""
+"""Done without success: a goal ended in failure, a process died, no process answered."""
 USAGE = 2
-"""It was not done: an unknown name, a malformed value, a broken file, a place where nothing can be written."""
+"""Not done: an unknown name, a malformed value, a broken file, a directory that is not writable."""
 NO_SYSTEM = 3
-"""No system is running."""
+"""No running system."""
 REFUSED = 4
-"""The robot said no: not validated, not ready, busy, or a transition that is not allowed."""
+"""Refused by the robot: not validated, not ready, busy, or a transition that is not allowed."""
 
 _REFUSALS = (Ending.NOT_VALIDATED, Ending.NOT_READY, Ending.BUSY)
 
 
-def sentence_on(error: Exception) -> str | None:
-    """What to tell a user whose mistake, or whose robot's, this error is; None for a mistake of ours."""
+def user_message(error: Exception) -> str | None:
+    """The message for an error of the user or the robot; None for a fault of the program."""
     match error:
         case SkillwingError() | RefusedError() | SkillsetError() | UnknownNameError():
             return str(error)
@@ -61,7 +61,7 @@ def exit_code_of(error: Exception) -> int:
 
 
 def exit_code_of_end(terminal: Terminal) -> int:
-    """The exit code of a command that waited for a goal which ended so."""
+    """The exit code of a command that waited for the end of a goal."""
     if terminal.ending in _REFUSALS:
         return REFUSED
     return OK if terminal.ending is Ending.SUCCEEDED and terminal.success else FAILED

@@ -1,4 +1,4 @@
-"""Keys that are pressed while a command shows something."""
+"""Keys that are pressed while a command shows a live view."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 PERIOD = 0.2
-"""Seconds after which the end of the context is noticed."""
+"""Seconds between two checks for the end of the context."""
 
 
 @contextmanager
 def when_pressed(act: Callable[[str], None]) -> Iterator[None]:
-    """Call `act` with each key, on a thread of its own. Without a keyboard nothing is ever pressed.
+    """Call `act` with each key, on a thread of its own; without a terminal it is never called.
 
-    Keys do not wait for Enter and are not shown; the terminal is afterwards as it was.
+    Keys do not wait for Enter and are not shown. Afterwards the terminal has its earlier settings.
     """
     if not sys.stdin.isatty():
         yield

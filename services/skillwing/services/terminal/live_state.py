@@ -1,6 +1,6 @@
-"""What a system is doing right now, folded from what its managers publish; bounded, however long one looks.
+"""Live state of a system, folded from its managers' messages, in bounded memory.
 
-Pure: messages go in, in whatever order and as often as the network delivers them. Times are robot time in seconds.
+Pure: messages may come in any order, and repeatedly. Times are robot time in seconds.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ from skillwing.services.protocol import (
 )
 
 RECORDS_REMEMBERED = 2000
-"""Records that may still be named as the cause of a later one."""
+"""Number of records that can be named as the cause of a later one."""
 
 
 @dataclass(frozen=True, slots=True)
 class SkillNow:
-    """One skill. goal_id, state, since: of the goal that runs, None and IDLE if none does; feedback: its latest.
+    """One skill. goal_id, state, since: of the running goal, None and IDLE without one. feedback: its latest.
 
-    last: how the latest goal ended that has, at robot time ended. blocked: what was reported of a hook that did not
-    return in time, be it in the goal that runs or the latest, or later.
+    last: terminal answer of the latest ended goal. ended: its robot time. blocked: report of a hook that did not return
+    in time, in the running or the latest goal, or later.
     """
 
     skill: str
@@ -49,7 +49,7 @@ class SkillNow:
 
 @dataclass(frozen=True, slots=True)
 class ResourceNow:
-    """One resource. since: when it came into its state, None if nobody knows; by: what brought it there."""
+    """One resource. since: time of its last change, None if unknown. by: the cause of that change."""
 
     resource: str
     state: str
@@ -57,8 +57,8 @@ class ResourceNow:
     by: str = ""
 
 
-class Present:
-    """Follows goals, their progress, and records; `states` are the truth about the resources."""
+class LiveState:
+    """Follows goals, their progress, and records. States of resources come from the resource manager's answers."""
 
     def __init__(self) -> None:
         self._running: dict[str, GoalStatus] = {}
@@ -110,14 +110,14 @@ class Present:
             _keep_latest(self._blocked, record)
 
     def _end_if_lost(self, running: GoalStatus) -> None:
-        """End a goal whose manager did not live to say so itself."""
+        """End a goal whose manager died before it published the end."""
         record = self._lost.get(running.goal_id)
         if record is not None:
             terminal = Terminal(ending=Ending.LOST, reason=record.text, detected_by=record.source)
             self.add_status(msgspec.structs.replace(running, state=State.TERMINATED, t=record.t, terminal=terminal))
 
     def skill(self, name: str) -> SkillNow:
-        """What a skill does."""
+        """The present state of a skill."""
         running, ended = self._running.get(name), self._ended.get(name)
         last = None if ended is None else ended.terminal
         ended_at = None if ended is None else ended.t
@@ -151,7 +151,7 @@ class Present:
 
 
 def _left_another_running(status: GoalStatus) -> bool:
-    """The end of a goal that was refused for another one: of all ends only this says nothing of earlier goals."""
+    """True for the end of a goal that was refused as BUSY: the earlier goal goes on."""
     return status.terminal is not None and status.terminal.ending is Ending.BUSY
 
 

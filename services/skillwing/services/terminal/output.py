@@ -1,8 +1,9 @@
-"""What commands print: tables and colours on a terminal, plain columns in a pipe, JSON on request."""
+"""Output of commands: tables and colours on a terminal, plain columns in a pipe, JSON on request."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -11,21 +12,22 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from skillwing.services.protocol import Ending, Terminal
+from skillwing.services.history.wording import time_text
+from skillwing.services.protocol import Ending, Record, RecordKind, Terminal
 
-WIDTH_OF_A_PIPE = 200
+PIPE_WIDTH = 200
 DOES_NOT_ANSWER = "its manager does not answer: one of its hooks blocks it, or it is stopped"
 
 
 def make_console() -> Console:
-    """Standard output, without colours and line breaks of our own if nobody looks at it.
+    """Standard output; in a pipe without colours and line breaks of our own.
 
-    `:100:` stays what it is, the place in a file; rich would make a picture of it.
+    Emoji codes stay text: `:100:` is a place in a file.
     """
     console = Console(highlight=False, emoji=False)
     if console.is_terminal:
         return console
-    return Console(highlight=False, emoji=False, width=WIDTH_OF_A_PIPE, no_color=True)
+    return Console(highlight=False, emoji=False, width=PIPE_WIDTH, no_color=True)
 
 
 def print_json(value: Any) -> None:
@@ -34,7 +36,7 @@ def print_json(value: Any) -> None:
 
 
 def make_table(headings: Sequence[str], right: Collection[str] = ()) -> Table:
-    """An empty table under its headings, as all commands print them. right: headings of columns of numbers."""
+    """An empty table in the style of all commands. right: headings of columns of numbers."""
     table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 3, 0, 0))
     for heading in headings:
         table.add_column(heading, justify="right" if heading in right else "left")
@@ -49,15 +51,21 @@ def print_table(console: Console, headings: Sequence[str], rows: Iterable[Sequen
     console.print(table)
 
 
+def print_records(console: Console, records: Iterable[Record], known: Mapping[str, Record]) -> None:
+    """Print timeline records, a line each. known: records by id, for the names of causes."""
+    rows = [(time_text(each.t), each.subject, _change(each), each.text, _cause(each, known)) for each in records]
+    print_table(console, ("TIME", "CHANGE OF", "TO", "WHY", "CAUSE"), rows)
+
+
 def state_text(state: str) -> Text:
-    """A resource's state, in the colour of how glad one is to read it."""
+    """A resource's state: green for a good one, red for a bad one."""
     good = {"AVAILABLE", "OK", "VALID", "NORMAL", "GOOD"}
     bad = {"FAILED", "CRITICAL", "LOST", "DIVERGED", "UNAVAILABLE", "INVALID"}
     return Text(state, style="green" if state in good else "red" if state in bad else "")
 
 
 def end_text(terminal: Terminal) -> Text:
-    """How a goal ended, in the timeline's colours, with the reason, what failed, and the output."""
+    """The end of a goal in the timeline's colours: label, reason and output."""
     succeeded = terminal.ending is Ending.SUCCEEDED and terminal.success
     style = "green" if succeeded else "bright_black" if terminal.ending is Ending.INTERRUPTED else "red"
     text = Text(terminal.label, style=f"bold {style}")
@@ -69,7 +77,7 @@ def end_text(terminal: Terminal) -> Text:
 
 
 def value_text(value: Any) -> str:
-    """A value of the skillset in one line: numbers short, structures as name=value."""
+    """A value of the skillset in one line: short numbers, structures as name=value."""
     match value:
         case None:
             return "-"
@@ -83,3 +91,19 @@ def value_text(value: Any) -> str:
             return ",".join(value_text(item) for item in value)
         case _:
             return str(value)
+
+
+def relative_path(path: Path) -> str:
+    """A path as people write it: relative to the working directory if it lies below it."""
+    here = Path.cwd()
+    return str(path.relative_to(here) if path.is_relative_to(here) else path)
+
+
+def _change(record: Record) -> Text:
+    return state_text(record.after) if record.kind is RecordKind.RESOURCE else Text(record.after)
+
+
+def _cause(record: Record, known: Mapping[str, Record]) -> str:
+    """The cause in words if it is known, else its id."""
+    cause = None if record.cause is None else known.get(record.cause)
+    return f"{cause.subject} {cause.after}" if cause else record.cause or ""

@@ -9,24 +9,24 @@ from rich.table import Table
 from rich.text import Text
 
 from skillwing.services.processes.proc_files import Usage
-from skillwing.services.processes.process_monitor import Entry
-from skillwing.services.processes.process_state import Condition
+from skillwing.services.processes.process_monitor import ProcessStatus
+from skillwing.services.processes.process_state import ProcessCondition
 from skillwing.services.terminal.output import make_table
 
 STYLES = {
-    Condition.RUNS: "green",
-    Condition.STARTS: "yellow",
-    Condition.SILENT: "red",
-    Condition.RESTARTS: "yellow",
-    Condition.DOWN: "red",
+    ProcessCondition.RUNS: "green",
+    ProcessCondition.STARTS: "yellow",
+    ProcessCondition.SILENT: "red",
+    ProcessCondition.RESTARTS: "yellow",
+    ProcessCondition.DOWN: "red",
 }
 MEBIBYTE = 1 << 20
 
 
-def process_table(entries: Iterable[Entry], cpu: Mapping[str, float] | None = None) -> Table:
-    """One line for each process. cpu: percent of one core by name; with it CPU and memory are shown, too.
+def process_table(entries: Iterable[ProcessStatus], cpu: Mapping[str, float] | None = None) -> Table:
+    """One line for each process. cpu: percent of one core by name; with it the table shows CPU and memory, too.
 
-    Nodes that share a process have lines below it; with cpu, where there is less room, it says how many there are.
+    Nodes that share a process have lines below it. With cpu there is less room, and the line gives their number.
     """
     loads = ("CPU %", "MEMORY") if cpu is not None else ()
     table = make_table(("PROCESS", "STATE", "PID", "UP", "RESTARTS", *loads), right=("PID", "UP", "RESTARTS", *loads))
@@ -35,9 +35,9 @@ def process_table(entries: Iterable[Entry], cpu: Mapping[str, float] | None = No
         pid = "" if used is None else str(state.pid)
         up = "" if used is None else duration(used.uptime)
         load = () if cpu is None else ("", "") if used is None else _load(cpu.get(state.name, 0.0), used)
-        told = Text(entry.condition, style=STYLES[entry.condition])
-        crowd = f" ({len(state.nodes)} nodes)" if state.nodes and cpu is not None else ""
-        table.add_row(f"{state.name}{crowd}", told, pid, up, str(state.restarts or ""), *load)
+        nodes = f" ({len(state.nodes)} nodes)" if state.nodes and cpu is not None else ""
+        shown = Text(entry.condition, style=STYLES[entry.condition])
+        table.add_row(f"{state.name}{nodes}", shown, pid, up, str(state.restarts or ""), *load)
         if cpu is None:
             for node, how in entry.nodes.items():
                 table.add_row(f"  {node}", Text(how, style=STYLES[how]), "", "", "")
@@ -48,8 +48,8 @@ def _load(cpu: float, used: Usage) -> tuple[str, str]:
     return f"{cpu:.1f}", f"{used.memory / MEBIBYTE:.0f} MB"
 
 
-def process_facts(entry: Entry) -> dict[str, Any]:
-    """The same of one process for JSON."""
+def process_facts(entry: ProcessStatus) -> dict[str, Any]:
+    """The same facts about one process for JSON."""
     return {
         "state": entry.condition,
         "pid": entry.state.pid,

@@ -1,4 +1,4 @@
-"""Who can make a skill ready: what to tell whose start was refused because preconditions fail."""
+"""Advice after a refused start: the ways to make each failing precondition hold."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from skillwing.dsl.guards import holds
 from skillwing.dsl.model import Skill, Skillset
 from skillwing.dsl.suggest import listed
 from skillwing.services.diagnosis.consequences import causes, states_wanted
-from skillwing.services.terminal.system_state import Situation
+from skillwing.services.terminal.system_state import SystemState
 
 
-def ways_out(skillset: Skillset, skill: Skill, failing: Sequence[str], now: Situation) -> Iterator[str]:
-    """For each failing precondition, who can make it hold, in sentences that begin with its name.
+def start_advice(skillset: Skillset, skill: Skill, failing: Sequence[str], now: SystemState) -> Iterator[str]:
+    """A sentence for each failing precondition, which begins with its name.
 
-    failing: as in the terminal answer, where `effect take` is a start effect that cannot be applied. A precondition
-    that holds meanwhile is told, too.
+    failing: as in the terminal answer, in which `effect take` is a start effect that cannot be applied. A precondition
+    that holds by now has a sentence, too.
     """
     for check in skill.preconditions.checks:
         if check.name not in failing:
@@ -26,9 +26,9 @@ def ways_out(skillset: Skillset, skill: Skill, failing: Sequence[str], now: Situ
             continue
         wanted = states_wanted(skillset, check.expression, now.states) if check.kind == "resource" else {}
         for resource, targets in wanted.items():
-            yield f"{check.name}: {_who_moves(skillset, resource, targets, now)}"
+            yield f"{check.name}: {_way_to_state(skillset, resource, targets, now)}"
         for name in sorted(names_used(check.expression, "data")):
-            yield f"{check.name}: {_who_tells(name, now)}"
+            yield f"{check.name}: {_way_to_datum(name, now)}"
         for name in sorted(names_used(check.expression, "input")):
             yield f"{check.name}: `{name}` is an input of the start; give another one."
     for effect in skill.effects:
@@ -37,16 +37,16 @@ def ways_out(skillset: Skillset, skill: Skill, failing: Sequence[str], now: Situ
                 edges = skillset.resource(resource).transitions
                 sources = [edge.source for edge in edges if edge.target == target and not edge.extern]
                 if now.states[resource] not in (*sources, target):
-                    yield f"{name}: {_who_moves(skillset, resource, sources, now)}"
+                    yield f"{name}: {_way_to_state(skillset, resource, sources, now)}"
 
 
-def way_out_of_busy(skill: str, mission: str | None) -> str:
-    """What to do about a goal of the same skill. mission: which has started it, as in `Situation.running`."""
+def busy_advice(skill: str, mission: str | None) -> str:
+    """Advice about a goal of the same skill. mission: its mission, as in `SystemState.running`."""
     return f"`{skill}` runs{_started_by(mission)}; {_way_to_end(skill, mission)}"
 
 
-def _who_moves(skillset: Skillset, resource: str, targets: Sequence[str], now: Situation) -> str:
-    """Who holds a resource that a skill needs in another state, or who brings it there."""
+def _way_to_state(skillset: Skillset, resource: str, targets: Sequence[str], now: SystemState) -> str:
+    """The skill that holds a resource, or the ways to bring the resource to one of these states."""
     for name, mission in now.running.items():
         skill = skillset.skill(name)
         taken = dict(skill.transitions(skill.preconditions.success))
@@ -58,7 +58,7 @@ def _who_moves(skillset: Skillset, resource: str, targets: Sequence[str], now: S
     aim = f"`{resource}` has to become {' or '.join(targets)}"
     ways: list[str] = []
     if reported:
-        ways.append(_who_reports(skillset, resource, reported, now))
+        ways.append(_way_to_report(skillset, resource, reported, now))
     if skills := [skill.name for skill in skillset.skills if _leads(skill, resource, targets)]:
         ways.append(f"so it does by {'an effect' if len(skills) == 1 else 'effects'} of {listed(skills)}")
     if not ways:
@@ -82,8 +82,8 @@ def _leads(skill: Skill, resource: str, targets: Sequence[str]) -> bool:
     )
 
 
-def _who_reports(skillset: Skillset, resource: str, targets: Sequence[str], now: Situation) -> str:
-    """Who brings a resource to a state that skills do not give it. By hand only where no robot would contradict."""
+def _way_to_report(skillset: Skillset, resource: str, targets: Sequence[str], now: SystemState) -> str:
+    """The ways to a state that skills do not set. `trigger` is one only without a robot, which would undo it."""
     starts = " or ".join(
         f"`skillwing start {name}`" for name in causes(skillset, resource, targets, now.states, now.reactions)
     )
@@ -97,13 +97,13 @@ def _who_reports(skillset: Skillset, resource: str, targets: Sequence[str], now:
             return f"no bridge is there to report that (docs/robots.md), {by_hand} does in its place"
 
 
-def _who_tells(datum: str, now: Situation) -> str:
+def _way_to_datum(datum: str, now: SystemState) -> str:
     publishers = now.published_by.get(datum, ())
     if publishers and now.reporter == "robot" and now.running.keys().isdisjoint(publishers):
         return f"`{datum}` comes only while one runs that publishes it: {listed(publishers)}."
     if datum not in now.unheard:
-        return f"`{datum}` is for the robot to tell; see it with `skillwing data {datum}`."
+        return f"`{datum}` comes from the robot; see it with `skillwing data {datum}`."
     if now.reporter == "nobody":
         mocks = f"or mock it: `skillwing down`, then `skillwing up --robot {now.robot} --mock`"
         return f"`{datum}` was never received: no bridge runs. Write one (docs/robots.md), {mocks}."
-    return f"`{datum}` was never received; `skillwing doctor` tells whether all runs that should publish it."
+    return f"`{datum}` was never received; `skillwing doctor` checks the processes that should publish it."

@@ -1,4 +1,4 @@
-"""What is known of a running system, by which it is told how a refused skill can be made to start."""
+"""State of a running system: the facts from which advice after a refused start is made."""
 
 from __future__ import annotations
 
@@ -28,20 +28,20 @@ if TYPE_CHECKING:
     from skillwing.services.mocking.script import Reaction
     from skillwing.services.terminal.connection import System
 
-LATE_WORD = 1.0
-"""Wall seconds in which has to come what was published before we listened."""
+LATE_MESSAGES = 1.0
+"""Wall seconds in which messages from before the subscription arrive."""
 
 Reporter: TypeAlias = Literal["robot", "mock", "nobody"]
-"""Who stands below the managers and reports the states that skills do not change."""
+"""Source of the states that skills do not change: the robot, a mock of it, or nobody."""
 
 
 @dataclass(frozen=True)
-class Situation:
-    """A system as it is now.
+class SystemState:
+    """Present state of a system.
 
-    states: of the resources. running: the skills that run, with the name of the mission that has started them, None
-    for anybody else. unheard: data that were never received. published_by: as in the robot's table. reactions: what a
-    mock of this robot does, which tells what follows from its skills.
+    states: of the resources. running: the running skills, each with the name of its mission, None without one. unheard:
+    data that were never received. published_by: as in the robot's table. reactions: of this robot's mock, which show
+    the effects of its skills.
     """
 
     robot: str
@@ -53,13 +53,13 @@ class Situation:
     reactions: tuple[Reaction, ...] = ()
 
 
-def situation(system: System) -> Situation:
-    """Raises UnansweredError and RefusedError where nobody tells how the resources are."""
+def system_state(system: System) -> SystemState:
+    """The present state of a system. Raises UnansweredError and RefusedError without states of the resources."""
     states = system.ask(system.keys.resource_states, QueryStates(), ResourceStates).states
     alive = system.alive()
     unheard = _unheard(system)
     silent = len(unheard) == len(system.skillset.data)
-    return Situation(
+    return SystemState(
         robot=system.target.robot,
         reporter=_reporter(system, alive, silent=silent),
         states=states,
@@ -71,7 +71,7 @@ def situation(system: System) -> Situation:
 
 
 def running_skills(system: System, alive: Collection[str]) -> dict[str, str | None]:
-    """As in `Situation`. alive: who holds an alive token."""
+    """The running skills, as in `SystemState`. alive: holders of alive tokens."""
     askers: dict[str, str] = {}
     missions: list[str] = []
 
@@ -82,14 +82,14 @@ def running_skills(system: System, alive: Collection[str]) -> dict[str, str | No
     system.bus.subscribe(system.keys.timeline, message_reader(Record, on_record), events=True)
     system.bus.subscribe(
         system.keys.mission_status,
-        message_reader(MissionStatus, lambda told: missions.append(told.mission)),
+        message_reader(MissionStatus, lambda status: missions.append(status.mission)),
         events=True,
     )
     skills = [skill.name for skill in system.skillset.skills if skill_process(skill.name) in alive]
     statuses = [status for status in map(system.goal, skills) if status and status.state is not State.TERMINATED]
     if MISSION not in alive:
         return dict.fromkeys(status.skill for status in statuses)
-    system.bus.run_until(lambda: bool(missions) and all(status.goal_id in askers for status in statuses), LATE_WORD)
+    system.bus.run_until(lambda: bool(missions) and all(status.goal_id in askers for status in statuses), LATE_MESSAGES)
     by_mission = [status.skill for status in statuses if askers.get(status.goal_id) == f"asked by {MISSION}"]
     name = missions[-1] if missions else "unknown"
     return {status.skill: name if status.skill in by_mission else None for status in statuses}
@@ -111,8 +111,8 @@ def _published_by(system: System) -> Mapping[str, tuple[str, ...]]:
 
 
 def _reporter(system: System, alive: Collection[str], *, silent: bool) -> Reporter:
-    """silent: no data have come at all. A process that we do not know may be a bridge, and is taken for one."""
-    states = [entry.state for entry in system.entries(alive)]
+    """The source of reported states. silent: no data at all. An unknown process counts as a bridge."""
+    states = [entry.state for entry in system.process_statuses(alive)]
     names = {name for state in states for name in (state.nodes or (state.name,))}
     if MOCKED_WORLD in names:
         return "mock"

@@ -1,4 +1,4 @@
-"""What to tell who has mistyped a command line: what its parser found, in sentences as those of all other errors."""
+"""Usage errors: a mistyped command line, in sentences like those of all other errors."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from skillwing.dsl.suggest import closest, listed
 from skillwing.services.errors import InvalidOptionError
 
 _QUOTED = r"""'(?:[^'\\]|\\.)*'|"(?:[^"\\]|\\.)*\""""
-"""A word as the parser quotes it: as Python writes it, in whichever quotes the word itself does not have."""
+"""A word as the parser quotes it: in Python's notation, with quotes that the word does not contain."""
 _NO_COMMAND = re.compile(f"No such command ({_QUOTED})")
 _QUOTED_PLACE = re.compile(rf"`[^`]*`|(?<!\w)({_QUOTED})(?!\w)")
-"""A quoted word; what stands in backticks stays, and an apostrophe within a word is no quote."""
+"""A quoted word. Text in backticks stays, and an apostrophe within a word is no quote."""
 
 
-def told(error: Exception, command: str) -> Exception:
-    """The error to raise in place of a parser's: InvalidOptionError, or the same where it only asks for the help.
+def usage_error(error: Exception, command: str) -> Exception:
+    """The error to raise in place of a parser's: InvalidOptionError, or the same error for a request for help.
 
-    command: which was called, as far as is known, for an error that does not say it. The parser's errors are told apart
-    by the names of their classes: typer has no others for them.
+    command: name of the command, for an error without it. The names of their classes distinguish the parser's errors:
+    typer does not export the classes.
     """
     kind = type(error).__name__
     if kind == "NoArgsIsHelpError":
@@ -48,7 +48,7 @@ def told(error: Exception, command: str) -> Exception:
 
 
 def _plain(said: str) -> str:
-    """What the parser says, without what only its developers care for."""
+    """The parser's message without details for its developers."""
     said = said.removeprefix("Value error, ").partition(", unable to parse")[0]
     return _QUOTED_PLACE.sub(lambda found: f"`{found[1][1:-1]}`" if found[1] else found[0], said).rstrip(".")
 
@@ -62,14 +62,14 @@ def _described(parameter: Any) -> str:
 
 
 def _name(parameter: Any) -> str:
-    """`--speed`, or the NAME of an argument."""
+    """`--speed`, or the metavar of an argument."""
     if parameter.param_type_name == "option":
         return max(parameter.opts, key=len)
     return str(parameter.metavar or parameter.name.upper())
 
 
 def _options(context: Any) -> list[str]:
-    """The long names of the options of a command."""
+    """Long names of the options of a command."""
     return [name for each in context.command.params for name in each.opts if name.startswith("--")]
 
 

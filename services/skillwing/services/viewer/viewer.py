@@ -2,8 +2,8 @@
 
     python -m skillwing.services.viewer.viewer PROGRAM ARGUMENT ...
 
-runs the viewer for as long as its own standard input is open. It stands between the two because nobody can tell the
-viewer that the process which opened it was killed.
+runs the viewer while its own standard input is open. This process in between is needed because the viewer cannot notice
+that its opener was killed.
 """
 
 from __future__ import annotations
@@ -28,34 +28,34 @@ from skillwing.services.processes.lifetime import EXIT_OK, Lifetime
 
 START_TIMEOUT = 15.0
 TRIAL = 1.5
-"""Seconds after its first answer in which a viewer that cannot open its window ends."""
+"""Seconds after its first answer in which a viewer without a window ends."""
 STOP_TIMEOUT = 3.0
 MEMORY_LIMIT = "2GB"
-"""Of what a window holds; the oldest goes first."""
+"""Memory of a window; it drops the oldest data first."""
 SERVER_MEMORY_LIMIT = "1GB"
-"""The same of what is kept for browsers that come later."""
+"""Memory for browsers that connect later."""
 LOOPBACK = "127.0.0.1"
 STREAM_PORT, PAGE_PORT = 9876, 9090
-"""Rerun's own, for browsers: who forwards them from another machine wants to know them. Others if they are taken."""
+"""Rerun's default ports, for browsers, so that they can be forwarded to another machine. Others if they are taken."""
 UNINSTALLED = "Rerun is not installed. Install it with: pip install 'skillwing[viewer]'.\n"
 
 ViewerKind: TypeAlias = Literal["none", "native", "web"]
 
 
 def has_screen() -> bool:
-    """A window can be opened here."""
+    """True on a machine where a window can open."""
     if sys.platform.startswith("linux"):
         return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
     return True
 
 
 class Viewer:
-    """The viewer's process; it ends with this object, or when its window is closed.
+    """The viewer's process. It ends with this object, or when its window is closed.
 
-    shows: recordings that it opens with; without any it waits for what is sent to it. url: where recordings are sent.
-    page: what to open in a browser; None for a window of its own. It listens on loopback only. The viewer's own program
-    is started, not the `rerun` script around it, which would leave it behind when killed. Opening one that does not
-    come up is no error: `is_open` then tells, and its log says why.
+    shows: recordings to open; without them it waits for data. url: address for recordings. page: address for browsers,
+    None for a window. It listens on loopback only. It starts the viewer's own program, because the `rerun` script
+    around it leaves the program behind when killed. A viewer that does not open is no error: `is_open` is False, and
+    its log has the reason.
     """
 
     def __init__(self, kind: Literal["native", "web"], log: Path, shows: Sequence[Path] = ()) -> None:
@@ -110,7 +110,7 @@ class Viewer:
         self._end()
 
     def wait_until_closed(self) -> None:
-        """Return when the user has closed the window."""
+        """Wait until the user closes the window."""
         if self._process is not None:
             self._process.wait()
 
@@ -135,16 +135,16 @@ class Viewer:
             process.kill()
             process.wait()
         finally:
-            # Its session is the viewer's too, and the viewer may have outlived it.
+            # The viewer is in the same session, and may still run.
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)
 
 
 def free_port(preferred: int = 0) -> int:
-    """A port of loopback on which nobody listens: the preferred one if it is free."""
+    """A free port of loopback: the preferred one if it is free."""
     for port in (preferred, 0):
         with socket.socket() as probe, contextlib.suppress(OSError):
-            # As the viewer itself does: what an earlier one has just left is free.
+            # The viewer sets it, too: a port that an earlier viewer has just left counts as free.
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             probe.bind((LOOPBACK, port))
             return int(probe.getsockname()[1])
@@ -152,20 +152,20 @@ def free_port(preferred: int = 0) -> int:
 
 
 def stream_address(stream: str) -> str:
-    """Where recordings are sent and fetched, of a viewer that listens for them at `HOST:PORT`."""
+    """Address of the recordings of a viewer that listens at `HOST:PORT`."""
     return f"rerun+http://{stream}/proxy"
 
 
 def page_address(page: str, stream: str) -> str:
-    """What to open in a browser that reaches the viewer's page and its stream at `HOST:PORT` each.
+    """Address for a browser that reaches the viewer's page and its stream at `HOST:PORT` each.
 
-    In dark colours whatever the browser prefers: in light ones a pale veil lies on the names of the behaviour tree.
+    It asks for dark colours: in light ones the names of the behaviour tree are pale.
     """
     return f"http://{page}/?theme=dark&url={quote(stream_address(stream), safe='')}"
 
 
 def web_options(page_port: int) -> list[str]:
-    """What makes the viewer's program serve browsers."""
+    """Options with which the viewer's program serves browsers."""
     return ["--serve-web", "--web-viewer-port", str(page_port), "--server-memory-limit", SERVER_MEMORY_LIMIT]
 
 
@@ -179,7 +179,7 @@ def find_program() -> str | None:
 
 
 def required_program() -> str:
-    """The viewer's own program; raises InvalidOptionError where it is not installed."""
+    """The viewer's own program; raises InvalidOptionError if it is not installed."""
     program = find_program()
     if program is None:
         raise InvalidOptionError("viewer", UNINSTALLED.strip())
@@ -187,7 +187,7 @@ def required_program() -> str:
 
 
 def answers(port: int, within: float) -> bool:
-    """Whether somebody listens at a port of loopback; it takes so many seconds at most."""
+    """True for a port of loopback that answers within so many seconds."""
     try:
         socket.create_connection((LOOPBACK, port), within).close()
     except OSError:
@@ -196,7 +196,7 @@ def answers(port: int, within: float) -> bool:
 
 
 def stop(program: subprocess.Popen[bytes]) -> None:
-    """End the viewer's program, by force if it does not obey."""
+    """End the viewer's program; kill it after a timeout."""
     program.terminate()
     try:
         program.wait(STOP_TIMEOUT)

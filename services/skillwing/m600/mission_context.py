@@ -12,7 +12,7 @@ from skillwing.sim_mujoco.world.kinds import make_site
 from skillwing.sim_mujoco.world.site import Site
 
 
-def brief(run: dict[str, Any]) -> dict[str, dict[str, Any]]:
+def mission_options(run: dict[str, Any]) -> dict[str, dict[str, Any]]:
     """By mission, its options in the `world` of this run and its `seed`; none for a mission that has nothing to do
     there, and none at all where no world is chosen: missions know the courtyard.
 
