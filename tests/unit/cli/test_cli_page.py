@@ -58,7 +58,7 @@ def test_the_commands_with_json_are_those_that_the_page_names() -> None:
 
 def test_the_exit_codes_are_those_of_the_code() -> None:
     constants = exit_codes.OK, exit_codes.FAILED, exit_codes.USAGE, exit_codes.NO_SYSTEM, exit_codes.REFUSED
-    assert set(CODES) == {*constants, cli.INTERRUPTED}
+    assert set(CODES) == {*constants, exit_codes.INTERRUPTED}
 
 
 def test_the_exit_codes_of_processes_are_those_of_the_code() -> None:

@@ -28,10 +28,9 @@ from skillwing.evaluation.campaign.telling import Found, line_of, print_summary,
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.processes.run_options import LARGEST_SEED
 from skillwing.services.processes.stop_signal import StopSignal, stop_on_signals
-from skillwing.services.terminal.cli import INTERRUPTED
 from skillwing.services.terminal.completion import missions
 from skillwing.services.terminal.doc_sections import PageError
-from skillwing.services.terminal.exit_codes import FAILED, OK
+from skillwing.services.terminal.exit_codes import FAILED, INTERRUPTED, OK
 from skillwing.services.terminal.output import make_console
 
 SEEDS = "0:10"

@@ -39,8 +39,7 @@ from skillwing.services.protocol import Keys
 from skillwing.services.recording.run_facts import RunFacts, write_facts
 from skillwing.services.report.rendering import summary_table
 from skillwing.services.robot import RECORDER, ProcessSpec
-from skillwing.services.terminal.cli import INTERRUPTED
-from skillwing.services.terminal.exit_codes import FAILED, OK
+from skillwing.services.terminal.exit_codes import FAILED, INTERRUPTED, OK
 from skillwing.services.terminal.mission_reporter import LAST_WORDS
 from skillwing.services.terminal.output import make_console, relative_path
 from skillwing.services.terminal.system_options import VIEWER_HELP, ColocateOption, SpeedOption, TopologyOption

@@ -23,6 +23,8 @@ NO_SYSTEM = 3
 """No running system."""
 REFUSED = 4
 """Refused by the robot: not validated, not ready, busy, or a transition that is not allowed."""
+INTERRUPTED = 130
+"""Ended by Ctrl-C or `kill`, as shells expect."""
 
 _REFUSALS = (Ending.NOT_VALIDATED, Ending.NOT_READY, Ending.BUSY)
 
