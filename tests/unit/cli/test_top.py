@@ -53,7 +53,7 @@ def test_what_processes_elsewhere_use_is_not_known_and_not_nothing() -> None:
     top = SystemTop(System(target, cast("ZenohBus", network.bus("cli")), kite))
     network.bus("reel").declare_alive("kite/alive/skill/reel")
     network.run_for(0.1)
-    top.look()
+    top.update()
     used = top.facts()["processes"]["skill/reel"]
     assert (used["state"], used["cpu_percent"], used["memory_bytes"]) == ("runs", None, None)
     console = Console(file=io.StringIO(), width=100)

@@ -88,7 +88,7 @@ def test_every_recording_is_shown_to_a_browser_whose_address_is_told(
 
 def test_without_a_screen_a_browser_is_recommended(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     viewer(monkeypatch, tmp_path, WITHOUT_SCREEN)
-    with pytest.raises(SkillwingError, match=r"`--viewer web` shows the run to a browser\. Its last line: no display"):
+    with pytest.raises(SkillwingError, match=r"`--viewer web` shows the run in a browser\. Its last line: no display"):
         view_command.view(run, "native")
 
 

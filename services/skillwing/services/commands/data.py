@@ -20,7 +20,7 @@ def data(
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Show the latest values of the robot's data, their age in seconds, and whether they are stale."""
+    """Show the latest values of the robot's data with their age in seconds, and mark stale ones."""
     with connect(robot, wait_for_clock=False) as system:
         items = [system.skillset.datum(name)] if name else system.skillset.data
         readings = [system.ask(system.keys.data(item.name), QueryData(), DataReading) for item in items]

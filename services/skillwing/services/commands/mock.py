@@ -53,7 +53,7 @@ def mock(
     """Run any skillset file without a robot: a process for each manager, with mocks for its skills and its world.
 
     `start`, `interrupt`, `trigger`, `data` and the other commands work as on a robot; `script` shows and changes what
-    the mocks do. docs/mocks.md describes scripts.
+    the mocks do. See docs/mocks.md.
 
     Exit codes: 0 it was told to stop, 1 it did not start or lost an essential process, 2 broken file. With --detach: 0
     it runs, 1 it did not start or runs without one of its processes.

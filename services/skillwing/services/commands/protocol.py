@@ -1,4 +1,4 @@
-"""`skillwing protocol`: what goes over the wire, for people and for programs."""
+"""`skillwing protocol`: the wire protocol, for people and for programs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`skillwing replay`: whether the resource manager would answer today as it did in a run."""
+"""`skillwing replay`: a run's requests to the resource manager, answered again by the present code."""
 
 from __future__ import annotations
 
@@ -21,16 +21,17 @@ from skillwing.services.terminal.output import make_console, print_json, value_t
 
 DIFFERENCES_SHOWN = 6
 LONGEST_VALUE = 70
-"""Characters of a value that are shown; words tell the rest, and JSON all of it."""
+"""Characters of a value in the output; `--json` has all of it."""
 
 
 def replay(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="A run's directory.", show_default=False)],
     as_json: JsonOption = False,
 ) -> None:
-    """Ask the resource manager's core, as it is now, all that it was asked in a run, and compare the answers.
+    """Repeat a run's requests to the resource manager with the present code, and compare the answers
+   . See docs/recordings.md.
 
-    It needs no running system. The skillset is that of the run, which keeps its source.
+    It needs no running system. The skillset is that of the run, which has a copy of its source.
 
     Exit codes: 0 every answer is the same, 1 one is not, 2 no such run, or one that cannot be replayed.
     """

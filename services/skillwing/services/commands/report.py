@@ -1,4 +1,4 @@
-"""`skillwing report`: the reports of a run's missions, written anew or for the first time."""
+"""`skillwing report`: the reports of a run's missions, written again or for the first time."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def report(
     """Write and show the report of each mission of a run, with its pictures.
 
     `up` and `demo` do this when a mission ends. Use it for a run that was cut short, or to write a report again
-    (docs/recordings.md).
+   . See docs/recordings.md.
 
     Exit codes: 0 written, 1 nothing could be written, 2 no such run, or one without a mission.
     """

@@ -1,4 +1,4 @@
-"""`skillwing start`: start a skill, and follow it if asked to."""
+"""`skillwing start`: the start of a skill, with its progress on request."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from skillwing.services.terminal.start_advice import busy_advice, start_advice
 from skillwing.services.terminal.system_state import running_skills, system_state
 
 SILENCE = 2.0
-"""Seconds without a word from a manager that seems to live, after which the user is told why nothing happens."""
+"""Seconds without an answer from a live manager until the user gets a message."""
 ACCEPTED = (State.RUNNING, State.INTERRUPTING, State.TERMINATED)
 
 
@@ -47,7 +47,7 @@ def start(
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Start a skill and wait until it runs, or with --follow until it has ended.
+    """Start a skill and wait until it runs, or with --follow until its end.
 
     Exit codes: 0 it runs (with --follow: it succeeded), 1 it ended otherwise or has no manager, 2 unknown name
     or malformed value, 3 no system is running, 4 the robot refused: not validated, not ready, or busy.
@@ -56,7 +56,7 @@ def start(
         values = parse_inputs(system.skillset.skill(skill), inputs or [])
         if skill_process(skill) not in system.alive():
             raise SkillwingError(f"No manager of `{skill}` runs. See with `skillwing status` which do.")
-        # A goal that somebody follows ends with them; the other one is meant to go on without this process.
+        # A followed goal ends with this process; any other goal goes on without it.
         interface = system.make_interface(owns_goals=follow)
         goal = interface.start(skill, values)
         console = make_console()
@@ -77,7 +77,7 @@ def start(
 
 
 def _advice(system: System, skill: str, terminal: Terminal) -> list[str]:
-    """How a skill that was refused can be made to start; nothing where nobody tells how the resources are."""
+    """Advice after a refused start; none without the states of the resources."""
     try:
         if terminal.ending is Ending.NOT_READY:
             return list(
@@ -92,7 +92,7 @@ def _advice(system: System, skill: str, terminal: Terminal) -> list[str]:
 
 
 def wait_for(bus: Bus, goal: GoalHandle, condition: Callable[[], bool], console: Console | None) -> None:
-    """Wait for a goal, and say so on the console if its manager leaves the start unanswered."""
+    """Wait for a goal, with a message if its manager does not answer the start."""
     if not bus.run_until(lambda: goal.state is not None or condition(), SILENCE) and console is not None:
         console.print(f"The manager of `{goal.skill}` is alive and does not answer; it is given up in half a minute.")
     bus.run_until(condition)
@@ -101,9 +101,9 @@ def wait_for(bus: Bus, goal: GoalHandle, condition: Callable[[], bool], console:
 def follow_to_end(
     bus: Bus, goal: GoalHandle, interrupt: Callable[[GoalHandle], object], console: Console | None
 ) -> None:
-    """Show what a goal does until it is over. The first Ctrl-C interrupts the goal.
+    """Show a goal's progress until its end. The first Ctrl-C interrupts the goal.
 
-    Another one, which is no repetition of the first, raises KeyboardInterrupt and leaves the goal alone.
+    Another one, which does not repeat the first, raises KeyboardInterrupt, and the goal goes on.
     """
     stop = StopSignal(bus.wall)
 

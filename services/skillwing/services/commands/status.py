@@ -1,4 +1,4 @@
-"""`skillwing status`: what runs, and what it does."""
+"""`skillwing status`: processes, goals and resources of the running system."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ from skillwing.services.terminal.process_table import process_facts, process_tab
 
 @dataclass(frozen=True)
 class SystemOverview:
-    """What was seen of a system.
+    """Overview of a system.
 
-    goals: of each skill the one that runs, else the latest. silent: the skills whose manager is there and does not
-    answer; blocked: what managers have reported of hooks that kept them, by skill. states: None if nobody tells.
-    unattended: where the robot is that nobody should leave it, if nobody commands it.
+    goals: of each skill the running one, else the latest. silent: skills whose manager is alive and does not answer.
+    blocked: managers' reports on hooks that block them, by skill. states: None if unknown. unattended: states in which
+    nobody should leave the robot, and in which nobody commands it.
     """
 
     target: Target
@@ -52,23 +52,23 @@ class SystemOverview:
 
     @property
     def is_whole(self) -> bool:
-        """Every process runs, and answers."""
+        """True if every process runs and answers."""
         all_run = all(entry.condition is ProcessCondition.RUNS for entry in self.processes)
         return all_run and not self.silent and self.states is not None
 
     @property
     def troubles(self) -> dict[str, str]:
-        """What is wrong with the managers of skills, by skill."""
+        """Problems of the managers of skills, by skill."""
         return {**self.blocked, **dict.fromkeys(self.silent, DOES_NOT_ANSWER)}
 
 
 def status(robot: RobotOption = None, as_json: JsonOption = False) -> None:
-    """Show the system's processes, the goals of its skills and the states of its resources.
+    """Show the system's processes, the goals of its skills and the states of its resources. See docs/operations.md.
 
     Exit codes: 0 every process runs and answers, 1 one of them does not, 3 no system is running.
     """
     with connect(robot, wait_for_clock=False) as system:
-        seen = _look(system)
+        seen = _overview(system)
     if as_json:
         print_json(_facts(seen))
     else:
@@ -76,9 +76,9 @@ def status(robot: RobotOption = None, as_json: JsonOption = False) -> None:
     raise typer.Exit(OK if seen.is_whole else FAILED)
 
 
-def _look(system: System) -> SystemOverview:
-    present = LiveState()
-    system.bus.subscribe(system.keys.timeline, message_reader(Record, present.add_record), events=True)
+def _overview(system: System) -> SystemOverview:
+    live_state = LiveState()
+    system.bus.subscribe(system.keys.timeline, message_reader(Record, live_state.add_record), events=True)
     alive = system.alive()
     processes = system.process_statuses(alive)
     goals: list[GoalStatus] = []
@@ -92,7 +92,7 @@ def _look(system: System) -> SystemOverview:
                 silent.append(skill)
             continue
         if goal is not None:
-            present.add_status(goal)
+            live_state.add_status(goal)
             goals.append(goal)
     states = _states(system)
     running = [goal.skill for goal in goals if goal.state is not State.TERMINATED]
@@ -101,8 +101,8 @@ def _look(system: System) -> SystemOverview:
         processes=processes,
         goals=goals,
         silent=silent,
-        # What managers have reported of their hooks has come with the history of the timeline, before their answers.
-        blocked={skill: text for skill in skills if (text := present.skill(skill).blocked)},
+        # Reports on hooks are in the timeline, whose history has arrived before the managers' answers.
+        blocked={skill: text for skill in skills if (text := live_state.skill(skill).blocked)},
         states=states,
         unattended=unattended_states(system.target, system.skillset, states.states if states else {}, alive, running),
     )
@@ -139,9 +139,9 @@ def _facts(seen: SystemOverview) -> dict[str, Any]:
 def _print(console: Console, seen: SystemOverview) -> None:
     target, states = seen.target, seen.states
     traits = [*(["mock"] if target.mock else []), *(["mesh"] if target.topology == "mesh" else [])]
-    told = f" ({', '.join(traits)})" if traits else ""
+    kind = f" ({', '.join(traits)})" if traits else ""
     time = "" if states is None or target.clock == "wall" else f" at {states.t:.1f} s"
-    console.print(Text(f"{target.robot}{told}{time}", style="bold"), f"  {target.endpoint}", end="")
+    console.print(Text(f"{target.robot}{kind}{time}", style="bold"), f"  {target.endpoint}", end="")
     console.print(f"  logs in {target.run_dir}/logs" if target.run_dir else "")
     console.print(running_count(entry.condition for entry in seen.processes if entry.state.name != ROUTER))
     for entry in seen.processes:

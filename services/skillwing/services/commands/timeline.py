@@ -1,4 +1,4 @@
-"""`skillwing timeline`: what happened in a run, why, and its picture; read from the run's files."""
+"""`skillwing timeline`: the changes in a run with their causes, or their picture, from the run's files."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ KINDS = tuple(kind.value for kind in RecordKind)
 LONGEST_FLIGHT = 1e8
 """Seconds; robot time that is larger counts from 1970."""
 DEFAULT_KINDS = tuple(kind for kind in KINDS if kind != RecordKind.DATA)
-"""Data turn stale and fresh by the dozen when a process starts."""
+"""Kinds of records by default. Data become stale and fresh by the dozen when a process starts."""
 PICTURE = ".png"
 
 
@@ -35,14 +35,14 @@ def timeline(
         list[str] | None,
         typer.Option("--kind", metavar="KIND", help=f"Of {', '.join(KINDS)}; repeatable. Default: all but data."),
     ] = None,
-    causes: Annotated[bool, typer.Option("--causes", help="Show what led to those records, too.")] = False,
+    causes: Annotated[bool, typer.Option("--causes", help="Show the causes of those records, too.")] = False,
     png: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw the run into a picture instead.")] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Show what changed in a run, in order, and what made it change; or draw it.
+    """Show the changes in a run, in order, with their causes; or draw them.
 
-    Of a goal that was refused it shows what it lacked. JSON holds the records as they were published, in which that is
-    who asked.
+    The cause of a refused goal is the change that made its precondition fail. JSON has the records as they were
+    published; there it is the request.
 
     Exit codes: 0 shown, 2 no such run, an unknown name, or a file that cannot be written.
     """
@@ -81,7 +81,7 @@ def _chosen(records: list[Record], about: list[str], kinds: list[str]) -> list[R
 
 
 def _skillset_of(run: Path) -> Skillset | None:
-    """The skillset of a run, from which one knows what a refused goal lacked; None if it is not told, or gone."""
+    """The skillset of a run, for the causes of refused goals; None if it is unknown, or gone."""
     try:
         facts = read_facts(run)
         skillset = load(Path(facts.skillset))
@@ -102,7 +102,7 @@ def _draw(history: History, run: Path, png: Path, resources: Sequence[Resource])
     except ModuleNotFoundError as missing:
         text = f"{missing.name} is not installed. To draw timelines: pip install 'skillwing[viewer]'."
         raise InvalidOptionError("--png", text) from missing
-    # Where robot time is Unix time nobody wants to read it off an axis.
+    # Unix time is unreadable on an axis.
     long = history.first > LONGEST_FLIGHT
     shown, clock = (history.part(history.first), RUN_TIME) if long else (history, ROBOT_TIME)
     draw_timeline(shown, png, title=run.resolve().name, resources=resources, clock=clock)

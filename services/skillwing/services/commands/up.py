@@ -75,7 +75,7 @@ def up(
     ] = None,
     scenario: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Scenario of a simulated robot: faults, wind and more (docs/sensors.md)."),
+        typer.Option(metavar="FILE", help="Scenario of a simulated robot: faults, wind and more. See docs/sensors.md."),
     ] = None,
     detach: DetachOption = False,
     colocate: ColocateOption = False,
@@ -93,11 +93,11 @@ def up(
 
     The run is recorded in its directory (docs/recordings.md), with a report of each mission.
 
-    With --mock no robot is needed: all skills and the world around them are mocks (docs/mocks.md). `up --mock goto
+    With --mock no robot is needed: all skills and the world around them are mocks. See docs/mocks.md. `up --mock goto
     hover` mocks these skills only; the others, and the robot, are real.
 
     Several robots can share one router, each in a namespace of its name: `up --robot-name second --router
-    tcp/127.0.0.1:PORT`. Their commands then take `--robot second` (docs/operations.md).
+    tcp/127.0.0.1:PORT`. Their commands then take `--robot second`. See docs/operations.md.
 
     With --resume the resource manager continues from the journal of an earlier run, with its states, goals and tokens.
     Use it for a robot that has kept its state meanwhile; a simulated one has not.

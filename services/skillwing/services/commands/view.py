@@ -1,4 +1,4 @@
-"""`skillwing view`: what was recorded of a run, in the viewer."""
+"""`skillwing view`: the recording of a run in the Rerun viewer."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from skillwing.services.terminal.output import make_console
 from skillwing.services.viewer.viewer import Viewer, has_screen, required_program
 
 RECORDINGS = "recording*.rrd"
-"""A recorder that was started again has begun another file; to the viewer they are one recording."""
+"""Recordings of a run. A recorder that restarts begins another file; the viewer shows them as one recording."""
 CLOSE = "Close the viewer's window, or press Ctrl-C,"
 
 
@@ -30,12 +30,13 @@ def view(
         Literal["native", "web"] | None,
         typer.Option(
             "--viewer",
-            help="In a window, or to a browser. Default: a window, if there is a screen.",
+            help="In a window, or in a browser. Default: a window, if there is a screen.",
             show_default=False,
         ),
     ] = None,
 ) -> None:
-    """Open the recording of a run in the Rerun viewer, and stay with it until its window is closed, or until Ctrl-C.
+    """Open the recording of a run in the Rerun viewer until its window is closed, or until Ctrl-C. See
+    docs/recordings.md.
 
     Exit codes: 0 shown, 1 the viewer did not open, 2 no such run, or one that was not recorded.
     """
@@ -43,7 +44,7 @@ def view(
     required_program()
     console = make_console()
     kind = viewer or ("native" if has_screen() else "web")
-    # Ctrl-C is how a viewer is put away, not a failure.
+    # Ctrl-C is a normal way to close a viewer, not a failure.
     with suppress(KeyboardInterrupt), stop_on_signals() as stop, stop.raising():
         _show(kind, recordings, console)
 
@@ -62,7 +63,7 @@ def _show(kind: Literal["native", "web"], recordings: Sequence[Path], console: C
 
 
 def recordings_of(run: Path) -> tuple[Path, ...]:
-    """The recordings of a run, oldest first; or the one that is named itself. Raises InvalidOptionError."""
+    """The recordings of a run, oldest first, or the given recording. Raises InvalidOptionError."""
     if run.is_file() and run.suffix == ".rrd":
         return (run,)
     found = sorted(run.glob(RECORDINGS), key=lambda path: (len(path.name), path.name))
@@ -72,7 +73,7 @@ def recordings_of(run: Path) -> tuple[Path, ...]:
 
 
 def _unopened(kind: Literal["native", "web"], log: Path) -> str:
-    """What the viewer has said last, and what else can be done."""
-    told = log.read_text(encoding="utf-8", errors="replace").strip().splitlines() or ["It said nothing."]
-    other = " `--viewer web` shows the run to a browser." if kind == "native" else ""
-    return f"The viewer did not open.{other} Its last line: {told[-1]}"
+    """The viewer's last line, and an alternative."""
+    lines = log.read_text(encoding="utf-8", errors="replace").strip().splitlines() or ["none."]
+    other = " `--viewer web` shows the run in a browser." if kind == "native" else ""
+    return f"The viewer did not open.{other} Its last line: {lines[-1]}"
